@@ -1,0 +1,68 @@
+"""The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
+
+Optional in a case: `exact(result)`, curves of the exact contact force by label, (times [s], force [N]); and
+`comparison(**parameters)`, scenes by label that are run and plotted side by side.
+Names, titles and parameters are read from the source without running it, so that listing stays instant.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+from tcontact.errors import InputError
+
+
+def names() -> list[str]:
+    """Names of all cases, sorted: the file cube_impact.py is the case cube-impact."""
+    return sorted(path.stem.replace("_", "-") for path in Path(__file__).parent.glob("[a-z]*.py"))
+
+
+def title(name: str) -> str:
+    """First line of the case's docstring. Raises `InputError` for an unknown case."""
+    return (ast.get_docstring(_source(name)) or "").partition("\n")[0]
+
+
+def parameters(name: str) -> dict[str, tuple[str, str]]:
+    """Type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
+    for item in _source(name).body:
+        if isinstance(item, ast.FunctionDef) and item.name == "scene":
+            found = {}
+            for argument, default in zip(item.args.kwonlyargs, item.args.kw_defaults, strict=True):
+                kind = ast.unparse(argument.annotation) if argument.annotation else ""
+                found[argument.arg] = (_aliases().get(kind, kind), ast.unparse(default) if default else "")
+            return found
+    return {}
+
+
+def compares(name: str) -> str:
+    """First line of the docstring of the case's `comparison`, empty if it has none. Raises `InputError`."""
+    for item in _source(name).body:
+        if isinstance(item, ast.FunctionDef) and item.name == "comparison":
+            return (ast.get_docstring(item) or "").partition("\n")[0]
+    return ""
+
+
+def load(name: str) -> ModuleType:
+    """Import a case by its name. Raises `InputError` with the known names for an unknown one."""
+    _path(name)
+    return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
+
+
+def _aliases() -> dict[str, str]:
+    """The words one may give for a named choice of `_choices.py`, such as choices.Kind."""
+    body = ast.parse((Path(__file__).parent / "_choices.py").read_text(encoding="utf-8")).body
+    named = [item for item in body if isinstance(item, ast.Assign) and isinstance(item.value, ast.Subscript)]
+    return {f"choices.{ast.unparse(item.targets[0])}": " | ".join(ast.literal_eval(item.value.slice)) for item in named}
+
+
+def _path(name: str) -> Path:
+    if name not in names():
+        raise InputError("case", name, "use one of " + ", ".join(names()))
+    return Path(__file__).parent / f"{name.replace('-', '_')}.py"
+
+
+def _source(name: str) -> ast.Module:
+    return ast.parse(_path(name).read_text(encoding="utf-8"))

@@ -1,0 +1,52 @@
+"""What the cases let a user choose by name: the law and the way contact is resolved."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import tcontact as tc
+
+Kind = Literal["hex8", "tet4"]
+Law = Literal["neo-hookean", "linear", "st-venant-kirchhoff"]
+Contact = Literal["massless", "penalty", "impulse"]
+Removal = Literal["auto", "normal", "full"]
+
+MATERIALS = {"neo-hookean": tc.NeoHookean, "linear": tc.LinearElastic, "st-venant-kirchhoff": tc.StVenantKirchhoff}
+
+
+def material(law: Law, young: float, poisson: float, density: float) -> tc.Material:
+    """Material of the named law. Raises `InputError`."""
+    if law not in MATERIALS:
+        raise tc.InputError("law", law, "use one of " + ", ".join(MATERIALS))
+    return MATERIALS[law](young=young, poisson=poisson, density=density)
+
+
+def contact_model(
+    contact: Contact,
+    *,
+    removal: Removal,
+    penalty: float | None,
+    unit: float,
+    depth: int,
+    sweeps: int,
+    tolerance: float | None,
+) -> tc.MasslessContact | tc.PenaltyContact | tc.ImpulseContact:
+    """Contact model of the given name; penalty in multiples of unit = E/h [N/m^3]. Raises `InputError`."""
+    if contact == "massless":
+        stiffness = None if penalty is None else penalty * unit
+        return tc.MasslessContact(removal=removal, penalty=stiffness, depth=depth, sweeps=sweeps, tolerance=tolerance)
+    if contact == "penalty":
+        return tc.PenaltyContact(stiffness=(10.0 if penalty is None else penalty) * unit)
+    if contact == "impulse":
+        return tc.ImpulseContact()
+    raise tc.InputError("contact", contact, "use one of massless, penalty, impulse")
+
+
+def is_exact(scene: tc.Scene) -> bool:
+    """Whether contact is the exact constraint on nodes without mass."""
+    return isinstance(scene.contact, tc.MasslessContact) and scene.contact.penalty is None
+
+
+def cells_of(mesh: tc.Mesh) -> int:
+    """Number of cells of a box mesh as the user counts them: hexes, or groups of six tetrahedra."""
+    return len(mesh.cells) // (6 if mesh.kind == "tet4" else 1)

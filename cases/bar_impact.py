@@ -1,0 +1,135 @@
+"""A bar with poisson 0 hits a wall: an impact with an exact solution.
+
+A square bar along z, moving at `speed` towards the plane z = 0, touches it after gap/speed. With poisson 0 and the
+linear law the motion is one-dimensional: the wall is pushed with rho c speed A (c = sqrt(young/density)) for the time
+2 length/c in which the wave runs up and down the bar, then the bar leaves free of stress at the speed it came with.
+Every check but the general ones compares with that; METHOD 2 says why the two jumps are judged through averages.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+import tcontact as tc
+from tcontact import checks as ck
+from tcontact.cases import _choices as choices
+
+
+def scene(
+    *,
+    cells: int = 160,
+    kind: choices.Kind = "hex8",
+    law: choices.Law = "linear",
+    young: float = 1e7,
+    density: float = 1000.0,
+    length: float = 0.1,
+    width: float | None = None,
+    speed: float = 10 / 3.6,
+    gap: float = 2e-4,
+    contact: choices.Contact = "massless",
+    removal: choices.Removal = "auto",
+    penalty: float | None = None,
+    depth: int = 1,
+    sweeps: int = 10,
+    tolerance: float | None = None,
+    duration: float | None = None,
+) -> tc.Scene:
+    """A bar of `cells` cells along its length, one cell wide, `gap` above the plane z = 0.
+
+    SI units. width: None = the length of a cell; penalty: None = exact, else multiples of young/h (contact=penalty:
+    None = 10); duration: None = until a quarter of the contact time after the bar has left.
+    """
+    material = choices.material(law, young, 0.0, density)
+    for name, value in {"length": length, "speed": speed, "width": width or 1.0, "cells": cells}.items():
+        if not value > 0:
+            raise tc.InputError(name, value, "must be greater than 0")
+    h = length / cells
+    side = width or h
+    mesh = tc.box_mesh(size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, gap))
+    model = choices.contact_model(
+        contact, removal=removal, penalty=penalty, unit=young / h, depth=depth, sweeps=sweeps, tolerance=tolerance
+    )
+    if duration is None:
+        duration = gap / speed + 2.5 * length / material.wave_speed
+    bar = tc.Body(mesh, material, velocity=(0.0, 0.0, -speed), contact="zmin", name="bar")
+    return tc.Scene(bodies=[bar], obstacles=[tc.Plane()], duration=duration, contact=model)
+
+
+def times_and_force(scene: tc.Scene) -> tuple[float, float, float]:
+    """Exact time of touch [s], time of release [s] and contact force between them [N]."""
+    body = scene.bodies[0]
+    size, speed = np.ptp(body.mesh.nodes, axis=0), -body.velocity[2]
+    touch = scene.obstacles[0].gap(body.mesh.nodes).min() / speed
+    c = body.material.wave_speed
+    return touch, touch + 2.0 * size[2] / c, body.material.density * c * speed * size[0] * size[1]
+
+
+def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
+    """Exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
+    touch, release, force = times_and_force(scene)
+    overlap = np.minimum(times + dt / 2, release) - np.maximum(times - dt / 2, touch)
+    return force * np.clip(overlap / dt, 0.0, 1.0)
+
+
+def exact(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The exact contact force of the linear bar, to plot."""
+    touch, release, force = times_and_force(result.scene)
+    end = result.scene.duration
+    return {
+        "exact (linear)": (np.array([0, touch, touch, release, release, end]), force * np.array([0, 0, 1, 1, 0, 0]))
+    }
+
+
+def checks(result: tc.Result) -> list[ck.Check]:
+    """The general laws; against the exact solution where it holds (linear law, exact constraint, one layer deep)."""
+    scene, history = result.scene, result.history
+    body, n = scene.bodies[0], choices.cells_of(scene.bodies[0].mesh)
+    coarse = max(1.0, 160.0 / n)
+    found = [ck.finished(result), ck.momentum_balance(result, 1e-8), ck.pushing(result)]
+    if isinstance(scene.contact, tc.MasslessContact):
+        found.append(ck.energy(result, (2e-3 if scene.contact.penalty is None else 3e-3) * coarse))
+    touch, release, plateau = times_and_force(scene)
+    if not choices.is_exact(scene):
+        return found
+    found.append(ck.no_overlap(result))
+    if (
+        not result.ok
+        or not body.material.linear
+        or scene.contact.depth != 1
+        or scene.duration < release + 0.1 * (release - touch)
+    ):
+        return found
+
+    time, force = history["time"], history["contact_force"][:, 2]
+    wanted = exact_force(time, result.dt, scene)
+    impulse = plateau * np.clip(time - touch, 0.0, release - touch)
+    middle = (time > touch + 0.1 * (release - touch)) & (time < touch + 0.9 * (release - touch))
+    courant = body.material.wave_speed * result.dt * n / np.ptp(body.mesh.nodes[:, 2])
+    slow = 1.0 if courant > 0.85 else 1.5  # smaller steps ring more: the front is wider
+    rms = np.sqrt(np.mean((force[middle] / plateau - 1.0) ** 2))
+    rebound = history["momentum"][-1, 2] / (ck.mass(result) * -body.velocity[2])
+    error = np.linalg.norm(force - wanted) / np.linalg.norm(wanted)
+    found += [
+        ck.at_most("force, relative L2 error", error, 0.05 * slow * np.sqrt(coarse)),
+        ck.at_most(
+            "running impulse error", abs(history["impulse"][:, 2] - impulse).max() / impulse[-1], 4e-3 * slow * coarse
+        ),
+        ck.at_most("sum |dF| / (2 rho c v A)", abs(np.diff(force)).sum() / (2 * plateau), 1.5),
+        ck.equals("releases", np.sum((force[:-1] > 1e-6 * plateau) & (force[1:] <= 1e-6 * plateau)), 1),
+        ck.between("rebound / speed", rebound, 1.0 - 0.01 * slow * coarse, 1.001 + 0.02 * (coarse - 1.0) / 3),
+    ]
+    if n >= 100:
+        found.append(ck.at_most("plateau rms", rms, 2e-4 if body.mesh.kind == "hex8" else 2e-3))
+    return found
+
+
+if __name__ == "__main__":
+    from tcontact.cli import main
+
+    sys.exit(main(["run", "bar-impact", *sys.argv[1:]]))

@@ -1,0 +1,124 @@
+"""A bar bounces under gravity, again and again: an exact periodic motion.
+
+A bar (poisson 0, linear law, length L, wave speed c) is dropped from the height v^2/2g that makes its flights last
+`flight` wave periods T = 2L/c: v = flight g L/c at touch. This is the benchmark of Doyen, Ern and Piperno (SIAM J. Sci.
+Comput. 33, 2011), there with flight = 3. By d'Alembert's solution, with s the time since touch:
+
+    odd contacts   F = rho c A (v + g s),        0 < s < T: arrives free of strain, leaves with twice its static sag
+    even contacts  F = rho c A (v + g T - g s),  0 < s < T: has vibrated with period T, arrives sagged, leaves free
+
+Contact j (from 0) begins at v/g + j (flight + 1) T; flight >= 3 keeps the vibrating bar clear of the floor between.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+import tcontact as tc
+from tcontact import checks as ck
+from tcontact.cases import _choices as choices
+
+
+def scene(
+    *,
+    cells: int = 80,
+    contacts: int = 4,
+    flight: int = 3,
+    kind: choices.Kind = "hex8",
+    young: float = 900.0,
+    density: float = 1.0,
+    length: float = 10.0,
+    gravity: float = 10.0,
+    removal: choices.Removal = "auto",
+    depth: int = 1,
+    sweeps: int = 10,
+    tolerance: float | None = None,
+) -> tc.Scene:
+    """A bar of `cells` cells, one cell wide, dropped at rest; the run ends half a flight after the last contact.
+
+    SI units. contacts: how many bounces; flight: free flight between them in wave periods 2 length/c, 3 or more.
+    """
+    for name, value, low in (("cells", cells, 1), ("contacts", contacts, 1), ("flight", flight, 3)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < low:
+            raise tc.InputError(name, value, f"give a whole number of at least {low}")
+    for name, value in {"length": length, "gravity": gravity}.items():
+        if not value > 0:
+            raise tc.InputError(name, value, "must be greater than 0")
+    material = choices.material("linear", young, 0.0, density)
+    speed, wave = flight * gravity * length / material.wave_speed, 2.0 * length / material.wave_speed
+    h, height = length / cells, speed**2 / (2.0 * gravity)
+    mesh = tc.box_mesh(size=(h, h, length), cells=(1, 1, cells), kind=kind, origin=(-h / 2, -h / 2, height))
+    bar = tc.Body(mesh, material, contact="zmin", name="bar")
+    model = tc.MasslessContact(removal=removal, depth=depth, sweeps=sweeps, tolerance=tolerance)
+    duration = speed / gravity + ((contacts - 1) * (flight + 1) + 1 + flight / 2) * wave
+    return tc.Scene(bodies=[bar], obstacles=[tc.Plane()], duration=duration, gravity=(0, 0, -gravity), contact=model)
+
+
+def timing(scene: tc.Scene) -> tuple[float, float, float, np.ndarray]:
+    """Exact speed at touch [m/s], gravity [m/s^2], contact time T [s] and beginnings of the contacts [s]."""
+    body, gravity = scene.bodies[0], -scene.gravity[2]
+    length = np.ptp(body.mesh.nodes[:, 2])
+    speed = np.sqrt(2.0 * gravity * scene.obstacles[0].gap(body.mesh.nodes).min())
+    wave = 2.0 * length / body.material.wave_speed
+    period = 2.0 * speed / gravity + wave
+    return speed, gravity, wave, np.arange(speed / gravity, scene.duration, period)
+
+
+def exact_impulse(times: np.ndarray, scene: tc.Scene) -> np.ndarray:
+    """Exact running impulse of the contact force [N s] at each of the times [s]."""
+    speed, gravity, wave, begins = timing(scene)
+    body = scene.bodies[0]
+    area = np.prod(np.ptp(body.mesh.nodes[:, :2], axis=0))
+    result = np.zeros_like(times, dtype=float)
+    for j, begin in enumerate(begins):
+        s = np.clip(times - begin, 0.0, wave)
+        result += speed * s + gravity * s**2 / 2 if j % 2 == 0 else (speed + gravity * wave) * s - gravity * s**2 / 2
+    return body.material.density * body.material.wave_speed * area * result
+
+
+def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
+    """Exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
+    return (exact_impulse(times + dt / 2, scene) - exact_impulse(times - dt / 2, scene)) / dt
+
+
+def exact(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The exact contact force, to plot."""
+    times = np.linspace(0.0, result.scene.duration, 20001)
+    return {"exact": (times, exact_force(times, times[1], result.scene))}
+
+
+def checks(result: tc.Result) -> list[ck.Check]:
+    """The number of bounces, no growth of energy from bounce to bounce, the timing of the impulses."""
+    scene, history = result.scene, result.history
+    speed, gravity, wave, begins = timing(scene)
+    n = choices.cells_of(scene.bodies[0].mesh)
+    coarse = max(1.0, 80.0 / n)
+    found = [ck.finished(result), ck.momentum_balance(result, 1e-8), ck.pushing(result), ck.no_overlap(result)]
+    found.append(ck.energy(result, 5e-3 * coarse))
+    if not result.ok or scene.contact.depth != 1:
+        return found
+    time, force = history["time"], history["contact_force"][:, 2]
+    floor = 1e-6 * exact_force(np.array([begins[0] + wave / 2]), wave, scene)[0]
+    flights = (begins + wave + speed / gravity)[:, None]  # the middle of each flight
+    impulse = np.diff([np.interp(t, time, history["impulse"][:, 2]) for t in flights[:, 0]], prepend=0.0)
+    wanted = np.diff(exact_impulse(flights[:, 0], scene), prepend=0.0)
+    half = len(time) // 2
+    growth = (history["energy"][half:].max() - history["energy"][:half].max()) / np.ptp(history["kinetic"])
+    found += [
+        ck.equals("contacts", np.sum((force[:-1] > floor) & (force[1:] <= floor)), len(begins)),
+        ck.at_most("impulse of a bounce, error", np.abs(impulse / wanted - 1.0).max(), 0.02 * coarse),
+        ck.at_most("growth of energy, second half", growth, 2e-3 * coarse),
+    ]
+    return found
+
+
+if __name__ == "__main__":
+    from tcontact.cli import main
+
+    sys.exit(main(["run", "bouncing-bar", *sys.argv[1:]]))

@@ -1,0 +1,96 @@
+"""Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F.
+
+Hex8, trilinear, 2x2x2 Gauss points, unit coordinates r in [0,1]^3, VTK corner order. The derivative of a component along
+r_j is constant along r_j and takes only 4 values at the 8 Gauss points: differences over the 4 edges along r_j,
+interpolated in the two other directions. With G = du/dr, A = dX/dr, D = det A and weight 1/8 per point,
+
+    H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/8 P cof A,
+
+and the corner forces follow by the transposed interpolation and differences (the interpolation is symmetric).
+Tet4: one point, the same with edge differences to corner 0 and weight 1/6 (Hughes, The Finite Element Method, ch. 3).
+
+Scalars and lists only: nothing here knows of packs, lanes or arrays. Displacement differences to corners of the same
+cell, never total displacements (METHOD 6).
+"""
+
+import taichi as ti
+
+from . import tensor3
+
+CORNERS = {"hex8": 8, "tet4": 4}
+POINTS = {"hex8": 8, "tet4": 1}
+LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
+
+# edges along r_j as (from, to) corners; edge number = low bit of the first other coordinate + 2 * the second
+HEX_EDGES = (
+    ((0, 1), (3, 2), (4, 5), (7, 6)),
+    ((0, 3), (1, 2), (4, 7), (5, 6)),
+    ((0, 4), (1, 5), (3, 7), (2, 6)),
+)
+# points (bits r0 + 2 r1 + 4 r2) on the lines along r_j
+HEX_LINE_POINTS = (
+    ((0, 1), (2, 3), (4, 5), (6, 7)),
+    ((0, 2), (1, 3), (4, 6), (5, 7)),
+    ((0, 4), (1, 5), (2, 6), (3, 7)),
+)
+
+
+@ti.func
+def interpolate(a):
+    """Bilinear interpolation of 4 values to the 4 Gauss lines; its matrix is symmetric."""
+    s0 = LERP * (a[1] - a[0])
+    s1 = LERP * (a[3] - a[2])
+    b0, b1, b2, b3 = a[0] + s0, a[1] - s0, a[2] + s1, a[3] - s1
+    t0 = LERP * (b2 - b0)
+    t1 = LERP * (b3 - b1)
+    return [b0 + t0, b1 + t1, b2 - t0, b3 - t1]
+
+
+@ti.func
+def hex_derivatives(corner):
+    """12 derivatives of one component from its 8 corner values: [direction j][line]."""
+    return [interpolate([corner[e[1]] - corner[e[0]] for e in HEX_EDGES[j]]) for j in range(3)]
+
+
+@ti.func
+def hex_corner_forces(line):
+    """8 corner forces of one component from the sums over each line's points of dW/dG: [direction j][line]."""
+    a = interpolate(line[0])
+    b = interpolate(line[1])
+    c = interpolate(line[2])
+    return [
+        -(a[0] + b[0] + c[0]),
+        a[0] - b[1] - c[1],
+        a[1] + b[1] - c[3],
+        b[0] - a[1] - c[2],
+        c[0] - a[2] - b[2],
+        a[2] + c[1] - b[3],
+        a[3] + b[3] + c[3],
+        b[2] + c[2] - a[3],
+    ]
+
+
+@ti.func
+def tet_derivatives(corner):
+    """3 derivatives of one component from its 4 corner values."""
+    return [corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0]]
+
+
+@ti.func
+def tet_corner_forces(q):
+    """4 corner forces of one component from dW/dG [direction j]."""
+    return [-(q[0] + q[1] + q[2]), q[0], q[1], q[2]]
+
+
+@ti.func
+def point_force(g, a, lam, mu, law: ti.template()):
+    """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
+
+    g[c][j] = du_c/dr_j, a[c][j] = dX_c/dr_j; lam, mu times the point's weight in unit coordinates (1/8, 1/6): stress and
+    energy are linear in them. A variant with stored geometry replaces the three lines that use a.
+    """
+    m = tensor3.cofactor(a)
+    d = tensor3.determinant(a, m)
+    h = tensor3.scaled(1.0 / d, tensor3.product_transposed(g, m))
+    answer = law(h, lam, mu)
+    return [tensor3.product(answer[0], m), d * answer[1], answer[2]]

@@ -1,0 +1,286 @@
+"""The explicit step: internal force of packed cells, then kick and drift of the nodes, in one launch.
+
+    f_i = dW/du_i,   a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
+
+(METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new; DESIGN 4: the lane-chunk shape.)
+With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gives v = -f/m and leaves u alone.
+
+Cells: packs of lanes are gathered into local buffers, worked on lane by lane from local to local (the loops that
+vectorise), and scattered without atomics into the force row of their chunk. Nodes: each sums its chunk rows in chunk
+order, clears them for the next step and moves. Chunks and node ranges are fixed in number: same bits on any threads.
+
+`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
+`cell_sums` [chunks*2]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too).
+`node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
+about the origin (3), sum m u (3). Special nodes hand out f in special_force [3*s+c] and are not moved.
+"""
+
+import functools
+
+import taichi as ti
+
+from ..packing import TABLE, WIDTHS
+from . import cells, laws, tensor3
+
+real_array = ti.types.ndarray(dtype=ti.f64, ndim=1)
+index_array = ti.types.ndarray(dtype=ti.i32, ndim=1)
+
+GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
+CELL_SUMS = 2
+NODE_SUMS = 10
+
+
+@ti.func
+def node_phase(
+    chunk_table: ti.template(),
+    node_info: ti.template(),
+    position: ti.template(),
+    u: ti.template(),
+    v: ti.template(),
+    mass: ti.template(),
+    rows: ti.template(),
+    special_force: ti.template(),
+    node_sums: ti.template(),
+    params: ti.template(),
+    stride: ti.template(),
+):
+    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range."""
+    ranges = chunk_table.shape[0] // TABLE
+    for s in range(ranges * stride):
+        if s % stride == 0:
+            part = s // stride
+            nodes = node_info.shape[0]
+            kick_before, kick_after, drift = params[0], params[1], params[2]
+            gravity = [params[3], params[4], params[5]]
+            kinetic = 0.0
+            momentum = [0.0, 0.0, 0.0]
+            spin = [0.0, 0.0, 0.0]
+            moved = [0.0, 0.0, 0.0]
+            for i in range(part * nodes // ranges, (part + 1) * nodes // ranges):
+                info = node_info[i]
+                force = [0.0, 0.0, 0.0]
+                for c in range(info & 15, ((info >> 4) & 15) + 1):
+                    row = 3 * (chunk_table[c * TABLE + 2] + i)
+                    for d in ti.static(range(3)):
+                        force[d] += rows[row + d]
+                        rows[row + d] = 0.0
+                if info >= 256:
+                    for d in ti.static(range(3)):
+                        special_force[3 * ((info >> 8) - 1) + d] = force[d]
+                else:
+                    m = mass[i]
+                    inverse = 1.0 / m
+                    p = [0.0, 0.0, 0.0]
+                    x = [0.0, 0.0, 0.0]
+                    for d in ti.static(range(3)):
+                        acceleration = gravity[d] - force[d] * inverse
+                        old = v[3 * i + d]
+                        middle = old + kick_before * acceleration
+                        new = old + (kick_before + kick_after) * acceleration
+                        here = u[3 * i + d]
+                        v[3 * i + d] = new
+                        u[3 * i + d] = ti.select(drift == 0.0, here, here + drift * new)
+                        p[d] = m * middle
+                        x[d] = position[3 * i + d] + here
+                        kinetic += 0.5 * p[d] * middle
+                        momentum[d] += p[d]
+                        moved[d] += m * here
+                    spin[0] += x[1] * p[2] - x[2] * p[1]
+                    spin[1] += x[2] * p[0] - x[0] * p[2]
+                    spin[2] += x[0] * p[1] - x[1] * p[0]
+            node_sums[part * NODE_SUMS] = kinetic
+            for d in ti.static(range(3)):
+                node_sums[part * NODE_SUMS + 1 + d] = momentum[d]
+                node_sums[part * NODE_SUMS + 4 + d] = spin[d]
+                node_sums[part * NODE_SUMS + 7 + d] = moved[d]
+
+
+@functools.cache
+def make_cell_phase(kind: str, law: str, width: int):
+    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`): a ti.func, memoised.
+
+    cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride).
+    """
+    return {"hex8": _hex_phase, "tet4": _tet_phase}[kind](laws.LAWS[law], width)
+
+
+def _hex_phase(law, width):
+    @ti.func
+    def cell_phase(
+        connectivity: ti.template(),
+        cell_count: ti.template(),
+        chunk_table: ti.template(),
+        position: ti.template(),
+        u: ti.template(),
+        rows: ti.template(),
+        cell_sums: ti.template(),
+        params: ti.template(),
+        stride: ti.template(),
+    ):
+        for s in range(chunk_table.shape[0] // TABLE * stride):
+            if s % stride == 0:
+                chunk = s // stride
+                base = chunk_table[chunk * TABLE + 2]
+                lam, mu = 0.125 * params[6], 0.125 * params[7]
+                corner_x = ti.Vector([0.0 for _ in range(24 * width)])  # [component][corner][lane]
+                corner_u = ti.Vector([0.0 for _ in range(24 * width)])  # the same, later the corner forces
+                line_x = ti.Vector([0.0 for _ in range(36 * width)])  # [component][direction][line][lane]
+                line_u = ti.Vector([0.0 for _ in range(36 * width)])
+                point_q = ti.Vector([0.0 for _ in range(72 * width)])  # dW/dG [point][component][direction][lane]
+                lane_energy = ti.Vector([0.0 for _ in range(width)])
+                lane_change = ti.Vector([0.0 for _ in range(width)])
+                energy = 0.0
+                smallest = 1e300
+                for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
+                    for l in range(width):
+                        lane_energy[l] = 0.0
+                        lane_change[l] = 1e300
+                        for k in ti.static(range(8)):
+                            node = 3 * connectivity[(pack * 8 + k) * width + l]
+                            for c in ti.static(range(3)):
+                                corner_x[(c * 8 + k) * width + l] = position[node + c]
+                                corner_u[(c * 8 + k) * width + l] = u[node + c]
+                    for l in range(width):
+                        for c in ti.static(range(3)):
+                            dx = cells.hex_derivatives([corner_x[(c * 8 + k) * width + l] for k in range(8)])
+                            du = cells.hex_derivatives([corner_u[(c * 8 + k) * width + l] for k in range(8)])
+                            for j, e in ti.static(ti.ndrange(3, 4)):
+                                line_x[((c * 3 + j) * 4 + e) * width + l] = dx[j][e]
+                                line_u[((c * 3 + j) * 4 + e) * width + l] = du[j][e]
+                    for point in range(8):
+                        line_0 = (point >> 1) * width
+                        line_1 = (4 + (point & 1) + ((point >> 2) << 1)) * width
+                        line_2 = (8 + (point & 3)) * width
+                        for l in range(width):
+                            a = [[line_x[c * 12 * width + line + l] for line in (line_0, line_1, line_2)] for c in range(3)]
+                            g = [[line_u[c * 12 * width + line + l] for line in (line_0, line_1, line_2)] for c in range(3)]
+                            answer = cells.point_force(g, a, lam, mu, law)
+                            for c, j in ti.static(ti.ndrange(3, 3)):
+                                point_q[((point * 3 + c) * 3 + j) * width + l] = answer[0][c][j]
+                            lane_energy[l] += answer[1]
+                            lane_change[l] = ti.min(lane_change[l], answer[2])
+                    for l in range(width):
+                        for c in ti.static(range(3)):
+                            force = cells.hex_corner_forces(
+                                [
+                                    [
+                                        point_q[((p[0] * 3 + c) * 3 + j) * width + l]
+                                        + point_q[((p[1] * 3 + c) * 3 + j) * width + l]
+                                        for p in cells.HEX_LINE_POINTS[j]
+                                    ]
+                                    for j in range(3)
+                                ]
+                            )
+                            for k in ti.static(range(8)):
+                                corner_u[(c * 8 + k) * width + l] = force[k]
+                    for l in range(width):
+                        if pack * width + l < cell_count:
+                            energy += lane_energy[l]
+                            smallest = ti.min(smallest, lane_change[l])
+                            for k in ti.static(range(8)):
+                                row = 3 * (base + connectivity[(pack * 8 + k) * width + l])
+                                for c in ti.static(range(3)):
+                                    rows[row + c] += corner_u[(c * 8 + k) * width + l]
+                cell_sums[chunk * CELL_SUMS] = energy
+                cell_sums[chunk * CELL_SUMS + 1] = 1.0 + smallest
+
+    return cell_phase
+
+
+def _tet_phase(law, width):
+    @ti.func
+    def cell_phase(
+        connectivity: ti.template(),
+        cell_count: ti.template(),
+        chunk_table: ti.template(),
+        position: ti.template(),
+        u: ti.template(),
+        rows: ti.template(),
+        cell_sums: ti.template(),
+        params: ti.template(),
+        stride: ti.template(),
+    ):
+        for s in range(chunk_table.shape[0] // TABLE * stride):
+            if s % stride == 0:
+                chunk = s // stride
+                base = chunk_table[chunk * TABLE + 2]
+                lam, mu = params[6] / 6.0, params[7] / 6.0
+                corner_x = ti.Vector([0.0 for _ in range(12 * width)])  # [component][corner][lane]
+                corner_u = ti.Vector([0.0 for _ in range(12 * width)])
+                corner_f = ti.Vector([0.0 for _ in range(12 * width)])
+                lane_energy = ti.Vector([0.0 for _ in range(width)])
+                lane_change = ti.Vector([0.0 for _ in range(width)])
+                energy = 0.0
+                smallest = 1e300
+                for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
+                    for l in range(width):
+                        for k in ti.static(range(4)):
+                            node = 3 * connectivity[(pack * 4 + k) * width + l]
+                            for c in ti.static(range(3)):
+                                corner_x[(c * 4 + k) * width + l] = position[node + c]
+                                corner_u[(c * 4 + k) * width + l] = u[node + c]
+                    for l in range(width):
+                        a = [cells.tet_derivatives([corner_x[(c * 4 + k) * width + l] for k in range(4)]) for c in range(3)]
+                        g = [cells.tet_derivatives([corner_u[(c * 4 + k) * width + l] for k in range(4)]) for c in range(3)]
+                        answer = cells.point_force(g, a, lam, mu, law)
+                        for c in ti.static(range(3)):
+                            force = cells.tet_corner_forces(answer[0][c])
+                            for k in ti.static(range(4)):
+                                corner_f[(c * 4 + k) * width + l] = force[k]
+                        lane_energy[l] = answer[1]
+                        lane_change[l] = answer[2]
+                    for l in range(width):
+                        if pack * width + l < cell_count:
+                            energy += lane_energy[l]
+                            smallest = ti.min(smallest, lane_change[l])
+                            for k in ti.static(range(4)):
+                                row = 3 * (base + connectivity[(pack * 4 + k) * width + l])
+                                for c in ti.static(range(3)):
+                                    rows[row + c] += corner_f[(c * 4 + k) * width + l]
+                cell_sums[chunk * CELL_SUMS] = energy
+                cell_sums[chunk * CELL_SUMS + 1] = 1.0 + smallest
+
+    return cell_phase
+
+
+@functools.cache
+def make_step(kind: str, law: str, width: int | None = None):
+    """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
+
+    step(connectivity, cell_count, chunk_table, node_info, position, mass, params, u, v, rows, special_force_out,
+    node_sums_out, cell_sums_out); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    """
+    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind])
+
+    @ti.kernel
+    def step(
+        connectivity: index_array,
+        cell_count: ti.i32,
+        chunk_table: index_array,
+        node_info: index_array,
+        position: real_array,
+        mass: real_array,
+        params: real_array,
+        u: real_array,
+        v: real_array,
+        rows: real_array,
+        special_force_out: real_array,
+        node_sums_out: real_array,
+        cell_sums_out: real_array,
+    ):
+        cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums_out, params, GRAIN)
+        node_phase(
+            chunk_table,
+            node_info,
+            position,
+            u,
+            v,
+            mass,
+            rows,
+            special_force_out,
+            node_sums_out,
+            params,
+            GRAIN,
+        )
+
+    return step

@@ -1,0 +1,72 @@
+"""One massless contact node in its own coordinates: basis, constraints, balance (METHOD 2, paper eqs 15-17).
+
+    f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
+
+in the massless components of a node, x = x_0 + B d with B = basis [3, block]; unused columns of B are zero.
+"""
+
+import taichi as ti
+
+from .local_contact import multipliers
+from .planes import gap, normal
+
+SHORT = 1e-6  # a plane whose normal is shorter than this in the massless components cannot push the node
+
+
+@ti.func
+def basis_of(basis, k, block: ti.template()):
+    return ti.Matrix([[basis[(3 * k + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(3))])
+
+
+@ti.func
+def block_of(values, e, block: ti.template()):
+    return ti.Matrix(
+        [[values[(e * block + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(block))]
+    )
+
+
+@ti.func
+def segment(values, k, block: ti.template()):
+    return ti.Vector([values[k * block + j] for j in ti.static(range(block))])
+
+
+@ti.func
+def constraints(planes, near, k, b, x, block: ti.template(), slots: ti.template()):
+    """Normals [slots, block] in massless components and gaps [slots] of one node; out-of-reach planes never touch."""
+    normals = ti.Matrix.zero(ti.f64, slots, block)
+    gaps = ti.Vector.one(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        plane = near[k * slots + p]
+        reduced = b.transpose() @ normal(planes, plane)
+        if reduced.norm() >= SHORT:
+            gaps[p] = gap(planes, plane, x)
+            for j in ti.static(range(block)):
+                normals[p, j] = reduced[j]
+    return normals, gaps
+
+
+@ti.func
+def balance(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
+    """lambda [slots] that balances B^t (f - f_ext) best over the active planes, and what stays unbalanced [block]."""
+    pressing = ti.Vector.zero(ti.f64, slots)
+    if compliance > 0.0:
+        pressing = ti.max(-gaps, 0.0) / compliance
+    else:
+        rows = ti.Matrix.zero(ti.f64, slots, block)
+        slack = ti.Vector.one(ti.f64, slots)
+        for p in ti.static(range(slots)):
+            if (active >> p) & 1 == 1:
+                slack[p] = 0.0
+                for j in ti.static(range(block)):
+                    rows[p, j] = normals[p, j]
+        identity = ti.Matrix.identity(ti.f64, block)
+        pressing = multipliers(-out_of_balance, rows, slack, identity, 0.0, slots)
+    return pressing, out_of_balance - normals.transpose() @ pressing
+
+
+@ti.func
+def largest(vector: ti.template()):
+    result = 0.0
+    for j in ti.static(range(vector.n)):
+        result = ti.max(result, ti.abs(vector[j]))
+    return result

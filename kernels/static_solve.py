@@ -1,0 +1,310 @@
+"""Projected static solve of the massless contact nodes (METHOD 2, paper eqs 15-17).
+
+    f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
+
+linearised at the predicted state, K_KK d = f_ext - f + lambda nu, and solved for the increment d by block Gauss-Seidel
+over the nodes colour by colour, each node's own contact problem exactly. The surface is small: one thread, same bits.
+
+stats [8]: 0 F_ref, 1 static residual (relative), 2 sweeps of this step, 3 smallest pivot of K_kk over its trace.
+"""
+
+import functools
+
+import taichi as ti
+
+from .boundary_nodes import ARRAY, INDEX, row
+from .local_contact import multipliers
+from .massless_node import balance, basis_of, block_of, constraints, largest, segment
+from .planes import gap, normal, position
+
+
+@functools.cache
+def make_predict(block: int, slots: int):
+    """x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio in the massless components, moved out of the obstacle if `outside`."""
+
+    @ti.kernel
+    def predict(
+        nodes: INDEX,
+        basis: ARRAY,
+        planes: ARRAY,
+        near: INDEX,
+        reference: ARRAY,
+        ratio: ti.f64,
+        outside: ti.i32,
+        u: ARRAY,
+        last: ARRAY,
+    ):
+        """u is advanced in place; last [k * block]: increment of the step before in, massless displacement out."""
+        for k in range(nodes.shape[0]):
+            node = nodes[k]
+            b = basis_of(basis, k, block)
+            now = b.transpose() @ row(u, node)
+            step = ratio * (now - segment(last, k, block))
+            if outside == 1:
+                x = position(reference, u, node) + b @ step
+                normals, gaps = constraints(planes, near, k, b, x, block, slots)
+                free = ti.Vector.zero(ti.f64, block)
+                identity = ti.Matrix.identity(ti.f64, block)
+                step += normals.transpose() @ multipliers(free, normals, gaps, identity, 0.0, slots)
+            move = b @ step
+            for j in ti.static(range(block)):
+                last[k * block + j] = now[j]
+            for j in ti.static(range(3)):
+                u[3 * node + j] += move[j]
+
+    return predict
+
+
+@ti.kernel
+def nearest_planes(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, near_out: INDEX):
+    """The three planes with the smallest gap at each node; only launched for more than three planes."""
+    for k in range(nodes.shape[0]):
+        x = position(reference, u, nodes[k])
+        for slot in range(3):
+            best = 1e300
+            for p in range(plane_count):
+                g = gap(planes, p, x)
+                taken = 0
+                for before in range(slot):
+                    if near_out[3 * k + before] == p:
+                        taken = 1
+                if taken == 0 and g < best:
+                    best = g
+                    near_out[3 * k + slot] = p
+
+
+@ti.kernel
+def gather_cells(cell_nodes: INDEX, u: ARRAY, cell_u_out: ARRAY, cell_v_out: ARRAY):
+    """Displacements of the contact cells, corner by corner; the velocities are cleared to receive -f."""
+    for i in range(cell_nodes.shape[0]):
+        for j in ti.static(range(3)):
+            cell_u_out[3 * i + j] = u[3 * cell_nodes[i] + j]
+            cell_v_out[3 * i + j] = 0.0
+
+
+@functools.cache
+def make_assemble(block: int, slots: int):
+    """Out-of-balance force of every contact node at the present state, and the static residual of the last solve."""
+
+    @ti.kernel
+    def assemble(
+        nodes: INDEX,
+        basis: ARRAY,
+        planes: ARRAY,
+        near: INDEX,
+        reference: ARRAY,
+        u: ARRAY,
+        load: ARRAY,
+        compliance: ARRAY,
+        active: INDEX,
+        corner_start: INDEX,
+        corners: INDEX,
+        minus_cell_force: ARRAY,
+        least_force: ti.f64,
+        right_out: ARRAY,
+        stats_out: ARRAY,
+    ):
+        """right_out [k * block] = B^t (f_ext - f)."""
+        for _ in range(1):
+            scale = least_force
+            residual = 0.0
+            for k in range(nodes.shape[0]):
+                force = ti.Vector.zero(ti.f64, 3)
+                magnitude = 0.0
+                for i in range(corner_start[k], corner_start[k + 1]):
+                    part = -row(minus_cell_force, corners[i])
+                    force += part
+                    magnitude += part.norm()
+                scale = ti.max(scale, magnitude)
+                b = basis_of(basis, k, block)
+                right = b.transpose() @ (row(load, k) - force)
+                normals, gaps = constraints(
+                    planes, near, k, b, position(reference, u, nodes[k]), block, slots
+                )
+                _pressing, rest = balance(-right, normals, gaps, active[k], compliance[k], block, slots)
+                residual = ti.max(residual, largest(rest))
+                for j in ti.static(range(block)):
+                    right_out[k * block + j] = right[j]
+            stats_out[0] = scale
+            stats_out[1] = residual / scale
+
+    return assemble
+
+
+@functools.cache
+def make_blocks(block: int):
+    """K_KK from the pair stiffnesses of the cells, and the inverse of its diagonal blocks."""
+
+    @ti.kernel
+    def blocks(
+        row_start: INDEX,
+        entry_start: INDEX,
+        entry_pairs: INDEX,
+        pair_values: ARRAY,
+        values_out: ARRAY,
+        inverse_out: ARRAY,
+        stats_out: ARRAY,
+    ):
+        """values_out [e, block, block], inverse_out [k, block, block]; an unused component has stiffness 1."""
+        for e in range(entry_start.shape[0] - 1):
+            total = ti.Matrix.zero(ti.f64, block, block)
+            for i in range(entry_start[e], entry_start[e + 1]):
+                total += block_of(pair_values, entry_pairs[i], block)
+            for i, j in ti.static(ti.ndrange(block, block)):
+                values_out[(e * block + i) * block + j] = total[i, j]
+        for _ in range(1):
+            weakest = 1.0
+            for k in range(row_start.shape[0] - 1):
+                diagonal = block_of(values_out, row_start[k], block)
+                trace = diagonal.trace()
+                filled = diagonal
+                for j in ti.static(range(block)):
+                    if diagonal[j, j] == 0.0:
+                        filled[j, j] = trace
+                pivot = filled[0, 0]
+                for j in ti.static(range(1, block)):
+                    pivot = ti.min(pivot, filled[j, j])
+                if ti.static(block == 3):
+                    minor = filled[0, 0] * filled[1, 1] - filled[0, 1] * filled[1, 0]
+                    pivot = ti.min(pivot, minor / trace, filled.determinant() / (trace * trace))
+                weakest = ti.min(weakest, pivot / trace)
+                inverse = filled.inverse()
+                for i, j in ti.static(ti.ndrange(block, block)):
+                    inverse_out[(k * block + i) * block + j] = inverse[i, j]
+            stats_out[3] = weakest
+
+    return blocks
+
+
+@functools.cache
+def make_solve(block: int, slots: int):
+    """Gauss-Seidel sweeps until the residual of the linearised problem is small, then x_K += B d."""
+
+    @ti.kernel
+    def solve(
+        nodes: INDEX,
+        basis: ARRAY,
+        planes: ARRAY,
+        near: INDEX,
+        reference: ARRAY,
+        compliance: ARRAY,
+        row_start: INDEX,
+        column: INDEX,
+        values: ARRAY,
+        inverse: ARRAY,
+        right: ARRAY,
+        sweeps: ti.i32,
+        most_sweeps: ti.i32,
+        tolerance: ti.f64,
+        u: ARRAY,
+        increment: ARRAY,
+        active_out: INDEX,
+        stats: ARRAY,
+    ):
+        """Adds the sweeps it took to stats[2]; stats[1] becomes the residual of the linearised problem."""
+        for _ in range(1):
+            count = nodes.shape[0]
+            for i in range(count * block):
+                increment[i] = 0.0
+            done, wanted = 0, sweeps
+            residual = 1e300
+            while done < most_sweeps and residual > tolerance:
+                for _sweep in range(wanted):
+                    for k in range(count):
+                        rest = segment(right, k, block)
+                        for e in range(row_start[k] + 1, row_start[k + 1]):
+                            rest -= block_of(values, e, block) @ segment(increment, column[e], block)
+                        b = basis_of(basis, k, block)
+                        x = position(reference, u, nodes[k])
+                        normals, gaps = constraints(planes, near, k, b, x, block, slots)
+                        flexible = block_of(inverse, k, block)
+                        free = flexible @ rest
+                        pressing = multipliers(free, normals, gaps, flexible, compliance[k], slots)
+                        d = free + flexible @ (normals.transpose() @ pressing)
+                        mask = 0
+                        for p in ti.static(range(slots)):
+                            if pressing[p] > 0.0:
+                                mask += 1 << p
+                        active_out[k] = mask
+                        for j in ti.static(range(block)):
+                            increment[k * block + j] = d[j]
+                done += wanted
+                wanted = 10
+                residual = 0.0
+                for k in range(count):
+                    rest = -segment(right, k, block)
+                    for e in range(row_start[k], row_start[k + 1]):
+                        rest += block_of(values, e, block) @ segment(increment, column[e], block)
+                    b = basis_of(basis, k, block)
+                    x = position(reference, u, nodes[k]) + b @ segment(increment, k, block)
+                    normals, gaps = constraints(planes, near, k, b, x, block, slots)
+                    _pressing, left = balance(rest, normals, gaps, active_out[k], compliance[k], block, slots)
+                    residual = ti.max(residual, largest(left))
+                residual /= stats[0]
+            for k in range(count):
+                move = basis_of(basis, k, block) @ segment(increment, k, block)
+                for j in ti.static(range(3)):
+                    u[3 * nodes[k] + j] += move[j]
+            stats[1] = residual
+            stats[2] += done
+
+    return solve
+
+
+@functools.cache
+def make_contact_load(block: int, slots: int):
+    """lambda of every contact node from the force of the ordinary pass; the contact force leaves `force`."""
+
+    @ti.kernel
+    def contact_load(
+        nodes: INDEX,
+        basis: ARRAY,
+        planes: ARRAY,
+        near: INDEX,
+        reference: ARRAY,
+        u: ARRAY,
+        load: ARRAY,
+        compliance: ARRAY,
+        active: INDEX,
+        force: ARRAY,
+        stats: ARRAY,
+        contact_force_out: ARRAY,
+        sums_out: ARRAY,
+    ):
+        """contact_force_out [k * 3] = sum lambda nu; sums_out [6]: total force, energy, nodes that press, residual."""
+        for _ in range(1):
+            sums = ti.Vector.zero(ti.f64, 6)
+            for k in range(nodes.shape[0]):
+                b = basis_of(basis, k, block)
+                x = position(reference, u, nodes[k])
+                normals, gaps = constraints(planes, near, k, b, x, block, slots)
+                out_of_balance = b.transpose() @ (row(force, k) - row(load, k))
+                pressing, rest = balance(out_of_balance, normals, gaps, active[k], compliance[k], block, slots)
+                total = ti.Vector.zero(ti.f64, 3)
+                for p in ti.static(range(slots)):
+                    total += pressing[p] * normal(planes, near[k * slots + p])
+                    sums[3] += 0.5 * compliance[k] * pressing[p] * pressing[p]
+                for j in ti.static(range(3)):
+                    contact_force_out[3 * k + j] = total[j]
+                    force[3 * k + j] -= total[j]
+                    sums[j] += total[j]
+                if total.norm() > 0.0:
+                    sums[4] += 1.0
+                sums[5] = ti.max(sums[5], largest(rest))
+            sums[5] /= ti.max(stats[0], 1e-300)
+            for j in ti.static(range(6)):
+                sums_out[j] = sums[j]
+
+    return contact_load
+
+
+@ti.kernel
+def smallest_gap(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, gap_out: ARRAY):
+    """gap_out [1]: smallest gap of the listed nodes to any plane."""
+    for _ in range(1):
+        least = 1e300
+        for i in range(nodes.shape[0]):
+            x = position(reference, u, nodes[i])
+            for p in range(plane_count):
+                least = ti.min(least, gap(planes, p, x))
+        gap_out[0] = least

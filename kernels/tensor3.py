@@ -1,0 +1,74 @@
+"""3x3 tensors as nested lists of scalars.
+
+Lists of scalars through plain functions compile several times faster than `ti.Matrix` and leave the vectoriser nothing
+but straight-line arithmetic. `a[i][j]` is row i, column j.
+"""
+
+import taichi as ti
+
+
+@ti.func
+def trace(a):
+    return a[0][0] + a[1][1] + a[2][2]
+
+
+@ti.func
+def dot(a, b):
+    """a : b, the sum of products of all components."""
+    return (
+        (a[0][0] * b[0][0] + a[0][1] * b[0][1] + a[0][2] * b[0][2])
+        + (a[1][0] * b[1][0] + a[1][1] * b[1][1] + a[1][2] * b[1][2])
+        + (a[2][0] * b[2][0] + a[2][1] * b[2][1] + a[2][2] * b[2][2])
+    )
+
+
+@ti.func
+def cofactor(a):
+    """cof a = det(a) a^-T, finite for singular a."""
+    return [
+        [
+            a[1][1] * a[2][2] - a[1][2] * a[2][1],
+            a[1][2] * a[2][0] - a[1][0] * a[2][2],
+            a[1][0] * a[2][1] - a[1][1] * a[2][0],
+        ],
+        [
+            a[2][1] * a[0][2] - a[2][2] * a[0][1],
+            a[2][2] * a[0][0] - a[2][0] * a[0][2],
+            a[2][0] * a[0][1] - a[2][1] * a[0][0],
+        ],
+        [
+            a[0][1] * a[1][2] - a[0][2] * a[1][1],
+            a[0][2] * a[1][0] - a[0][0] * a[1][2],
+            a[0][0] * a[1][1] - a[0][1] * a[1][0],
+        ],
+    ]
+
+
+@ti.func
+def determinant(a, cofactor_a):
+    """det a from a and its cofactor."""
+    return a[0][0] * cofactor_a[0][0] + a[0][1] * cofactor_a[0][1] + a[0][2] * cofactor_a[0][2]
+
+
+@ti.func
+def product(a, b):
+    """a b."""
+    return [[a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] for j in range(3)] for i in range(3)]
+
+
+@ti.func
+def product_transposed(a, b):
+    """a b^t."""
+    return [[a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2] for j in range(3)] for i in range(3)]
+
+
+@ti.func
+def transposed_product(a, b):
+    """a^t b."""
+    return [[a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j] for j in range(3)] for i in range(3)]
+
+
+@ti.func
+def scaled(factor, a):
+    """factor a."""
+    return [[factor * a[i][j] for j in range(3)] for i in range(3)]

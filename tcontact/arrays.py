@@ -1,0 +1,53 @@
+"""Arrays the kernels work on: NumPy memory on the CPU (read by the host for free), Taichi ndarrays on a GPU."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import runtime
+
+Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dimensional
+
+
+def put(values: np.ndarray) -> Array:
+    """A flat array on the device with a copy of the values (float64 or int32)."""
+    dtype = np.float64 if np.issubdtype(np.asarray(values).dtype, np.floating) else np.int32
+    flat = np.array(values, dtype=dtype).reshape(-1)
+    if flat.size == 0:
+        flat = np.zeros(1, dtype=dtype)  # kernels never see an empty array
+    if runtime.arch() != "cuda":
+        return flat
+    ti = runtime.load()
+    device = ti.ndarray(ti.f64 if dtype is np.float64 else ti.i32, flat.size)
+    device.from_numpy(flat)
+    return device
+
+
+def zeros(count: int) -> Array:
+    """A flat float64 array of zeros on the device."""
+    return put(np.zeros(max(count, 1)))
+
+
+def get(array: Array) -> np.ndarray:
+    """The values on the host: the array itself on the CPU (do not keep it without a copy), a copy on a GPU."""
+    return array if isinstance(array, np.ndarray) else array.to_numpy()
+
+
+def set_values(array: Array, values: np.ndarray) -> None:
+    """Overwrite the values of a device array."""
+    flat = np.ascontiguousarray(values).reshape(-1)
+    if isinstance(array, np.ndarray):
+        array[: flat.size] = flat
+    else:
+        array.from_numpy(flat.astype(np.float64))
+
+
+def size_in_bytes(arrays: list[Array]) -> int:
+    """Memory of the arrays [bytes]."""
+    total = 0
+    for array in arrays:
+        count = int(np.prod(array.shape))
+        total += count * (array.itemsize if isinstance(array, np.ndarray) else (4 if "i32" in str(array.dtype) else 8))
+    return total

@@ -1,0 +1,115 @@
+"""Checks: a named value against a bound, and those that hold for every impact.
+
+A case returns a list of these from `checks(result)`; `tcontact run` prints them, writes them into summary.json and
+fails when one does. A value that is not a number never passes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .result import Result
+
+
+@dataclass(frozen=True)
+class Check:
+    """One value against its bound.
+
+    name: what is checked; value: what the run gave; bound: the condition in words, such as "<= 0.05"; passed: whether
+    the value meets it.
+    """
+
+    name: str
+    value: float | str
+    bound: str
+    passed: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """The check as plain data for summary.json; a value that is not finite becomes text."""
+        value = self.value
+        if isinstance(value, float) and not math.isfinite(value):
+            value = str(value)
+        return {"name": self.name, "value": value, "bound": self.bound, "passed": self.passed}
+
+
+def at_most(name: str, value: float, bound: float) -> Check:
+    """value <= bound."""
+    return Check(name, float(value), f"<= {bound:.4g}", bool(value <= bound))
+
+
+def at_least(name: str, value: float, bound: float) -> Check:
+    """value >= bound."""
+    return Check(name, float(value), f">= {bound:.4g}", bool(value >= bound))
+
+
+def between(name: str, value: float, low: float, high: float) -> Check:
+    """low <= value <= high."""
+    return Check(name, float(value), f"{low:.5g} .. {high:.5g}", bool(low <= value <= high))
+
+
+def equals(name: str, value: float, wanted: float) -> Check:
+    """value == wanted, for counts."""
+    return Check(name, float(value), f"= {wanted:g}", bool(value == wanted))
+
+
+def finished(result: Result) -> Check:
+    """The run reached its end."""
+    return Check("finished", result.reason, "= finished", result.reason == "finished")
+
+
+def momentum_balance(result: Result, bound: float) -> Check:
+    """Change of momentum = impulse of contact, supports and gravity, in every row.
+
+    The largest deviation relative to the largest momentum or impulse of the run.
+    """
+    history, scene = result.history, result.scene
+    change = history["momentum"] - history["momentum"][0]
+    impulse = history["impulse"] + history.get("support_impulse", 0.0)
+    if scene.gravity is not None:
+        impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
+    scale = max(np.abs(history["momentum"]).max(), np.abs(impulse).max(), np.finfo(float).tiny)
+    return at_most("momentum = impulses", np.abs(change - impulse).max() / scale, bound)
+
+
+def pushing(result: Result) -> Check:
+    """Contact forces push, never pull: smallest normal component over the steps and, at the end, over the nodes.
+
+    Relative to the largest contact force; for scenes with one flat obstacle.
+    """
+    normal = np.asarray(result.scene.obstacles[0].normal)
+    total = result.history["contact_force"] @ normal
+    nodes = result.contact_node_force @ normal
+    scale = max(np.abs(total).max(), np.finfo(float).tiny)
+    return at_least("contact pushes", np.min([total.min(), nodes.min(), 0.0]) / scale, 0.0)
+
+
+def no_overlap(result: Result) -> Check:
+    """Deepest overlap relative to the size of the body, for the exact constraint."""
+    size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in result.scene.bodies)
+    return at_most("overlap / size", np.max([0.0, -np.min(result.history["gap_min"])]) / size, 1e-12)
+
+
+def energy(result: Result, bound: float) -> Check:
+    """Largest energy error of the run relative to the largest kinetic + elastic energy."""
+    return at_most("energy error", float(np.abs(result.history["energy_error"]).max()), bound)
+
+
+def mass(result: Result) -> float:
+    """Total mass of the bodies [kg], from their reference volumes."""
+    return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
+
+
+def volume(mesh: Any) -> float:
+    """Volume of a mesh [m^3] by the divergence theorem over its cells, exact for flat faces."""
+    corners = np.asarray(mesh.nodes)[np.asarray(mesh.cells)]
+    if corners.shape[1] == 4:
+        tets = [(0, 1, 2, 3)]
+    else:  # six tetrahedra around the diagonal 0-6
+        tets = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
+    edges = [corners[:, [b, c, d]] - corners[:, [a]] for a, b, c, d in tets]
+    return float(sum(np.linalg.det(edge).sum() for edge in edges) / 6.0)

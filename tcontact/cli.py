@@ -1,0 +1,53 @@
+"""The command line: `tcontact COMMAND ...`.
+
+Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the message says what to do instead).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from .commands import doctor, info, listing, render, run
+from .errors import InputError
+from .report import versions
+
+COMMANDS = (listing, run, info, render, doctor)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    top = argparse.ArgumentParser(
+        prog="tcontact",
+        description="Dynamic contact and impact of deformable solids.",
+        epilog="exit code: 0 all well, 1 a run or one of its checks failed, 2 bad usage",
+    )
+    top.add_argument("--version", action="version", version=f"tcontact {versions()['tcontact']}")
+    subparsers = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        command.add(subparsers)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code; argv: the arguments, None = those of the process."""
+    try:
+        arguments = parser().parse_args(argv)
+    except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
+        return int(stop.code or 0)
+    try:
+        return int(arguments.run(arguments))
+    except InputError as error:
+        print(f"tcontact: {error}", file=sys.stderr)
+        return 2
+    except ImportError as error:
+        print(f"tcontact: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone (`tcontact list | head`)
+        return 0
+    except KeyboardInterrupt:
+        print("tcontact: interrupted", file=sys.stderr)
+        return 1

@@ -1,0 +1,92 @@
+"""`tcontact doctor`: is everything here to run, and does a small impact come out right?"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "doctor",
+        help="check this machine",
+        description="Show versions and devices, and run a small impact with a known answer.",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what is found; exit code 1 if the self test fails."""
+    from ..report import versions
+
+    for name, version in versions().items():
+        print(f"{name:<14}{version}")
+    print(f"{'cores':<14}{cores()}")
+    library = has_library("libX11.so.6")
+    print(f"{'libX11':<14}{'found' if library else 'missing; Taichi needs it: apt-get install libx11-6'}")
+    if not library:
+        return 1
+    cache = kernel_cache()
+    print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
+    print(f"{'CUDA':<14}{cuda()}")
+    return self_test()
+
+
+def self_test() -> int:
+    """A bar of 20 cells against its exact solution; prints its checks and returns the exit code."""
+    import tcontact as tc
+    from tcontact.cases import bar_impact
+
+    begin = time.perf_counter()
+    result = tc.simulate(bar_impact.scene(cells=20))
+    checks = bar_impact.checks(result)
+    failed = [check for check in checks if not check.passed]
+    wall = time.perf_counter() - begin
+    error = abs(result.history["energy_error"]).max()
+    print(
+        f"{'self test':<14}{'FAILED' if failed else 'passed'}: bar impact, {result.steps} steps, {len(checks)} checks,"
+        f" energy error {error:.1e}, {wall:.1f} s with {result.compile_s:.1f} s of compilation"
+    )
+    for check in failed:
+        print(f"{'':<14}{check.name}: {check.value} should be {check.bound}")
+    return 1 if failed else 0
+
+
+def cores() -> int:
+    """CPU cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def has_library(name: str) -> bool:
+    """Whether the system's loader finds a library."""
+    if os.name != "posix" or not Path("/lib").exists():
+        return True
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+def kernel_cache() -> Path:
+    """Folder in which Taichi keeps compiled kernels."""
+    return Path(os.environ.get("TI_OFFLINE_CACHE_FILE_PATH", Path.home() / ".cache" / "taichi" / "ticache"))
+
+
+def cuda() -> str:
+    """CUDA devices, in words, asked of the driver itself."""
+    try:
+        driver = ctypes.CDLL("libcuda.so.1")
+    except OSError:
+        return "no driver (CPU only)"
+    count = ctypes.c_int(0)
+    if driver.cuInit(0) != 0 or driver.cuDeviceGetCount(ctypes.byref(count)) != 0 or count.value == 0:
+        return "driver without a usable device (CPU only)"
+    name = ctypes.create_string_buffer(100)
+    driver.cuDeviceGetName(name, 100, 0)
+    return f"{count.value} device(s), first: {name.value.decode(errors='replace')}; use --arch cuda"

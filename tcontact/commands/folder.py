@@ -1,0 +1,75 @@
+"""The folder of a run: which files in it are ours, and how a new run takes the place of an old one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import InputError
+
+OURS = (
+    "summary.json",
+    "history.csv",
+    "result.vtkhdf",
+    "contact-force.png",
+    "gap.png",
+    "energy.png",
+    "comparison.png",
+    "contact-face.png",
+    "animation.gif",
+    "frames/frame-*.png",
+)
+
+
+def our_files(folder: Path) -> list[Path]:
+    """Files in the folder that a run wrote, those of the runs of a comparison included; nothing else."""
+    if not folder.is_dir():
+        return []
+    places = [folder, *(folder / name for name in _runs(folder))]
+    return [path for place in places for pattern in OURS for path in sorted(place.glob(pattern)) if path.is_file()]
+
+
+def _runs(folder: Path) -> list[str]:
+    """Subfolders that the summary of a comparison names."""
+    try:
+        names = json.loads((folder / "summary.json").read_text(encoding="utf-8")).get("runs", [])
+    except (OSError, ValueError, AttributeError):
+        return []
+    return [name for name in names if isinstance(name, str) and name == Path(name).name and name not in ("", ".", "..")]
+
+
+@contextmanager
+def replacing(folder: Path, force: bool) -> Iterator[None]:
+    """Let a new run write into the folder; what an older run left there goes when the new one has succeeded.
+
+    If the new run raises before it wrote anything, the older files come back. Files that are not ours stay where they
+    are. Raises `InputError` if the folder holds a run and force is False, or if it is no folder.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError("--out", str(folder), "is a file; name a folder")
+    old = our_files(folder)
+    if old and not force:
+        raise InputError("--out", str(folder), "holds another run; name another folder or add --force to replace it")
+    aside = folder / ".replaced"
+    for path in old:
+        _move(path, aside / path.relative_to(folder))
+    try:
+        yield
+    except BaseException:
+        if not our_files(folder):
+            for path in old:
+                _move(aside / path.relative_to(folder), path)
+        raise
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+        for path in old:
+            if path.parent != folder and path.parent.is_dir() and not any(path.parent.iterdir()):
+                path.parent.rmdir()
+
+
+def _move(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    source.replace(target)

@@ -1,0 +1,32 @@
+"""`tcontact list`: the cases. Reads their sources only, so it is instant."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser("list", help="list the cases", description="List the cases and what each is about.")
+    parser.add_argument("-v", "--verbose", action="store_true", help="also their parameters with type and default")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the cases."""
+    from tcontact import cases
+
+    width = max(len(name) for name in cases.names())
+    for name in cases.names():
+        print(f"{name:<{width}}  {cases.title(name)}")
+        if not arguments.verbose:
+            continue
+        found = cases.parameters(name)
+        space = max((len(key) for key in found), default=0)
+        for key, (kind, default) in found.items():
+            print(f"    {key:<{space}} = {default:<14} {kind}")
+        if cases.compares(name):
+            print(f"    {'compare':<{space}} = {'False':<14} {cases.compares(name)}")
+        print()
+    return 0

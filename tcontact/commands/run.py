@@ -1,0 +1,174 @@
+"""`tcontact run CASE`: run a case, check it, and leave numbers, result file and pictures in a folder."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError
+from . import folder, settings
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "run",
+        help="run a case",
+        description="Run a case; leave summary.json, history.csv, result.vtkhdf, plots and frames in a folder.",
+    )
+    parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list)")
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
+    )
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
+    parser.add_argument(
+        "--frames", metavar="N", type=_count, default=60, help="pictures over the run, 0 = none (default: 60)"
+    )
+    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    parser.add_argument("--threads", metavar="N", type=_positive, help="CPU threads (default: all cores)")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar, no table: only failures are printed")
+    parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the case and return the exit code."""
+    from tcontact import cases
+
+    case = cases.load(arguments.case)
+    wanted = settings.read(arguments.case, case, arguments.set)
+    scheme = settings.scheme(wanted.scheme)
+    out = arguments.out or Path("runs") / arguments.case
+    parameters = settings.defaults(case) | wanted.scene
+    if wanted.compare:
+        scenes = case.comparison(**wanted.scene)
+        places = {label: out / re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-") for label in scenes}
+    else:
+        scenes = {"": case.scene(**wanted.scene)}
+        places = {"": out}
+    try:
+        with folder.replacing(out, arguments.force):
+            runs: dict[str, tuple[bool, Result]] = {}
+            for label, scene in scenes.items():
+                title = f"{arguments.case} {label}".strip()
+                runs[label] = _one(title, case, scene, scheme, parameters | wanted.scheme, places[label], arguments)
+                if runs[label][1].reason == "interrupted":
+                    break
+            if wanted.compare:
+                _compare(arguments, parameters | wanted.scheme, runs, places, out)
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    return 0 if all(passed for passed, _ in runs.values()) else 1
+
+
+def _one(
+    title: str, case: Any, scene: Any, scheme: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace
+) -> tuple[bool, Result]:
+    """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result."""
+    import tcontact as tc
+
+    from .. import plots, report, runtime
+
+    result = tc.simulate(
+        scene,
+        scheme=scheme,
+        out=out,
+        frames=arguments.frames,
+        threads=arguments.threads,
+        arch=arguments.arch,
+        progress=not arguments.quiet,
+    )
+    out.mkdir(parents=True, exist_ok=True)
+    checks = case.checks(result)
+    data = report.summary(
+        result, case=title, parameters=parameters, checks=checks, arch=arguments.arch, threads=runtime.threads()
+    )
+    report.write_json(out / "summary.json", data)
+    report.write_history(out / "history.csv", result.history)
+    normals = [obstacle.normal for obstacle in scene.obstacles]
+    exact = case.exact(result) if hasattr(case, "exact") else None
+    plots.contact_force(out / "contact-force.png", result.history, normals, exact)
+    plots.gap(out / "gap.png", result.history)
+    plots.energy(out / "energy.png", result.history)
+    if arguments.frames:
+        from ..render import render_frames
+
+        render_frames(out / "result.vtkhdf", out, field="von_mises", obstacles=planes(scene))
+    if not arguments.quiet:
+        show(report.lines(data))
+        print(f"  files in {out}")
+    elif not data["passed"]:
+        show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
+    return data["passed"], result
+
+
+def planes(scene: Any) -> list[dict[str, Any]]:
+    """Obstacles of a scene as the renderer takes them."""
+    return [{"kind": "plane", "point": list(o.point), "normal": list(o.normal)} for o in scene.obstacles]
+
+
+def _compare(
+    arguments: argparse.Namespace, parameters: dict[str, Any], runs: dict[str, Any], places: dict[str, Path], out: Path
+) -> None:
+    """Plot the runs of a comparison side by side and name them in a summary."""
+    from .. import plots, report
+
+    picture = out / "comparison.png"
+    if len(runs) == len(places):
+        histories = {label: result.history for label, (_, result) in runs.items()}
+        walls = next(iter(runs.values()))[1].scene.obstacles
+        plots.comparison(picture, histories, [wall.normal for wall in walls])
+    report.write_json(
+        out / "summary.json",
+        {
+            "case": arguments.case,
+            "parameters": parameters,
+            "runs": [places[label].name for label in runs],
+            "labels": list(runs),
+            "passed": len(runs) == len(places) and all(passed for passed, _ in runs.values()),
+            "versions": report.versions(),
+        },
+    )
+    if not arguments.quiet and picture.exists():
+        print(f"  side by side in {picture}")
+
+
+def show(lines: list[str]) -> None:
+    """Print lines; pass and FAIL in colour on a terminal."""
+    import sys
+
+    if not sys.stdout.isatty():
+        print("\n".join(lines))
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(soft_wrap=True, highlight=False)
+    for line in lines:
+        text = Text(line)
+        text.highlight_regex(r"^  pass\b", "green")
+        text.highlight_regex(r"^  FAIL\b", "bold red")
+        console.print(text)
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError("give a whole number, 0 or more")
+    return number
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError("give a whole number, 1 or more")
+    return number

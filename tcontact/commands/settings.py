@@ -1,0 +1,98 @@
+"""`--set KEY=VALUE`: read by the type the case's `scene` declares for KEY; the scheme has keys of its own."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from inspect import signature
+from types import ModuleType
+from typing import Any, Literal
+
+from ..errors import InputError
+
+SCHEME_KEYS: dict[str, Any] = {"scheme": str, "cfl": float, "dt": float}
+TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the user set: parameters of the scene, options of the scheme, whether to run the case's comparison."""
+
+    scene: dict[str, Any] = field(default_factory=dict)
+    scheme: dict[str, Any] = field(default_factory=dict)
+    compare: bool = False
+
+
+def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
+    """Sort KEY=VALUE pairs for the case called `name`. Raises `InputError` with the known keys or values."""
+    hints = typing.get_type_hints(case.scene)
+    known = {key: hints.get(key, str) for key in signature(case.scene).parameters}
+    extra: dict[str, Any] = {"compare": bool} if hasattr(case, "comparison") else {}
+    scene: dict[str, Any] = {}
+    scheme: dict[str, Any] = {}
+    compare = False
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        key = key.strip()
+        if not equals:
+            raise InputError("--set", pair, "give KEY=VALUE, for example --set cells=8")
+        if key in known:
+            scene[key] = value(key, text, known[key])
+        elif key in extra:
+            compare = value(key, text, bool)
+        elif key in SCHEME_KEYS:
+            scheme[key] = value(key, text, SCHEME_KEYS[key])
+        else:
+            words = ", ".join([*known, *extra, *SCHEME_KEYS])
+            raise InputError("--set", key, f"{name} has no such parameter; it knows {words}")
+    return Settings(scene, scheme, compare)
+
+
+def defaults(case: ModuleType) -> dict[str, Any]:
+    """Default of every parameter of the case's scene."""
+    return {key: parameter.default for key, parameter in signature(case.scene).parameters.items()}
+
+
+def value(key: str, text: str, kind: Any) -> Any:
+    """The text as a value of the declared type: int, float, bool, str, Literal, or one of these or None."""
+    text = text.strip()
+    kinds = typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+    for choice in kinds:
+        if choice is type(None):
+            if text.lower() in ("none", "null", ""):
+                return None
+        elif typing.get_origin(choice) is Literal:
+            if text in typing.get_args(choice):
+                return text
+        elif choice is bool:
+            if text.lower() in TRUTH:
+                return TRUTH[text.lower()]
+        else:
+            try:
+                return choice(text)
+            except ValueError:
+                continue
+    raise InputError(f"--set {key}", text, "give " + " or ".join(map(_wanted, kinds)))
+
+
+def _wanted(kind: Any) -> str:
+    if typing.get_origin(kind) is Literal:
+        return "one of " + ", ".join(typing.get_args(kind))
+    named = {int: "a whole number", float: "a number", bool: "true or false", str: "text", type(None): "none"}
+    return named.get(kind, str(kind))
+
+
+def scheme(options: dict[str, Any]) -> Any:
+    """The time scheme the options ask for. Raises `InputError`."""
+    import tcontact as tc
+
+    known = {"central-difference": tc.CentralDifference}
+    options = dict(options)
+    name = options.pop("scheme", "central-difference")
+    if name not in known:
+        raise InputError("--set scheme", name, "use one of " + ", ".join(known))
+    if options.get("cfl") is not None and options.get("dt") is not None:
+        raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")
+    return known[name](**options)

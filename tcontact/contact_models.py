@@ -1,0 +1,55 @@
+"""Ways to resolve contact with rigid obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import validate
+
+
+@dataclass(frozen=True)
+class MasslessContact:
+    """Contact nodes without mass, resolved by a projected static solve every step (METHOD 1 and 2, paper 4.2-4.3).
+
+    removal: which mass the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
+    "auto" (normal if all planes share one direction that the contact faces look along, else full).
+    penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
+    tolerance: bound on `static_residual` (relative, dimensionless); None means 1e-4.
+    """
+
+    removal: str = "auto"
+    penalty: float | None = None
+    depth: int = 1
+    sweeps: int = 10
+    tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        validate.choice("removal", self.removal, ("auto", "normal", "full"))
+        if self.penalty is not None:
+            validate.number("penalty", self.penalty, low=0.0)
+        validate.whole("depth", self.depth, 1)
+        validate.whole("sweeps", self.sweeps, 1)
+        if self.tolerance is not None:
+            validate.number("tolerance", self.tolerance, low=0.0)
+
+
+@dataclass(frozen=True)
+class PenaltyContact:
+    """A penalty of the given stiffness per area [N/m^3] on nodes with their ordinary mass: the usual baseline.
+
+    It cuts the stable step (`Result.dt_limit` includes it).
+    """
+
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        validate.number("stiffness", self.stiffness, low=0.0)
+
+
+@dataclass(frozen=True)
+class ImpulseContact:
+    """Velocity impulses on nodes with their ordinary mass, restitution 0 (Moreau-Jean): smooth, loses O(h) energy."""
+
+
+ContactModel = MasslessContact | PenaltyContact | ImpulseContact

@@ -1,0 +1,144 @@
+"""Geometry and topology of hex8 and tet4 cells: corner order, faces, Jacobians, volumes, boundary. Plain numpy.
+
+Corner order is VTK's. Faces are listed so that their corners turn counter-clockwise seen from outside a positively
+oriented cell: the normal points outward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+KeyArray = npt.NDArray[np.uint64]
+
+CORNERS = {"hex8": 8, "tet4": 4}
+FACES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "hex8": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    "tet4": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+}
+MIRROR = {"hex8": (4, 5, 6, 7, 0, 1, 2, 3), "tet4": (0, 1, 3, 2)}  # the same cell with the opposite orientation
+
+_CHUNK = 4096  # cells at a time: temporaries stay in cache and small beside the mesh
+_HEX_CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
+)
+_TET_GRADIENT = np.array([[[-1, 1, 0, 0], [-1, 0, 1, 0], [-1, 0, 0, 1]]], dtype=float)
+
+
+def _hex_gradient(points: FloatArray) -> FloatArray:
+    """dN_a/dxi_d of the trilinear shape functions at reference points [p, 3] in [-1, 1]^3 -> [p, 3, 8]."""
+    factor = 1.0 + points[:, None, :] * _HEX_CORNERS
+    gradient = np.empty((len(points), 3, 8))
+    for d, (e, f) in enumerate(((1, 2), (0, 2), (0, 1))):
+        gradient[:, d] = 0.125 * _HEX_CORNERS[:, d] * factor[:, :, e] * factor[:, :, f]
+    return gradient
+
+
+# Reference gradients: at the points of integration, and at the corners (a tet4 has one Jacobian everywhere).
+GAUSS_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS / np.sqrt(3.0)), "tet4": _TET_GRADIENT}
+CORNER_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS), "tet4": _TET_GRADIENT}
+_WEIGHT = {"hex8": 1.0, "tet4": 1.0 / 6.0}
+
+
+def jacobians(
+    nodes: FloatArray, cells: IntArray, gradient: FloatArray
+) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
+    """Yield (cells, det [p, c], edges [p, c]) for chunks of c cells at the p points of `gradient` [p, 3, corners].
+
+    det is the determinant of J = dx/dxi [m^3], edges the product of the lengths of its three rows: |det| <= edges, and
+    det / edges judges the shape of a cell whatever its size and aspect ratio.
+    """
+    points, _, corners = gradient.shape
+    operator = gradient.reshape(points * 3, corners)
+    axes = [np.ascontiguousarray(nodes[:, k]) for k in range(3)]
+    for start in range(0, len(cells), _CHUNK):
+        part = slice(start, min(start + _CHUNK, len(cells)))
+        ids = np.ascontiguousarray(cells[part].T)
+        x = np.empty((corners, 3, ids.shape[1]))
+        for k, axis in enumerate(axes):
+            x[:, k] = axis[ids]
+        x -= x[0].copy()  # differences: exact also far from the origin
+        a, b, c = np.moveaxis((operator @ x.reshape(corners, -1)).reshape(points, 3, 3, -1), 1, 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            det = (
+                a[:, 0] * (b[:, 1] * c[:, 2] - b[:, 2] * c[:, 1])
+                + a[:, 1] * (b[:, 2] * c[:, 0] - b[:, 0] * c[:, 2])
+                + a[:, 2] * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+            )
+            lengths = [np.sqrt(np.einsum("pkc,pkc->pc", row, row)) for row in (a, b, c)]
+            edges = lengths[0] * lengths[1] * lengths[2]
+        yield part, det, edges
+
+
+def cell_volumes(nodes: FloatArray, cells: IntArray, kind: str) -> FloatArray:
+    """Volume [m^3] of each cell [m]; exact for hex8 (the Jacobian has degree 2 per axis, the rule takes 3)."""
+    volumes = np.empty(len(cells))
+    for part, det, _ in jacobians(nodes, cells, GAUSS_GRADIENT[kind]):
+        volumes[part] = _WEIGHT[kind] * det.sum(axis=0)
+    return volumes
+
+
+class Surface(NamedTuple):
+    """The faces with one cell, ready for look-up."""
+
+    faces: IntArray  # [k, 4|3] node ids, outward, in the order of the cells
+    keys: KeyArray  # [k] sorted keys of those faces
+    order: IntArray  # [k] face of each sorted key
+    crowded: IntArray  # [j, 4|3] faces with more than two cells, each once; empty in a sound mesh
+
+    def find(self, faces: IntArray, node_count: int) -> IntArray:
+        """Index among `faces` of the surface for each given face, whatever its corner order; -1 where there is none."""
+        wanted = face_keys(faces, node_count)
+        place = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
+        return np.where(self.keys[place] == wanted, self.order[place], -1)
+
+
+def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
+    """Faces with one cell."""
+    table = np.array(FACES[kind])
+    keys = cell_face_keys(cells, kind, node_count)
+    order = np.argsort(keys)
+    ranked = keys[order]
+    same = ranked[1:] == ranked[:-1]
+    before, after = np.r_[False, same], np.r_[same, False]
+    single = np.sort(order[~before & ~after])
+    cell, face = np.divmod(single, len(table))
+    faces = cells[cell[:, None], table[face]]
+    third = order[1:-1][same[1:] & same[:-1] & ~np.r_[False, same[:-2]]] if len(same) > 1 else order[:0]
+    crowded = cells[(third // len(table))[:, None], table[third % len(table)]]
+    single_keys = keys[single]
+    rank = np.argsort(single_keys)
+    return Surface(faces, single_keys[rank], rank, crowded)
+
+
+def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
+    """Keys of all faces of all cells [m * faces per cell], cell by cell."""
+    marks = _node_marks(node_count)
+    keys = np.empty((len(cells), len(FACES[kind])), dtype=np.uint64)
+    for f, face in enumerate(FACES[kind]):
+        keys[:, f] = marks[cells[:, face[0]]]
+        for corner in face[1:]:
+            keys[:, f] += marks[cells[:, corner]]
+    return keys.reshape(-1)
+
+
+def face_keys(faces: IntArray, node_count: int) -> KeyArray:
+    """Key of each face or cell [k, corners]: the sum of well-mixed 64-bit marks of its nodes.
+
+    The sum does not depend on the order of the corners, so nothing needs sorting by rows. Two different faces share a
+    key with probability 2^-64: about 1e-6 for any pair among ten million faces.
+    """
+    return np.asarray(_node_marks(node_count)[faces].sum(axis=1, dtype=np.uint64))
+
+
+def _node_marks(count: int) -> KeyArray:
+    """Mixed 64-bit mark of each node id (splitmix64, Steele, Lea and Flood 2014)."""
+    mark = (np.arange(count, dtype=np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    mark = (mark ^ (mark >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mark = (mark ^ (mark >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return mark ^ (mark >> np.uint64(31))

@@ -1,0 +1,227 @@
+"""What a scene needs: the terms that exist, and for every body its numbering, masses and contact lists. Host data only.
+
+`plan(scene)` decides; terms allocate and launch. Nothing is planned for a term that the scene does not have.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .contact_graph import ContactGraph, contact_graph
+from .contact_models import ImpulseContact, MasslessContact
+from .lumped_mass import cell_masses, node_areas
+from .packing import slab_order
+from .redistribution import redistribute
+from .removal import MasslessNodes, check_clusters, massless_nodes
+from .scene import Body, Scene
+
+
+@dataclass(frozen=True)
+class ContactPlan:
+    """Contact lists of one body, in its internal numbering.
+
+    nodes [k]: contact nodes, the first rows of the boundary list; all_nodes: every node of the contact set (gaps);
+    areas [k] [m^2]; for massless contact also basis [k, 3, 3], block (1 or 3 massless components a node) and the graph.
+    """
+
+    nodes: np.ndarray
+    all_nodes: np.ndarray
+    areas: np.ndarray
+    removal: str | None = None
+    basis: np.ndarray | None = None
+    block: int = 3
+    graph: ContactGraph | None = None
+
+
+@dataclass(frozen=True)
+class BodyPlan:
+    """One body in its internal numbering: node i is node `node_order[i]` of the user, cell e is `cell_order[e]`.
+
+    lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
+    inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity on them;
+    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s].
+    """
+
+    label: str
+    body: Body
+    node_order: np.ndarray
+    cell_order: np.ndarray
+    reference: np.ndarray
+    cells: np.ndarray
+    lumped: np.ndarray
+    gravity: np.ndarray
+    boundary: np.ndarray
+    tensors: np.ndarray
+    inverses: np.ndarray
+    loads: np.ndarray
+    support_rows: np.ndarray
+    support_axes: np.ndarray
+    speeds: np.ndarray
+    contact: ContactPlan | None
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Mass tensors [n, 3, 3] [kg] of all nodes in the user's numbering, after redistribution."""
+        result = self.lumped[:, None, None] * np.eye(3)
+        result[self.boundary] = self.tensors
+        return result[np.argsort(self.node_order)]
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the physics this body has."""
+        names = ["internal-force"]
+        if self.gravity.any():
+            names.append("gravity")
+        if len(self.support_rows):
+            names.append("supports")
+        return tuple(names)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The scene and one plan per body."""
+
+    scene: Scene
+    bodies: tuple[BodyPlan, ...]
+
+    @property
+    def contact_term(self) -> str | None:
+        """Name of the contact term, or None if nothing can touch."""
+        if not self.scene.touching:
+            return None
+        names = {MasslessContact: "massless-contact", ImpulseContact: "impulse-contact"}
+        return names.get(type(self.scene.contact), "penalty-contact")  # type: ignore[arg-type]
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the physics that will be built."""
+        found = dict.fromkeys(name for body in self.bodies for name in body.terms)
+        if self.contact_term:
+            found[self.contact_term] = None
+        return (*found, "ledger")
+
+    def describe(self) -> str:
+        """Terms, sizes and choices of the run, a line each."""
+        lines = ["terms: " + ", ".join(self.terms)]
+        for body in self.bodies:
+            mesh, law = body.body.mesh, body.body.material.law
+            line = f"{body.label}: {mesh.cell_count} {mesh.kind} cells, {mesh.node_count} nodes, {law}"
+            if len(body.boundary):
+                line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
+            if body.contact is not None:
+                line += f"; {len(body.contact.nodes)} contact nodes"
+                if body.contact.graph is not None:
+                    graph = body.contact.graph
+                    line += (
+                        f" without mass ({body.contact.removal} removal, {body.contact.block} components a node,"
+                        f" {len(graph.cells)} contact cells, {graph.colours} colours)"
+                    )
+            lines.append(line)
+        return "\n".join(lines)
+
+
+def plan(scene: Scene) -> Plan:
+    """Decide what exists for the scene. Raises `InputError` where the contact set cannot be made massless."""
+    return Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
+
+
+def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
+    mesh = body.mesh
+    masses = cell_masses(mesh, body.material.density)
+    lumped = np.zeros(mesh.node_count)
+    np.add.at(lumped, mesh.cells, masses)
+    node_order, cell_order = slab_order(mesh.nodes, mesh.cells)
+    place = np.empty(mesh.node_count, dtype=np.int64)
+    place[node_order] = np.arange(mesh.node_count)
+    touching = scene.touching and body.contact is not None
+    free = np.isnan(body.prescribed)
+    tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
+    contact: ContactPlan | None = None
+    massless: MasslessNodes | None = None
+    if touching and isinstance(scene.contact, MasslessContact):
+        massless = massless_nodes(scene, body)
+        check_clusters(body, massless)
+        moved = redistribute(mesh, masses, massless, free, scene.contact.depth)
+        tensors = {"nodes": moved.nodes, "values": moved.tensors}
+    cells = place[mesh.cells[cell_order]]
+    first = np.zeros(0, dtype=np.int64)
+    if touching:
+        contact = _plan_contact(body, massless, place, cells)
+        first = contact.nodes
+    held = place[np.flatnonzero(~free.all(axis=1))]
+    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held]))
+    boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
+    mass = lumped[node_order[boundary]][:, None, None] * np.eye(3)
+    row = np.full(mesh.node_count, -1)
+    row[boundary] = np.arange(len(boundary))
+    mass[row[place[tensors["nodes"]]]] = tensors["values"]
+    free_here = free[node_order[boundary]]
+    inverses = _inverses(mass, free_here, contact)
+    gravity = np.zeros(3) if scene.gravity is None else np.asarray(scene.gravity)
+    rows, axes = np.nonzero(~free_here)
+    return BodyPlan(
+        label=label,
+        body=body,
+        node_order=node_order,
+        cell_order=cell_order,
+        reference=mesh.nodes[node_order],
+        cells=cells,
+        lumped=lumped[node_order],
+        gravity=gravity,
+        boundary=boundary,
+        tensors=mass,
+        inverses=inverses,
+        loads=mass @ gravity,
+        support_rows=rows,
+        support_axes=axes,
+        speeds=body.prescribed[node_order[boundary]][rows, axes],
+        contact=contact,
+    )
+
+
+def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray) -> ContactPlan:
+    areas = node_areas(body.mesh.nodes, body.contact_faces)
+    everyone = np.unique(body.contact_faces)
+    if massless is None:
+        order = np.argsort(place[everyone])
+        return ContactPlan(place[everyone][order], place[everyone][order], areas[everyone][order])
+    internal = place[massless.nodes]
+    order = np.argsort(internal)
+    graph = contact_graph(cells, internal[order], body.mesh.node_count)
+    index = np.empty(body.mesh.node_count, dtype=np.int64)
+    index[internal] = np.arange(len(internal))
+    into = index[graph.nodes]
+    block = 1 if (massless.rank == 1).all() else 3
+    return ContactPlan(
+        nodes=graph.nodes,
+        all_nodes=np.sort(place[everyone]),
+        areas=areas[massless.nodes][into],
+        removal=massless.removal,
+        basis=massless.basis[into],
+        block=block,
+        graph=graph,
+    )
+
+
+def _inverses(mass: np.ndarray, free: np.ndarray, contact: ContactPlan | None) -> np.ndarray:
+    """Inverse mass on the components that are neither prescribed nor massless; zero on the others."""
+    moving = free[:, :, None] * np.eye(3)
+    if contact is not None and contact.basis is not None:
+        moving[: len(contact.nodes)] -= np.einsum("kic,kjc->kij", contact.basis, contact.basis)
+    result = np.zeros_like(mass)
+    if len(mass):
+        inside = moving @ mass @ moving
+        values, vectors = np.linalg.eigh(inside)
+        scale = np.abs(values).max(axis=1, keepdims=True)
+        keep = values > 1e-6 * np.where(scale > 0, scale, 1.0)
+        none = np.linalg.norm(moving, axis=(1, 2)) < 1e-6
+        inverse = np.where(keep & ~none[:, None], 1.0 / np.where(keep, values, 1.0), 0.0)
+        result = np.einsum("kia,ka,kja->kij", vectors, inverse, vectors)
+        diagonal = np.abs(inside - inside * np.eye(3)).max(axis=(1, 2)) == 0.0  # keep axis-aligned masses exact
+        entries = np.diagonal(inside, axis1=1, axis2=2)
+        kept = (entries > 1e-6 * scale) & ~none[:, None]
+        exact = np.where(kept, 1.0 / np.where(kept, entries, 1.0), 0.0)[:, :, None] * np.eye(3)
+        result[diagonal] = exact[diagonal]
+    return result

@@ -1,0 +1,157 @@
+"""Curves of a run by matplotlib: contact force, gap and penetration, energies. Nothing is smoothed or filtered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .report import si_scale
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, RED, GREEN, ORANGE, GREY = "#1f5fa8", "#c03a2b", "#2e8b57", "#d98200", "#707070"
+Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
+History = Mapping[str, np.ndarray]
+
+
+def contact_force(path: Path, history: History, normals: Sequence[np.ndarray], exact: Curves | None = None) -> None:
+    """Plot the contact force over time, with exact curves if there are any."""
+    figure, (axes,) = _figure(1)
+    time, unit = _time(history)
+    force = force_component(history, normals)
+    known = [force, *(values for _, values in (exact or {}).values())]
+    factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in known))
+    axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed")
+    for label, (times, values) in (exact or {}).items():
+        axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
+    if exact:
+        axes.legend(loc="best")
+    axes.set_ylabel(f"contact force {'on the body ' if len(normals) == 1 else ''}[{_greek(prefix)}N]")
+    _finish(figure, [axes], unit[1], path)
+
+
+def gap(path: Path, history: History) -> None:
+    """Plot the smallest gap (penetration where negative) and the number of nodes in contact."""
+    from matplotlib.ticker import MaxNLocator
+
+    figure, (upper, lower) = _figure(2)
+    time, unit = _time(history)
+    smallest = history["gap_min"]
+    factor, prefix = si_scale(float(np.nanmax(np.abs(smallest), initial=0.0)))
+    upper.axhline(0.0, color=GREY, lw=0.8)
+    upper.plot(time, smallest / factor, color=BLUE, lw=1.0)
+    upper.fill_between(time, np.minimum(smallest, 0.0) / factor, 0.0, color=RED, alpha=0.35, lw=0)
+    upper.set_ylabel(f"smallest gap [{_greek(prefix)}m]")
+    deepest = max(0.0, -float(np.nanmin(smallest)))
+    size, name = si_scale(deepest)
+    depth = f"deepest penetration {deepest / size:.3g} {_greek(name)}m" if deepest else "no penetration"
+    upper.set_title(depth, fontsize=9, loc="right", color=GREY)
+    lower.plot(time, history["contact_nodes"], color=BLUE, lw=1.0, drawstyle="steps-post")
+    lower.set_ylabel("nodes in contact")
+    lower.set_ylim(bottom=0.0)
+    lower.yaxis.set_major_locator(MaxNLocator(integer=True))
+    _finish(figure, [upper, lower], unit[1], path)
+
+
+def energy(path: Path, history: History) -> None:
+    """Plot the energies over time, and the energy error below."""
+    figure, (upper, lower) = _figure(2)
+    time, unit = _time(history)
+    drawn = [
+        ("kinetic", BLUE),
+        ("elastic", GREEN),
+        ("contact", RED),
+        ("friction_work", ORANGE),
+        ("external_work", GREY),
+    ]
+    present = [(name, color) for name, color in drawn if name in history and np.any(history[name])]
+    factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *dict(present)])))
+    for name, color in present:
+        sign, mark = (-1.0, "− ") if name == "external_work" else (1.0, "")  # as it enters the sum
+        upper.plot(time, sign * history[name] / factor, color=color, lw=1.1, label=mark + name.replace("_", " "))
+    upper.plot(time, history["energy"] / factor, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
+    upper.set_ylabel(f"energy [{_greek(prefix)}J]")
+    upper.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    lower.axhline(0.0, color=GREY, lw=0.8)
+    lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
+    lower.set_ylabel("energy error [-]")
+    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+    _finish(figure, [upper, lower], unit[1], path)
+
+
+def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.ndarray]) -> None:
+    """Plot runs side by side on the same scales: contact force, penetration, penetration energy."""
+    rows = {
+        "contact force": ("N", lambda history: force_component(history, normals)),
+        "penetration": ("m", lambda history: np.maximum(0.0, -history["gap_min"])),
+        "penetration energy": ("J", lambda history: history["contact"]),
+    }
+    figure, grid = _grid(len(rows), len(runs))
+    _, unit = _time(next(iter(runs.values())))
+    for row, (title, (name, column)) in enumerate(rows.items()):
+        factor, prefix = si_scale(
+            max(float(np.nanmax(np.abs(column(history)), initial=0.0)) for history in runs.values())
+        )
+        for axes, (label, history), color in zip(grid[row], runs.items(), (BLUE, RED, GREEN, ORANGE), strict=False):
+            axes.plot(history["time"] / unit[0], column(history) / factor, color=color, lw=0.8)
+            if row == 0:
+                swing = np.abs(np.diff(column(history))).sum() / max(2.0 * np.nanmax(column(history)), 1e-300)
+                error = float(np.nanmax(np.abs(history["energy_error"])))
+                figures = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {swing:.3g}, energy error {error:.1e}"
+                axes.set_title(f"{label}\n{figures}", fontsize=10)
+        grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
+    for axes in grid[-1]:
+        axes.set_xlabel(f"time [{unit[1]}]")
+    figure.savefig(path)
+
+
+def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:
+    """Contact force along the obstacle normal [N]; its magnitude where obstacles have several normals."""
+    force = history["contact_force"]
+    if normals and all(np.allclose(normal, normals[0]) for normal in normals):
+        with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
+            return force @ np.asarray(normals[0])
+    return np.linalg.norm(force, axis=1)
+
+
+def _figure(panels: int) -> tuple[Figure, list[Axes]]:
+    figure, grid = _grid(panels, 1)
+    return figure, [row[0] for row in grid]
+
+
+def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    width, height = (7.5, 4.2) if rows == 1 else (7.5, 5.4)
+    if columns > 1:
+        width, height = 4.6 * columns, 2.4 * rows + 0.6
+    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
+    for axes in grid.flat:
+        axes.grid(True, color="#dddddd", lw=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=9)
+    return figure, grid
+
+
+def _finish(figure: Figure, panels: Sequence[Axes], unit: str, path: Path) -> None:
+    panels[-1].set_xlabel(f"time [{unit}]")
+    panels[-1].margins(x=0.01)
+    figure.align_ylabels(panels)
+    figure.savefig(path)
+
+
+def _time(history: History) -> tuple[np.ndarray, tuple[float, str]]:
+    factor, prefix = si_scale(float(history["time"][-1]))
+    return history["time"] / factor, (factor, f"{_greek(prefix)}s")
+
+
+def _greek(prefix: str) -> str:
+    return "µ" if prefix == "u" else prefix

@@ -1,0 +1,230 @@
+"""A scene as plain, validated data: bodies, supports, obstacles, loads. Nothing is allocated or started here."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from . import validate
+from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
+from .errors import InputError
+from .materials import Material
+from .mesh import Mesh
+from .obstacles import Plane
+
+
+class OverlapWarning(UserWarning):
+    """Two bodies of a scene may touch; contact between bodies is not modelled."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """Held or driven displacement components of a named set.
+
+    set: name of a node or face set of the mesh; axes: letters out of "xyz"; velocity [m/s]: one number for all named
+    axes or one per axis (0 = held). Raises `InputError`.
+    """
+
+    set: str
+    axes: str
+    velocity: float | Sequence[float] = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.set, str):
+            raise InputError("Support.set", self.set, "give the name of a node or face set")
+        known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
+        if not known or len(set(self.axes)) != len(self.axes):
+            raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
+        if np.ndim(self.velocity) == 0:
+            validate.number("Support.velocity", self.velocity)
+        else:
+            validate.floats("Support.velocity", self.velocity, (len(self.axes),))
+
+    @property
+    def components(self) -> dict[int, float]:
+        """Prescribed velocity [m/s] by axis number."""
+        speeds = np.broadcast_to(np.asarray(self.velocity, dtype=float), (len(self.axes),))
+        return {"xyz".index(axis): float(speed) for axis, speed in zip(self.axes, speeds, strict=True)}
+
+
+Velocity = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A deformable body: mesh, material, initial velocity and what it may touch.
+
+    velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
+    touch an obstacle, or None; supports: held and driven components; formulation: "full" integration.
+    Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
+    """
+
+    mesh: Mesh
+    material: Material
+    velocity: Velocity = (0.0, 0.0, 0.0)
+    contact: str | Sequence[str] | None = None
+    supports: Sequence[Support] = ()
+    name: str | None = None
+    formulation: str = "full"
+    periodic: str | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mesh, Mesh):
+            raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
+        if not isinstance(self.material, Material):
+            raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
+        validate.choice("Body.formulation", self.formulation, ("full",))
+        validate.later("Body.periodic", self.periodic)
+        if self.name is not None and (not isinstance(self.name, str) or not self.name):
+            raise InputError("Body.name", self.name, "give a non-empty string or None")
+        if self.contact is not None:
+            names = [self.contact] if isinstance(self.contact, str) else self.contact
+            if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) for name in names):
+                raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
+            object.__setattr__(self, "contact", tuple(names))
+            self.mesh.faces_of(names)
+        supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
+        if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
+            raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
+        object.__setattr__(self, "supports", tuple(supports))
+        self.prescribed  # noqa: B018 - conflicts are found here
+        self.initial_velocity  # noqa: B018 - wrong shapes are found here
+
+    @cached_property
+    def contact_faces(self) -> np.ndarray:
+        """Faces [k, 4|3] that can touch an obstacle, oriented outward."""
+        if self.contact is None:
+            return np.zeros((0, 4 if self.mesh.kind == "hex8" else 3), dtype=np.int64)
+        return self.mesh.faces_of(list(self.contact))
+
+    @cached_property
+    def prescribed(self) -> np.ndarray:
+        """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
+        result = np.full((self.mesh.node_count, 3), np.nan)
+        for support in self.supports:
+            nodes = self.mesh.nodes_of(support.set)
+            for axis, speed in support.components.items():
+                present = result[nodes, axis]
+                if (np.isfinite(present) & (present != speed)).any():
+                    raise InputError(
+                        "Body.supports", support, "another support prescribes the same components with another velocity"
+                    )
+                result[nodes, axis] = speed
+        if result.size and np.isfinite(result).all():
+            raise InputError("Body.supports", self.supports, "every component is prescribed; leave something free to move")
+        return result
+
+    @cached_property
+    def initial_velocity(self) -> np.ndarray:
+        """Initial velocity [n, 3] [m/s], supports included."""
+        count = self.mesh.node_count
+        value = self.velocity
+        if isinstance(value, Callable):  # type: ignore[arg-type]
+            try:
+                value = value(np.array(self.mesh.nodes))
+            except Exception as error:
+                raise InputError("Body.velocity", self.velocity, f"the callable failed: {error}") from error
+        shape = (3,) if np.ndim(value) == 1 else (count, 3)
+        result = np.array(np.broadcast_to(validate.floats("Body.velocity", value, shape), (count, 3)))
+        fixed = np.isfinite(self.prescribed)
+        result[fixed] = self.prescribed[fixed]
+        result.setflags(write=False)
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
+
+    bodies: one or more `Body`; obstacles: `Plane`s; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
+    contact is resolved, or None to let bodies pass through obstacles. Raises `InputError`.
+    """
+
+    bodies: Sequence[Body]
+    obstacles: Sequence[Plane] = ()
+    duration: float = 0.0
+    gravity: Any = None
+    contact: ContactModel | None = field(default_factory=MasslessContact)
+    friction: None = None
+    damping: None = None
+    viscosity: None = None
+
+    def __post_init__(self) -> None:
+        bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
+        if not isinstance(bodies, Sequence) or not bodies or not all(isinstance(body, Body) for body in bodies):
+            raise InputError("Scene.bodies", self.bodies, "give a list of one or more tcontact.Body")
+        object.__setattr__(self, "bodies", tuple(bodies))
+        obstacles = (self.obstacles,) if isinstance(self.obstacles, Plane) else self.obstacles
+        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Plane) for obstacle in obstacles):
+            raise InputError("Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)")
+        object.__setattr__(self, "obstacles", tuple(obstacles))
+        validate.number("Scene.duration", self.duration, low=0.0)
+        if self.gravity is not None:
+            object.__setattr__(self, "gravity", validate.vector("Scene.gravity", self.gravity))
+        if self.contact is not None and not isinstance(self.contact, (MasslessContact, PenaltyContact, ImpulseContact)):
+            raise InputError("Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None")
+        for name in ("friction", "damping", "viscosity"):
+            validate.later(f"Scene.{name}", getattr(self, name))
+        named = [body.name for body in self.bodies if body.name is not None]
+        for name in named:
+            if named.count(name) > 1:
+                raise InputError("Body.name", name, "used by several bodies; give each its own name")
+        if self.touching:
+            for index, body in enumerate(self.bodies):
+                self._check_start(index, body)
+        if self.obstacles and self.contact is None:
+            warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
+        self._check_bodies_apart()
+
+    @property
+    def touching(self) -> bool:
+        """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
+        return bool(self.obstacles) and self.contact is not None and any(body.contact for body in self.bodies)
+
+    def _check_start(self, index: int, body: Body) -> None:
+        if body.contact is None:
+            return
+        allowed = 1e-6 * smallest_edge(body.mesh)
+        for number, obstacle in enumerate(self.obstacles):
+            gap = obstacle.gap(body.mesh.nodes)
+            node = int(np.argmin(gap))
+            if gap[node] < -allowed:
+                raise InputError(
+                    f"Scene.bodies[{index}]",
+                    float(gap[node]),
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed: {allowed:.3g});"
+                    " move the body or the obstacle apart",
+                )
+
+    def _check_bodies_apart(self) -> None:
+        boxes = [(body.mesh.nodes.min(axis=0), body.mesh.nodes.max(axis=0)) for body in self.bodies]
+        for first in range(len(boxes)):
+            for second in range(first + 1, len(boxes)):
+                low = np.maximum(boxes[first][0], boxes[second][0])
+                high = np.minimum(boxes[first][1], boxes[second][1])
+                if (low <= high).all():
+                    warnings.warn(
+                        f"bodies {self.label(first)} and {self.label(second)} overlap in their bounding boxes;"
+                        " contact between bodies is not modelled",
+                        OverlapWarning,
+                        stacklevel=4,
+                    )
+
+    def label(self, index: int) -> str:
+        """Name of a body for messages and results."""
+        return self.bodies[index].name or f"body-{index}"
+
+
+def smallest_edge(mesh: Mesh) -> float:
+    """Shortest edge of the mesh [m], the length that start overlaps are judged by."""
+    pairs = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4))
+    if mesh.kind == "tet4":
+        pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+    return min(
+        float(np.linalg.norm(mesh.nodes[mesh.cells[:, a]] - mesh.nodes[mesh.cells[:, b]], axis=1).min()) for a, b in pairs
+    )

@@ -1,0 +1,363 @@
+"""The result file: a VTKHDF 2 unstructured grid with time steps, appended frame by frame.
+
+The mesh is stored once (all its offsets are 0); every field grows by one block of rows a frame. ParaView (5.12 or
+newer) opens the file directly. What VTK does not know about lives in the top-level group `/tcontact`: `attributes`
+(JSON) and `history`.
+Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/vtkhdf_specifications.html
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from .errors import InputError
+
+VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
+VTK_TYPE = {"tet4": 10, "hex8": 12}
+NODES_PER_CELL = {"tet4": 4, "hex8": 8}
+_KIND = {number: kind for kind, number in VTK_TYPE.items()}
+_STEP_ROWS = 512  # rows in a chunk of the per-step arrays
+_HISTORY_ROWS = 4096
+_STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
+
+Blocks = Sequence[tuple[str, np.ndarray]]
+
+
+class ResultFile:
+    """Writes a result file. Each `append` leaves a complete file on disk, so a killed run keeps its frames.
+
+    Use as a context manager or call `close`.
+    """
+
+    def __init__(self, file: h5py.File, points: int, cells: int, static: Sequence[str]) -> None:
+        """Internal: use `create`."""
+        self._file = file
+        self._rows = {"PointData": points, "CellData": cells}
+        self._static = {("CellData", name) for name in static}
+        self._fields: dict[tuple[str, str], _Column] = {}
+        steps = file["VTKHDF/Steps"]
+        self._values = _Column(steps, "Values", np.float64, (), _STEP_ROWS)
+        self._parts = _Column(steps, "NumberOfParts", np.int64, (), _STEP_ROWS)
+        self._offsets = {
+            key: _Column(steps, key, np.int64, shape, _STEP_ROWS) for key, shape in _STATIC_OFFSETS.items()
+        }
+        self._field_offsets = {
+            key: _Column(steps[f"{key[0]}Offsets"], key[1], np.int64, (), _STEP_ROWS) for key in self._static
+        }
+        self._frames = 0
+
+    @classmethod
+    def create(
+        cls,
+        path: Path | str,
+        points: np.ndarray,
+        blocks: Blocks,
+        attributes: Mapping[str, Any] | None = None,
+        static_cell_data: Mapping[str, np.ndarray] | None = None,
+    ) -> ResultFile:
+        """Start a new file at `path` (an older one is replaced) and write the mesh.
+
+        points: reference positions [n,3] [m]; blocks: (kind, connectivity [m,k]) with kind "hex8" or "tet4", cells in
+        VTK node order; attributes: anything JSON can say; static_cell_data: fields that never change, e.g. {"body":
+        [cells]}.
+        Raises `InputError` for wrong shapes, unknown kinds and node numbers outside the mesh, before the file is
+        touched.
+        """
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
+            raise InputError("points", points.shape, "give an array [n,3] with at least one point")
+        checked = [_checked_block(index, kind, cells, len(points)) for index, (kind, cells) in enumerate(blocks)]
+        count = sum(len(cells) for _, cells in checked)
+        if count == 0:
+            raise InputError("blocks", count, "give at least one cell")
+        static = {
+            name: _checked_field("static_cell_data", name, array, count)
+            for name, array in (static_cell_data or {}).items()
+        }
+
+        file = h5py.File(
+            path, "w", libver="earliest", locking=False
+        )  # the old layout has no "still open" mark to block readers
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+        root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
+        sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
+        root["NumberOfPoints"] = np.array([len(points)], dtype=np.int64)
+        root["NumberOfCells"] = np.array([count], dtype=np.int64)
+        root["NumberOfConnectivityIds"] = np.array([sizes.sum()], dtype=np.int64)
+        root["Points"] = points
+        root["Connectivity"] = np.concatenate([cells.ravel() for _, cells in checked])
+        root["Offsets"] = np.concatenate([[0], np.cumsum(sizes)])
+        root["Types"] = np.concatenate([np.full(len(cells), VTK_TYPE[kind], dtype=np.uint8) for kind, cells in checked])
+        steps = root.create_group("Steps")
+        steps.attrs["NSteps"] = np.int64(0)
+        for group in ("PointData", "CellData"):
+            root.create_group(group)
+            steps.create_group(f"{group}Offsets")
+        for name, array in static.items():
+            root["CellData"][name] = array
+        own = file.create_group("tcontact")
+        own.create_group("history")
+        own.create_dataset("attributes", data="{}", dtype=h5py.string_dtype("utf-8"))
+        result = cls(file, len(points), count, list(static))
+        result.write_attributes(attributes or {})
+        return result
+
+    def append(
+        self,
+        time: float,
+        point_data: Mapping[str, np.ndarray] | None = None,
+        cell_data: Mapping[str, np.ndarray] | None = None,
+    ) -> None:
+        """Add a frame at `time` [s]; point_data: fields [n] or [n,k]; cell_data: fields [cells] or [cells,k].
+
+        The first frame fixes names and shapes. Raises `InputError` if a later frame differs or a field has the wrong
+        length; nothing is written then. Non-finite values are kept: they show where a run broke.
+        """
+        fields = {("PointData", name): array for name, array in (point_data or {}).items()}
+        fields |= {("CellData", name): array for name, array in (cell_data or {}).items()}
+        arrays = {
+            key: _checked_field(f"{key[0]} field", key[1], array, self._rows[key[0]]) for key, array in fields.items()
+        }
+        self._check_same(arrays)
+        for key, array in arrays.items():
+            group, name = key
+            if key not in self._fields:
+                root = self._file["VTKHDF"]
+                self._fields[key] = _Column(root[group], name, array.dtype, array.shape[1:], self._rows[group])
+                self._field_offsets[key] = _Column(root["Steps"][f"{group}Offsets"], name, np.int64, (), _STEP_ROWS)
+            self._fields[key].append(array)
+            self._field_offsets[key].append(np.int64(self._frames * self._rows[group]))
+        for key in self._static:
+            self._field_offsets[key].append(np.int64(0))
+        for column in self._offsets.values():
+            column.append(np.int64(0))
+        self._parts.append(np.int64(1))
+        self._file.flush()  # the frame is on disk before anything counts it
+        self._frames += 1
+        self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
+        self._file.flush()  # VTK's reader crashes on more times than steps, so that no kill may leave them
+        self._values.append(np.float64(time))
+        self._file.flush()
+
+    def write_history(self, history: Mapping[str, np.ndarray]) -> None:
+        """Store per-step arrays [steps] or [steps,k] in `/tcontact/history`, in place of what was there."""
+        group = self._file["tcontact/history"]
+        for name in set(group) - set(history):
+            del group[name]
+        for name, array in history.items():
+            array = np.asarray(array)
+            if array.ndim == 0:
+                raise InputError(f"history['{name}']", array, "give an array with one row per step")
+            same = name in group and group[name].shape[1:] == array.shape[1:] and group[name].dtype == array.dtype
+            if name in group and not same:
+                del group[name]
+            if same:
+                group[name].resize(len(array), axis=0)
+            else:
+                rest = array.shape[1:]
+                group.create_dataset(
+                    name, array.shape, array.dtype, maxshape=(None, *rest), chunks=(_HISTORY_ROWS, *rest)
+                )
+            group[name][...] = array
+        self._file.flush()
+
+    def write_attributes(self, attributes: Mapping[str, Any]) -> None:
+        """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
+        self._file["tcontact/attributes"][()] = json.dumps(dict(attributes), default=_plain)
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file; calling it again is harmless."""
+        if self._file:
+            self._file.close()
+
+    def __len__(self) -> int:
+        return self._frames
+
+    def __enter__(self) -> ResultFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_same(self, arrays: Mapping[tuple[str, str], np.ndarray]) -> None:
+        for key in arrays.keys() & self._static:
+            raise InputError("cell field", key[1], "this name already belongs to a static cell field")
+        if not self._frames:
+            return
+        if arrays.keys() != self._fields.keys():
+            known = ", ".join(sorted(name for _, name in self._fields))
+            raise InputError(
+                "fields", sorted(name for _, name in arrays), f"every frame needs the fields of the first: {known}"
+            )
+        for key, array in arrays.items():
+            if array.shape[1:] != self._fields[key].shape:
+                raise InputError(
+                    f"field '{key[1]}'", array.shape, f"the first frame had components {self._fields[key].shape}"
+                )
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One stored instant: time [s], point fields [n] or [n,k] and cell fields [cells] or [cells,k] by name."""
+
+    time: float
+    point_data: dict[str, np.ndarray]
+    cell_data: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class ResultData:
+    """A result file, read back: mesh, times and attributes in memory, frames and history on demand.
+
+    points [n,3] reference positions [m]; blocks: (kind, connectivity [m,k]); times [frames] [s].
+    """
+
+    path: Path
+    points: np.ndarray
+    blocks: tuple[tuple[str, np.ndarray], ...]
+    times: np.ndarray
+    attributes: dict[str, Any]
+    point_fields: tuple[str, ...]
+    cell_fields: tuple[str, ...]
+
+    @classmethod
+    def open(cls, path: Path | str) -> ResultData:
+        """Open a file that `ResultFile` wrote; raises `InputError` if it is missing, foreign or cut short."""
+        path = Path(path)
+        with _opened(path) as file:
+            try:
+                root = file["VTKHDF"]
+                attributes = json.loads(file["tcontact/attributes"].asstr()[()])
+                steps = root["Steps"]
+                times = steps["Values"][: int(steps.attrs["NSteps"])]  # the time is the last thing a frame writes
+                points, offsets, connectivity = root["Points"][()], root["Offsets"][()], root["Connectivity"][()]
+                blocks = tuple(_blocks(root["Types"][()], offsets, connectivity))
+                fields = [tuple(n for n in steps[f"{g}Offsets"] if n in root[g]) for g in ("PointData", "CellData")]
+            except (KeyError, ValueError, AttributeError, OSError) as error:
+                remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
+                raise InputError("path", str(path), remedy) from error
+        return cls(path, points, blocks, times, attributes, *fields)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def frame(self, index: int) -> Frame:
+        """Frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
+        if not -len(self) <= index < len(self):
+            raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
+        index %= len(self)
+        with _opened(self.path) as file:
+            try:
+                data = [
+                    {name: _rows(file["VTKHDF"], group, name, index, rows) for name in names}
+                    for group, names, rows in (
+                        ("PointData", self.point_fields, len(self.points)),
+                        ("CellData", self.cell_fields, self.cells),
+                    )
+                ]
+            except (KeyError, ValueError, OSError) as error:
+                raise InputError(
+                    "path", str(self.path), f"frame {index} cannot be read ({error}); run again"
+                ) from error
+        return Frame(float(self.times[index]), *data)
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return sum(len(cells) for _, cells in self.blocks)
+
+    @property
+    def history(self) -> dict[str, np.ndarray]:
+        """Per-step arrays [steps] or [steps,k] by name, read from the file at each call."""
+        with _opened(self.path) as file:
+            return {name: array[()] for name, array in file["tcontact/history"].items()}
+
+
+class _Column:
+    """A dataset that grows along its first axis, through the low-level calls: cheaper than `resize` and slicing."""
+
+    def __init__(self, group: h5py.Group, name: str, dtype: Any, shape: tuple[int, ...], chunk: int) -> None:
+        self.shape = shape
+        dataset = group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(chunk, *shape))
+        self._id = dataset.id
+        self._dtype = dataset.dtype
+        self._rows = 0
+
+    def append(self, value: Any) -> None:
+        rows = np.ascontiguousarray(value, dtype=self._dtype).reshape(-1, *self.shape)
+        end = self._rows + len(rows)
+        self._id.set_extent((end, *self.shape))
+        space = self._id.get_space()
+        space.select_hyperslab((self._rows, *(0 for _ in self.shape)), rows.shape)
+        self._id.write(h5py.h5s.create_simple(rows.shape), space, rows)
+        self._rows = end
+
+
+def _checked_block(index: int, kind: str, cells: np.ndarray, points: int) -> tuple[str, np.ndarray]:
+    if kind not in VTK_TYPE:
+        raise InputError(f"blocks[{index}] kind", kind, f"use one of {', '.join(VTK_TYPE)}")
+    cells = np.ascontiguousarray(cells, dtype=np.int64)
+    if cells.ndim != 2 or cells.shape[1] != NODES_PER_CELL[kind]:
+        raise InputError(f"blocks[{index}]", cells.shape, f"{kind} needs connectivity [m,{NODES_PER_CELL[kind]}]")
+    if cells.size and (cells.min() < 0 or cells.max() >= points):
+        raise InputError(
+            f"blocks[{index}]", (int(cells.min()), int(cells.max())), f"node numbers must lie in 0..{points - 1}"
+        )
+    return kind, cells
+
+
+def _checked_field(what: str, name: str, array: np.ndarray, rows: int) -> np.ndarray:
+    array = np.ascontiguousarray(array)
+    if not name or "/" in name or name == ".":
+        raise InputError(what, name, "give the field a name without '/'")
+    if array.ndim not in (1, 2) or len(array) != rows or array.dtype.kind not in "iufb":
+        shown = (array.shape, array.dtype.name)
+        raise InputError(f"{what} '{name}'", shown, f"give numbers of shape [{rows}] or [{rows},k]")
+    if array.dtype.kind == "f":
+        return array.astype(np.float64, copy=False)
+    return array.astype(np.int64, copy=False)  # VTK has no booleans and no half-wide integers worth keeping
+
+
+def _blocks(types: np.ndarray, offsets: np.ndarray, connectivity: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(types)) + 1, [len(types)]])
+    blocks = []
+    for first, last in pairwise(cuts):
+        kind = _KIND[int(types[first])]
+        blocks.append((kind, connectivity[offsets[first] : offsets[last]].reshape(-1, NODES_PER_CELL[kind])))
+    return blocks
+
+
+def _rows(root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
+    first = int(root[f"Steps/{group}Offsets/{name}"][index])
+    array = root[group][name][first : first + rows]
+    if len(array) != rows:
+        raise ValueError(f"field {name} ends early")
+    return array
+
+
+def _opened(path: Path) -> h5py.File:
+    if not path.is_file():
+        raise InputError("path", str(path), "no such file; give a result.vtkhdf that a run wrote")
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        remedy = "not an HDF5 file, empty or cut short; give a result.vtkhdf that a run wrote"
+        raise InputError("path", str(path), remedy) from error
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    return str(value)

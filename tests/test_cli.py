@@ -1,0 +1,373 @@
+"""The command line: exit codes, files, messages; nothing is lost, nothing of others is touched."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tcontact as tc
+from tcontact.cases import bar_impact, cube_impact
+from tcontact.checks import at_most
+from tcontact.cli import main
+from tcontact.commands import folder, settings
+from tcontact.vtkhdf import ResultData
+
+ROOT = Path(__file__).resolve().parent.parent
+NUMBERS = {"summary.json", "history.csv", "result.vtkhdf", "contact-force.png", "gap.png", "energy.png"}
+SMALL = ["--set", "cells=4", "--frames", "0"]
+
+
+def names(path: Path) -> set[str]:
+    """Files below a folder, by their relative names."""
+    return {item.relative_to(path).as_posix() for item in path.rglob("*") if item.is_file()}
+
+
+def read(path: Path) -> dict:
+    """A summary."""
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory) -> tuple[Path, str]:
+    """A small cube impact with pictures: its folder and what was printed."""
+    out = tmp_path_factory.mktemp("cube") / "run"
+    command = [
+        sys.executable,
+        "-m",
+        "tcontact",
+        "run",
+        "cube-impact",
+        "--set",
+        "cells=4",
+        "--frames",
+        "5",
+        "--out",
+        out,
+    ]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return out, done.stdout + done.stderr
+
+
+def test_list_names_every_case(capsys):
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["bar-impact", "bouncing-bar", "cube-impact"]
+
+
+def test_list_verbose_shows_parameters_with_their_choices(capsys):
+    assert main(["list", "-v"]) == 0
+    text = capsys.readouterr().out
+    assert "massless | penalty | impulse" in text
+    assert "10 / 3.6" in text
+    assert "compare " in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "COMMAND"),
+        (["fly"], "invalid choice"),
+        (["run"], "CASE"),
+        (["run", "cube"], "use one of bar-impact, bouncing-bar, cube-impact"),
+        (["run", "cube-impact", "--set", "cell=4"], "it knows cells, kind"),
+        (["run", "cube-impact", "--set", "cells"], "KEY=VALUE"),
+        (["run", "cube-impact", "--set", "cells=four"], "a whole number"),
+        (["run", "cube-impact", "--set", "cells=4.5"], "a whole number"),
+        (["run", "cube-impact", "--set", "speed=fast"], "a number"),
+        (["run", "cube-impact", "--set", "kind=hex20"], "hex8, tet4"),
+        (["run", "cube-impact", "--set", "compare=perhaps"], "true or false"),
+        (["run", "cube-impact", "--set", "density=-1"], "density = -1.0: must be greater than 0"),
+        (["run", "cube-impact", "--set", "cfl=.5", "--set", "dt=1e-6"], "one of them"),
+        (["run", "cube-impact", "--set", "scheme=euler"], "central-difference"),
+        (["run", "cube-impact", "--set", "cfl=-1"], "cfl"),
+        (["run", "bar-impact", "--set", "compare=true"], "no such parameter"),
+        (["run", "cube-impact", "--threads", "0"], "--threads"),
+        (["run", "cube-impact", "--frames", "-1"], "--frames"),
+        (["run", "cube-impact", "--arch", "abacus"], "--arch"),
+        (["info", "nowhere"], "no such file"),
+        (["render", "nowhere"], "no such file"),
+        (["render", "nowhere", "--size", "big"], "--size"),
+    ],
+)
+def test_bad_usage_ends_with_2_and_says_what_to_do(arguments, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert not names(tmp_path), "bad usage must not leave files"
+    assert not (tmp_path / "runs").exists()
+
+
+def test_help_ends_with_0(capsys):
+    assert main(["--help"]) == 0
+    assert main(["run", "--help"]) == 0
+    assert main(["--version"]) == 0
+    assert tc.__version__ in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "expected"),
+    [
+        ("cells", "8", 8),
+        ("speed", "1e1", 10.0),
+        ("penalty", "none", None),
+        ("penalty", "1e4", 1e4),
+        ("kind", "tet4", "tet4"),
+        ("duration", "None", None),
+    ],
+)
+def test_values_are_read_by_their_declared_type(key, text, expected):
+    found = settings.read("cube-impact", cube_impact, [f"{key}={text}"]).scene[key]
+    assert found == expected
+    assert type(found) is type(expected)
+
+
+def test_keys_go_to_scene_scheme_or_comparison():
+    wanted = settings.read("cube-impact", cube_impact, ["cells=4", "cfl=0.8", "compare=true"])
+    assert (wanted.scene, wanted.scheme, wanted.compare) == ({"cells": 4}, {"cfl": 0.8}, True)
+
+
+def test_run_leaves_numbers_result_and_pictures(cube):
+    out, _ = cube
+    found = names(out)
+    assert found >= NUMBERS
+    assert "animation.gif" in found
+    assert "contact-face.png" in found
+    assert len([name for name in found if name.startswith("frames/")]) == len(ResultData.open(out / "result.vtkhdf"))
+
+
+def test_summary_holds_scalars_parameters_checks_and_versions(cube):
+    data = read(cube[0] / "summary.json")
+    assert data["case"] == "cube-impact"
+    assert data["parameters"]["cells"] == 4
+    assert data["parameters"]["law"] == "neo-hookean"
+    assert data["reason"] == "finished"
+    assert data["passed"] is True
+    for key in (
+        "steps",
+        "time",
+        "dt",
+        "dt_limit",
+        "wall_s",
+        "compile_s",
+        "cell_updates_per_s",
+        "energy_error_max",
+        "threads",
+    ):
+        assert data[key] > 0, key
+    assert {check["name"] for check in data["checks"]} >= {
+        "finished",
+        "contact pushes",
+        "energy error",
+        "overlap / size",
+    }
+    assert set(data["checks"][0]) == {"name", "value", "bound", "passed"}
+    assert set(data["versions"]) == {"tcontact", "taichi", "numpy", "python"}
+    assert len(data["last_row"]["contact_force"]) == 3
+
+
+def test_history_csv_is_the_history_of_the_result_file(cube):
+    out, _ = cube
+    stored = ResultData.open(out / "result.vtkhdf").history
+    with (out / "history.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == read(out / "summary.json")["steps"] + 1
+    for name in ("time", "energy", "gap_min"):
+        np.testing.assert_array_equal([float(row[name]) for row in rows], stored[name])
+
+
+def test_table_gives_speed_with_error_and_checks_and_no_bar_off_a_terminal(cube):
+    text = cube[1]
+    assert "cube-impact: finished at" in text
+    assert any("Mcell/s" in line and "energy error" in line for line in text.splitlines())
+    assert "compile" in text
+    assert "pass  finished" in text
+    assert "%" not in text
+    assert "\x1b" not in text
+
+
+def test_info_shows_a_run_from_folder_and_from_file(cube, capsys):
+    out, _ = cube
+    assert main(["info", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "cube-impact: finished" in text
+    assert "64 hex8" in text
+    assert "cells=4" in text
+    alone = out.parent / "copy.vtkhdf"
+    alone.write_bytes((out / "result.vtkhdf").read_bytes())
+    assert main(["info", str(alone)]) == 0
+    text = capsys.readouterr().out
+    assert "125 nodes" in text
+    assert "energy error" in text
+
+
+def test_info_refuses_what_is_no_run(tmp_path, capsys):
+    (tmp_path / "result.vtkhdf").write_bytes(b"no HDF5 at all")
+    (tmp_path / "empty").mkdir()
+    assert main(["info", str(tmp_path / "result.vtkhdf")]) == 2
+    assert main(["info", str(tmp_path / "empty")]) == 2
+    assert "holds no run" in capsys.readouterr().err
+
+
+def test_render_draws_another_field_into_another_folder(cube, tmp_path, capsys):
+    out, _ = cube
+    stale = tmp_path / "pictures" / "frames" / "frame-9999.png"
+    stale.parent.mkdir(parents=True)
+    stale.write_bytes(b"an earlier, longer series")
+    arguments = ["render", str(out), "--field", "velocity", "--size", "320x240", "--out", str(tmp_path / "pictures")]
+    assert main(arguments) == 0
+    assert "frames/frame-0000.png" in names(tmp_path / "pictures")
+    assert not stale.exists()
+    assert main(["render", str(out), "--field", "colour", "--out", str(tmp_path)]) == 2
+    assert "velocity" in capsys.readouterr().err
+
+
+def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):
+    out = tmp_path / "run"
+    assert main(["run", "bar-impact", *SMALL, "--quiet", "--out", str(out)]) == 0
+    assert capsys.readouterr().out == ""
+    assert names(out) == NUMBERS
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    foreign = out / "notes.txt"
+    foreign.write_text("mine", encoding="utf-8")
+    assert main(["run", "bar-impact", *SMALL, "--out", str(out)]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in before} == before
+
+    wrong = ["run", "bar-impact", *SMALL, "--set", "removal=full", "--force", "--out", str(out)]
+    assert main(wrong) == 2, "a bar one cell wide cannot lose all components: found when the run is planned"
+    assert {path: path.read_bytes() for path in before} == before, "bad input must not cost the older run"
+
+    assert main(["run", "bar-impact", "--set", "cells=5", "--frames", "0", "--force", "--out", str(out)]) == 0
+    assert read(out / "summary.json")["parameters"]["cells"] == 5
+    assert foreign.read_text(encoding="utf-8") == "mine"
+    assert names(out) == NUMBERS | {"notes.txt"}
+
+
+def test_default_folder_is_named_after_the_case(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "bar-impact", *SMALL, "--quiet"]) == 0
+    assert names(tmp_path / "runs" / "bar-impact") == NUMBERS
+
+
+def test_out_may_not_be_a_file(tmp_path, capsys):
+    (tmp_path / "taken").write_text("mine", encoding="utf-8")
+    assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path / "taken")]) == 2
+    assert "is a file" in capsys.readouterr().err
+
+
+def test_files_that_are_not_ours_are_never_counted(tmp_path):
+    for name in ("summary.json.bak", "photo.png", "frames/mine.png", "other/summary.json"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("{}", encoding="utf-8")
+    assert folder.our_files(tmp_path) == []
+    (tmp_path / "summary.json").write_text('{"runs": ["../other", "/", "..", 5]}', encoding="utf-8")
+    assert folder.our_files(tmp_path) == [tmp_path / "summary.json"]
+
+
+def test_a_failed_check_ends_with_1_and_is_shown_even_when_quiet(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bar_impact, "checks", lambda result: [at_most("impossible", 2.0, 1.0)])
+    assert main(["run", "bar-impact", *SMALL, "--quiet", "--out", str(tmp_path)]) == 1
+    assert "FAIL  impossible" in capsys.readouterr().out
+    assert read(tmp_path / "summary.json")["passed"] is False
+
+
+def test_a_diverging_run_ends_with_1_and_keeps_everything(tmp_path, capsys):
+    arguments = ["run", "bar-impact", "--set", "cells=20", "--set", "cfl=1.5", "--frames", "3", "--out", str(tmp_path)]
+    assert main(arguments) == 1
+    text = capsys.readouterr().out
+    data = read(tmp_path / "summary.json")
+    assert data["reason"] in ("diverged", "inverted-cell")
+    assert data["message"] in text
+    assert names(tmp_path) >= NUMBERS
+
+
+def test_comparison_runs_both_and_puts_them_side_by_side(tmp_path, capsys):
+    out = tmp_path / "pair"
+    arguments = ["run", "cube-impact", *SMALL, "--set", "compare=true", "--out", str(out)]
+    assert main(arguments) == 0
+    assert "side by side" in capsys.readouterr().out
+    data = read(out / "summary.json")
+    assert data["labels"] == ["massless", "ordinary mass + penalty"]
+    for part in data["runs"]:
+        assert names(out / part) == NUMBERS
+    assert (out / "comparison.png").stat().st_size > 20000
+    assert main(["info", str(out)]) == 0
+    assert capsys.readouterr().out.count("finished at") == 2
+    assert main(arguments) == 2
+    assert main(["run", "bar-impact", *SMALL, "--quiet", "--force", "--out", str(out)]) == 0
+    assert names(out) == NUMBERS, "the runs of the comparison were ours and are gone"
+
+
+def test_an_interrupted_comparison_stops_there_and_keeps_what_it_has(tmp_path, monkeypatch, capsys):
+    def interrupted(*arguments, **options):
+        return dataclasses.replace(simulate(*arguments, **options), ok=False, reason="interrupted")
+
+    simulate = tc.simulate
+    monkeypatch.setattr(tc, "simulate", interrupted)
+    assert main(["run", "cube-impact", *SMALL, "--set", "compare=true", "--out", str(tmp_path)]) == 1
+    assert names(tmp_path) == {"summary.json"} | {f"massless/{name}" for name in NUMBERS}
+    assert read(tmp_path / "summary.json")["passed"] is False
+    assert set(folder.our_files(tmp_path)) == {path for path in tmp_path.rglob("*") if path.is_file()}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+def test_ctrl_c_keeps_everything_and_ends_with_1(tmp_path):
+    out = tmp_path / "run"
+    arguments = ["--set", "cells=4", "--set", "duration=1000", "--set", "cfl=0.01", "--frames", "2", "--out", out]
+    command = [sys.executable, "-u", "-m", "tcontact", "run", "cube-impact", *arguments]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        while process.poll() is None and not first_frame(out / "result.vtkhdf"):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(timeout=0.1)
+        process.send_signal(signal.SIGINT)
+        text, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 1, text
+    assert read(out / "summary.json")["reason"] == "interrupted"
+    assert names(out) >= NUMBERS
+
+
+def first_frame(path: Path) -> bool:
+    """Whether a running computation has stored its first frame."""
+    try:
+        return len(ResultData.open(path)) > 0
+    except tc.InputError:
+        return False
+
+
+def test_doctor_finds_this_machine_able(capsys):
+    assert main(["doctor"]) == 0
+    text = capsys.readouterr().out
+    for word in (
+        "tcontact",
+        "taichi",
+        "cores",
+        "libX11",
+        "kernel cache",
+        "CUDA",
+        "self test     passed",
+        "energy error",
+    ):
+        assert word in text
+
+
+def test_python_m_is_the_command_line():
+    done = subprocess.run(
+        [sys.executable, "-m", "tcontact", "list"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert "cube-impact" in done.stdout

@@ -1,0 +1,282 @@
+"""Pictures: each pixel covered once, by what is nearer; colours, surface, files and errors as promised."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tcontact import render, runtime
+from tcontact.errors import InputError
+from tcontact.vtkhdf import ResultData, ResultFile
+
+PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
+TETS = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
+
+
+def _box(n, origin=(0.0, 0.0, 0.0)):
+    points = np.stack(np.meshgrid(*[np.linspace(0, 1, n + 1)] * 3, indexing="ij"), -1).reshape(-1, 3) + origin
+    ids = np.arange((n + 1) ** 3).reshape((n + 1,) * 3)
+    a, b = slice(None, -1), slice(1, None)
+    corners = [
+        ids[a, a, a],
+        ids[b, a, a],
+        ids[b, b, a],
+        ids[a, b, a],
+        ids[a, a, b],
+        ids[b, a, b],
+        ids[b, b, b],
+        ids[a, b, b],
+    ]
+    return points, np.stack(corners, -1).reshape(-1, 8)
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory) -> ResultData:
+    """A cube that comes down on a plane and is pressed most in frame 3 of 5."""
+    points, cells = _box(4)
+    path = tmp_path_factory.mktemp("result") / "result.vtkhdf"
+    with ResultFile.create(path, points, [("hex8", cells)], {"title": "a cube", "obstacles": [PLANE]}) as file:
+        for index, (drop, press) in enumerate([(0.3, 0.0), (0.1, 0.0), (0.0, 0.5), (0.0, 1.0), (0.1, 0.0)]):
+            down = np.zeros_like(points)
+            down[:, 2] = drop - 0.2 * press * points[:, 2]
+            pressure = np.where(points[:, 2] == 0, 2e6 * press, 0.0)
+            nodal = {
+                "displacement": down,
+                "contact_pressure": pressure,
+                "contact_force": pressure[:, None] * [0, 0, 0.04],
+            }
+            file.append(1e-3 * index, nodal, {"von_mises": np.arange(len(cells)) * press})
+    return ResultData.open(path)
+
+
+def _raster(corners, value=None, table=None, size=(40, 30), colours=None):
+    """Draw triangles [n,3,3] (x, y, w); returns depth and the codes of the pixels [height,width]."""
+    runtime.start()
+    width, height = size
+    corners = np.asarray(corners, dtype=np.float64)
+    scene = render._Triangles.plain(corners, 0 if table is None else np.asarray(table), 0.0 if value is None else value)
+    colours = np.full(3 * 768, 200, np.float32) if colours is None else colours
+    depth, pixel = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
+    render._draw(scene, width, height, 1, 0.0, colours, depth, pixel)
+    return depth.reshape(height, width), pixel.reshape(height, width)
+
+
+def test_a_triangle_covers_the_pixel_centres_inside_it():
+    _, pixel = _raster([[(2.0, 3.0, 1.0), (14.0, 3.0, 1.0), (2.0, 9.0, 1.0)]])
+    row, col = np.mgrid[0:30, 0:40] + 0.5
+    inside = (col > 2) & (row > 3) & ((col - 2) / 12 + (row - 3) / 6 < 1)
+    np.testing.assert_array_equal(pixel != 0, inside)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_net_of_triangles_has_no_holes_and_no_overlaps(seed):
+    rng = np.random.default_rng(seed)
+    n = 8
+    # corners on pixel centres and in between: the ties are what this is about
+    x, y = np.meshgrid(np.linspace(0, 40, n + 1), np.linspace(0, 30, n + 1))
+    x[1:-1, 1:-1] += rng.integers(-3, 4, (n - 1, n - 1)) / 2
+    y[1:-1, 1:-1] += rng.integers(-2, 3, (n - 1, n - 1)) / 2
+    ids = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], -1).reshape(-1, 4)
+    corners = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)[
+        np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 3, 2]]])
+    ]
+    times = sum((_raster(one[None])[1] != 0).astype(int) for one in corners)
+    np.testing.assert_array_equal(times, np.ones((30, 40), int))
+    assert (_raster(corners)[1] != 0).all()
+
+
+def test_the_nearer_surface_wins_whatever_the_order():
+    far = [(0.0, 0.0, 0.5), (80.0, 0.0, 0.5), (0.0, 60.0, 0.5)]
+    near = [(0.0, 0.0, 0.5001), (80.0, 0.0, 0.5001), (0.0, 60.0, 0.5001)]
+    for order, winner in (([far, near], 1), ([near, far], 0)):
+        depth, pixel = _raster(order, table=[0, 1])
+        assert (pixel >> 24 == 1 + winner).all()
+        np.testing.assert_allclose(depth, 0.5001, rtol=1e-6)
+    assert (_raster([far, far], table=[1, 0])[1] >> 24 == 2).all()  # equal depth: the first one stays
+
+
+def test_depth_and_colour_run_linearly_along_a_triangle():
+    colours = np.repeat(np.arange(256), 3).astype(np.float32)
+    corners = [[(0.0, 0.0, 1.0), (80.0, 0.0, 1.0), (0.0, 60.0, 1.0)]]
+    _, pixel = _raster(corners, value=np.array([[0.0, 2.0, 0.0]]), colours=colours)
+    expected = np.round(255 * (np.arange(40) + 0.5) / 40)
+    np.testing.assert_allclose(pixel[0] & 255, expected, atol=0.51)
+    # a corner four times nearer: in the middle of the screen edge the surface point lies one fifth along it
+    corners[0][0] = (0.0, 0.0, 4.0)
+    _, pixel = _raster(corners, value=np.array([[0.0, 1.0, 0.0]]), colours=colours)
+    s = (np.arange(40) + 0.5) / 80
+    middle = 0.5 / 60
+    np.testing.assert_allclose(pixel[0] & 255, 255 * s / (4 * (1 - s - middle) + s + middle), atol=0.51)
+
+
+def test_values_at_and_beyond_the_range_take_the_end_colours():
+    colours = np.repeat(np.arange(256), 3).astype(np.float32)
+    corners = [[(0.0, 0.0, 1.0), (80.0, 0.0, 1.0), (0.0, 60.0, 1.0)]]
+    for value, shade in ((-3.0, 0), (0.0, 0), (1.0, 255), (7.0, 255)):
+        assert (_raster(corners, value=value, colours=colours)[1] & 255 == shade).all()
+
+
+def test_limits_are_round_and_hold_the_series(result):
+    studio = render._Studio(result, (320, 240), 1.0, None)
+    assert studio.limits("contact_pressure") == (0.0, 2e6)
+    low, high = studio.limits("von_mises")
+    assert low == 0.0
+    assert 0.95 * 63 <= high <= 80
+    assert render._round_up(0.0) == 1.0
+    for value in (1e-9, 0.99, 1.0, 1.01, 7.3e6):
+        assert value * (1 - 1e-9) <= render._round_up(value) <= 1.34 * value
+
+
+def test_the_surface_is_what_one_cell_alone_has():
+    n = 3
+    _, cells = _box(n)
+    surface = render.boundary_surface([("hex8", cells)])
+    assert len(surface.quads) == 6 * n * n
+    assert len(surface.triangles) == 0
+    assert len(surface.nodes) == (n + 1) ** 3 - (n - 1) ** 3
+    tets = cells[:, TETS].reshape(-1, 4)
+    surface = render.boundary_surface([("tet4", tets)])
+    assert len(surface.triangles) == 12 * n * n
+    assert len(surface.quads) == 0
+    assert (
+        np.bincount(np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)) @ [10000, 1]).max() == 2
+    )  # closed
+    two = render.boundary_surface([("hex8", cells), ("tet4", tets + (n + 1) ** 3)])
+    assert len(two.quads) == 6 * n * n
+    assert len(two.triangles) == 12 * n * n
+    assert two.owner[: len(two.quads)].max() < len(cells) <= two.owner[len(two.quads) :].min()
+
+
+def test_faces_look_outward():
+    points, cells = _box(1)
+    for kind, mesh in (("hex8", cells), ("tet4", cells[:, TETS].reshape(-1, 4))):
+        for cell in mesh:
+            for face in render.FACES[kind]:
+                a, b, c = points[cell[list(face[:3])]]
+                assert np.cross(b - a, c - b) @ (a - points[cell].mean(axis=0)) > 0
+
+
+@pytest.mark.parametrize("view", ["above", "below"])
+@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (1, 2, -3)])
+def test_the_body_is_in_the_picture_at_all_times(result, view, normal):
+    plane = {"kind": "plane", "point": [0, 0, 0], "normal": normal}
+    studio = render._Studio(result, (480, 360), 1.0, [plane])
+    eye = studio.camera(view)
+    for index in range(len(result)):
+        x, y, inverse = eye.project(studio.positions(result.frame(index))).T
+        assert (inverse > 0).all()
+        assert x.min() >= 0
+        assert x.max() <= 480 * 0.9
+        assert y.min() >= 30
+        assert y.max() <= 360
+    normal = np.array(normal) / np.linalg.norm(normal)
+    assert (normal @ eye.axes[2] > 0) == (view == "above")
+    assert normal @ eye.axes[1] > 0
+
+
+def test_a_series_gives_pictures_animation_and_contact_face(result, tmp_path):
+    stale = tmp_path / "pictures/frames/frame-0007.png"
+    stale.parent.mkdir(parents=True)
+    stale.write_bytes(b"of an earlier, longer series")
+    written = render.render_frames(result.path, tmp_path / "pictures", size=(320, 240))
+    assert not stale.exists()
+    names = [str(path.relative_to(tmp_path / "pictures")) for path in written]
+    assert names == [
+        *(str(Path("frames") / f"frame-{i:04d}.png") for i in range(5)),
+        "animation.gif",
+        "contact-face.png",
+    ]
+    images = [np.asarray(Image.open(path)) for path in written[:5]]
+    assert all(image.shape == (240, 320, 3) for image in images)
+    assert all((a != b).any() for a, b in itertools.pairwise(images))
+    with Image.open(tmp_path / "pictures/animation.gif") as animation:
+        assert animation.n_frames == 5
+        assert animation.size == (320, 240)
+    assert _palettes(tmp_path / "pictures/animation.gif") == (1, 0)
+
+
+def test_the_contact_face_shows_the_pressure(result, tmp_path):
+    """Seen from below at the largest force, the whole face carries the same 2 MPa: the last colour of the table."""
+    (path,) = render._Studio(result, (320, 240), 1.0, None).contact_face(tmp_path / "face.png")
+    image = np.asarray(Image.open(path)).astype(int)
+    red = (image[..., 0] > 80) & (image[..., 1] < 40) & (image[..., 2] < 60)
+    assert red[:, :260].mean() > 0.1
+    above = np.asarray(render._Studio(result, (320, 240), 1.0, None).picture(
+        result.frame(0), "contact_pressure", (0.0, 2e6), render._Studio(result, (320, 240), 1.0, None).camera("above")
+    )).astype(int)  # fmt: skip
+    assert not ((above[..., 0] > 80) & (above[..., 1] < 40) & (above[..., 2] < 60))[:, :260].any()
+
+
+def test_pictures_are_the_same_every_time(result):
+    pictures = []
+    for _ in range(2):
+        studio = render._Studio(result, (320, 240), 1.0, None)
+        pictures.append(np.asarray(studio.picture(result.frame(3), "von_mises", (0.0, 60.0), studio.camera("above"))))
+    np.testing.assert_array_equal(*pictures)
+
+
+def test_deformation_is_magnified_about_the_mean_motion(result):
+    frame = result.frame(3)
+    one, three = (render._Studio(result, (320, 240), scale, None).positions(frame) for scale in (1.0, 3.0))
+    start = result.points[render._Studio(result, (320, 240), 1.0, None).surface.nodes]
+    np.testing.assert_allclose(three.mean(axis=0), one.mean(axis=0), atol=1e-12)
+    np.testing.assert_allclose(np.ptp(three - start, axis=0), 3 * np.ptp(one - start, axis=0), atol=1e-12)
+
+
+def test_a_broken_last_frame_is_still_drawn(tmp_path):
+    points, cells = _box(2)
+    with ResultFile.create(tmp_path / "r.vtkhdf", points, [("hex8", cells)]) as file:
+        for index, jump in enumerate([0.0, 1e9, np.nan]):
+            moved = np.zeros_like(points)
+            moved[5] = jump
+            file.append(index, {"displacement": moved}, {"von_mises": np.full(8, jump)})
+    written = render.render_frames(tmp_path / "r.vtkhdf", tmp_path, "von_mises", size=(200, 160))
+    assert len(written) == 4
+
+
+def test_wrong_wishes_are_refused_before_anything_is_written(result, tmp_path):
+    out = tmp_path / "pictures"
+    wrong = [
+        ({"field": "temperature"}, "von_mises"),
+        ({"field": "temperature", "range": (0.0, 1.0)}, "von_mises"),
+        ({"size": (10, 10)}, "size"),
+        ({"size": (640.5, 480)}, "size"),
+        ({"fps": 0}, "fps"),
+        ({"range": (1.0, 1.0)}, "range"),
+        ({"range": (0.0, np.nan)}, "range"),
+        ({"view": "left"}, "view"),
+        ({"deformation_scale": np.inf}, "deformation_scale"),
+        ({"obstacles": [{"kind": "torus"}]}, "torus"),
+        ({"obstacles": [{"kind": "plane", "point": [0, 0, 0], "normal": [0, 0, 0]}]}, "normal"),
+        ({"camera": render.Camera((0, 0, 1), (0, 0, 2))}, "parallel"),
+    ]
+    for wish, word in wrong:
+        with pytest.raises(InputError, match=word):
+            render.render_frames(result, out, **wish)
+    points, cells = _box(1)
+    ResultFile.create(tmp_path / "none.vtkhdf", points, [("hex8", cells)]).close()
+    with pytest.raises(InputError, match="no frames"):
+        render.render_frames(tmp_path / "none.vtkhdf", out)
+    assert not out.exists()
+
+
+def _palettes(path):
+    """Colour tables in a GIF: (global, local)."""
+    data = path.read_bytes()
+    assert data[:6] == b"GIF89a"
+    shared, local, at = data[10] >> 7, 0, 13
+    at += 3 * 2 ** ((data[10] & 7) + 1) if shared else 0
+    while data[at] != 0x3B:
+        if data[at] == 0x21:
+            at += 2
+        else:
+            flags = data[at + 9]
+            local += flags >> 7
+            at += 11 + (3 * 2 ** ((flags & 7) + 1) if flags >> 7 else 0)
+        while data[at]:
+            at += 1 + data[at]
+        at += 1
+    return shared, local
