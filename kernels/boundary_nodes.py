@@ -15,7 +15,7 @@ SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the load
 
 
 @ti.func
-def symmetric(tensors, s):
+def symmetric(tensors: ti.template(), s):
     """Row s of flat symmetric tensors (xx, yy, zz, xy, yz, xz) as a matrix."""
     xx, yy, zz = tensors[6 * s], tensors[6 * s + 1], tensors[6 * s + 2]
     xy, yz, xz = tensors[6 * s + 3], tensors[6 * s + 4], tensors[6 * s + 5]
@@ -23,7 +23,7 @@ def symmetric(tensors, s):
 
 
 @ti.func
-def row(values, s):
+def row(values: ti.template(), s):
     return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
 
 

@@ -1,4 +1,4 @@
-"""Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F.
+"""Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
 
 Hex8, trilinear, 2x2x2 Gauss points, unit coordinates r in [0,1]^3, VTK corner order. The derivative of a component along
 r_j is constant along r_j and takes only 4 values at the 8 Gauss points: differences over the 4 edges along r_j,
@@ -7,10 +7,11 @@ interpolated in the two other directions. With G = du/dr, A = dX/dr, D = det A a
     H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/8 P cof A,
 
 and the corner forces follow by the transposed interpolation and differences (the interpolation is symmetric).
-Tet4: one point, the same with edge differences to corner 0 and weight 1/6 (Hughes, The Finite Element Method, ch. 3).
+Tet4: one point, edge differences to corner 0, weight 1/6 (Hughes, The Finite Element Method, ch. 3).
 
-Scalars and lists only: nothing here knows of packs, lanes or arrays. Displacement differences to corners of the same
-cell, never total displacements (METHOD 6).
+Written in plain arithmetic on nested lists [component][corner]: an entry may be a scalar (one cell) or a `ti.Vector` of
+lanes (that many cells at once, which Taichi hands to the machine as a SIMD value). Nothing here knows of packs or arrays.
+Displacement differences to corners of the same cell, never total displacements (METHOD 6).
 """
 
 import taichi as ti
@@ -18,7 +19,6 @@ import taichi as ti
 from . import tensor3
 
 CORNERS = {"hex8": 8, "tet4": 4}
-POINTS = {"hex8": 8, "tet4": 1}
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
 # edges along r_j as (from, to) corners; edge number = low bit of the first other coordinate + 2 * the second
@@ -33,6 +33,8 @@ HEX_LINE_POINTS = (
     ((0, 2), (1, 3), (4, 6), (5, 7)),
     ((0, 4), (1, 5), (2, 6), (3, 7)),
 )
+# lines [direction j] of each point
+HEX_LINES = tuple((p >> 1, (p & 1) + 2 * (p >> 2), p & 3) for p in range(8))
 
 
 @ti.func
@@ -94,3 +96,34 @@ def point_force(g, a, lam, mu, law: ti.template()):
     h = tensor3.scaled(1.0 / d, tensor3.product_transposed(g, m))
     answer = law(h, lam, mu)
     return [tensor3.product(answer[0], m), d * answer[1], answer[2]]
+
+
+@ti.func
+def hex_force(x, u, lam, mu, law: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    dx = [hex_derivatives(x[c]) for c in range(3)]
+    du = [hex_derivatives(u[c]) for c in range(3)]
+    q = []
+    energy = x[0][0] * 0.0
+    change = energy + 1e300
+    for point in ti.static(range(8)):
+        a = [[dx[c][j][HEX_LINES[point][j]] for j in range(3)] for c in range(3)]
+        g = [[du[c][j][HEX_LINES[point][j]] for j in range(3)] for c in range(3)]
+        answer = point_force(g, a, 0.125 * lam, 0.125 * mu, law)
+        q.append(answer[0])
+        energy += answer[1]
+        change = ti.min(change, answer[2])
+    sums = [[[q[p[0]][c][j] + q[p[1]][c][j] for p in HEX_LINE_POINTS[j]] for j in range(3)] for c in range(3)]
+    return [[hex_corner_forces(sums[c]) for c in range(3)], energy, change]
+
+
+@ti.func
+def tet_force(x, u, lam, mu, law: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
+    a = [tet_derivatives(x[c]) for c in range(3)]
+    g = [tet_derivatives(u[c]) for c in range(3)]
+    answer = point_force(g, a, lam * (1.0 / 6.0), mu * (1.0 / 6.0), law)
+    return [[tet_corner_forces(answer[0][c]) for c in range(3)], answer[1], answer[2]]
+
+
+FORCES = {"hex8": hex_force, "tet4": tet_force}

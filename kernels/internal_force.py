@@ -97,14 +97,14 @@ def node_phase(
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int):
-    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`): a ti.func, memoised.
+    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a ti.func, memoised.
 
     cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride).
     """
-    return {"hex8": _hex_phase, "tet4": _tet_phase}[kind](laws.LAWS[law], width)
+    corners = cells.CORNERS[kind]
+    force_of = cells.FORCES[kind]
+    law_of = laws.LAWS[law]
 
-
-def _hex_phase(law, width):
     @ti.func
     def cell_phase(
         connectivity: ti.template(),
@@ -121,124 +121,29 @@ def _hex_phase(law, width):
             if s % stride == 0:
                 chunk = s // stride
                 base = chunk_table[chunk * TABLE + 2]
-                lam, mu = 0.125 * params[6], 0.125 * params[7]
-                corner_x = ti.Vector([0.0 for _ in range(24 * width)])  # [component][corner][lane]
-                corner_u = ti.Vector([0.0 for _ in range(24 * width)])  # the same, later the corner forces
-                line_x = ti.Vector([0.0 for _ in range(36 * width)])  # [component][direction][line][lane]
-                line_u = ti.Vector([0.0 for _ in range(36 * width)])
-                point_q = ti.Vector([0.0 for _ in range(72 * width)])  # dW/dG [point][component][direction][lane]
-                lane_energy = ti.Vector([0.0 for _ in range(width)])
-                lane_change = ti.Vector([0.0 for _ in range(width)])
-                energy = 0.0
-                smallest = 1e300
+                lam, mu = params[6], params[7]
+                lanes = ti.Vector([l for l in range(width)])
+                zero = ti.Vector([0.0 for _ in range(width)])
+                one = zero + 1.0
+                energy = zero
+                change = zero + 1e300
                 for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
-                    for l in range(width):
-                        lane_energy[l] = 0.0
-                        lane_change[l] = 1e300
-                        for k in ti.static(range(8)):
-                            node = 3 * connectivity[(pack * 8 + k) * width + l]
+                    start = pack * (corners * width)
+                    node = [[3 * connectivity[start + k * width + l] for l in range(width)] for k in range(corners)]
+                    x = [[ti.Vector([position[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
+                    y = [[ti.Vector([u[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
+                    # padding lanes repeat the last cell without stiffness
+                    weight = ti.select(lanes + pack * width < cell_count, one, zero)
+                    answer = force_of(x, y, lam * weight, mu * weight, law_of)
+                    energy += answer[1]
+                    change = ti.min(change, answer[2])
+                    for k in ti.static(range(corners)):
+                        for l in ti.static(range(width)):
+                            row = node[k][l] + 3 * base
                             for c in ti.static(range(3)):
-                                corner_x[(c * 8 + k) * width + l] = position[node + c]
-                                corner_u[(c * 8 + k) * width + l] = u[node + c]
-                    for l in range(width):
-                        for c in ti.static(range(3)):
-                            dx = cells.hex_derivatives([corner_x[(c * 8 + k) * width + l] for k in range(8)])
-                            du = cells.hex_derivatives([corner_u[(c * 8 + k) * width + l] for k in range(8)])
-                            for j, e in ti.static(ti.ndrange(3, 4)):
-                                line_x[((c * 3 + j) * 4 + e) * width + l] = dx[j][e]
-                                line_u[((c * 3 + j) * 4 + e) * width + l] = du[j][e]
-                    for point in range(8):
-                        line_0 = (point >> 1) * width
-                        line_1 = (4 + (point & 1) + ((point >> 2) << 1)) * width
-                        line_2 = (8 + (point & 3)) * width
-                        for l in range(width):
-                            a = [[line_x[c * 12 * width + line + l] for line in (line_0, line_1, line_2)] for c in range(3)]
-                            g = [[line_u[c * 12 * width + line + l] for line in (line_0, line_1, line_2)] for c in range(3)]
-                            answer = cells.point_force(g, a, lam, mu, law)
-                            for c, j in ti.static(ti.ndrange(3, 3)):
-                                point_q[((point * 3 + c) * 3 + j) * width + l] = answer[0][c][j]
-                            lane_energy[l] += answer[1]
-                            lane_change[l] = ti.min(lane_change[l], answer[2])
-                    for l in range(width):
-                        for c in ti.static(range(3)):
-                            force = cells.hex_corner_forces(
-                                [
-                                    [
-                                        point_q[((p[0] * 3 + c) * 3 + j) * width + l]
-                                        + point_q[((p[1] * 3 + c) * 3 + j) * width + l]
-                                        for p in cells.HEX_LINE_POINTS[j]
-                                    ]
-                                    for j in range(3)
-                                ]
-                            )
-                            for k in ti.static(range(8)):
-                                corner_u[(c * 8 + k) * width + l] = force[k]
-                    for l in range(width):
-                        if pack * width + l < cell_count:
-                            energy += lane_energy[l]
-                            smallest = ti.min(smallest, lane_change[l])
-                            for k in ti.static(range(8)):
-                                row = 3 * (base + connectivity[(pack * 8 + k) * width + l])
-                                for c in ti.static(range(3)):
-                                    rows[row + c] += corner_u[(c * 8 + k) * width + l]
-                cell_sums[chunk * CELL_SUMS] = energy
-                cell_sums[chunk * CELL_SUMS + 1] = 1.0 + smallest
-
-    return cell_phase
-
-
-def _tet_phase(law, width):
-    @ti.func
-    def cell_phase(
-        connectivity: ti.template(),
-        cell_count: ti.template(),
-        chunk_table: ti.template(),
-        position: ti.template(),
-        u: ti.template(),
-        rows: ti.template(),
-        cell_sums: ti.template(),
-        params: ti.template(),
-        stride: ti.template(),
-    ):
-        for s in range(chunk_table.shape[0] // TABLE * stride):
-            if s % stride == 0:
-                chunk = s // stride
-                base = chunk_table[chunk * TABLE + 2]
-                lam, mu = params[6] / 6.0, params[7] / 6.0
-                corner_x = ti.Vector([0.0 for _ in range(12 * width)])  # [component][corner][lane]
-                corner_u = ti.Vector([0.0 for _ in range(12 * width)])
-                corner_f = ti.Vector([0.0 for _ in range(12 * width)])
-                lane_energy = ti.Vector([0.0 for _ in range(width)])
-                lane_change = ti.Vector([0.0 for _ in range(width)])
-                energy = 0.0
-                smallest = 1e300
-                for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
-                    for l in range(width):
-                        for k in ti.static(range(4)):
-                            node = 3 * connectivity[(pack * 4 + k) * width + l]
-                            for c in ti.static(range(3)):
-                                corner_x[(c * 4 + k) * width + l] = position[node + c]
-                                corner_u[(c * 4 + k) * width + l] = u[node + c]
-                    for l in range(width):
-                        a = [cells.tet_derivatives([corner_x[(c * 4 + k) * width + l] for k in range(4)]) for c in range(3)]
-                        g = [cells.tet_derivatives([corner_u[(c * 4 + k) * width + l] for k in range(4)]) for c in range(3)]
-                        answer = cells.point_force(g, a, lam, mu, law)
-                        for c in ti.static(range(3)):
-                            force = cells.tet_corner_forces(answer[0][c])
-                            for k in ti.static(range(4)):
-                                corner_f[(c * 4 + k) * width + l] = force[k]
-                        lane_energy[l] = answer[1]
-                        lane_change[l] = answer[2]
-                    for l in range(width):
-                        if pack * width + l < cell_count:
-                            energy += lane_energy[l]
-                            smallest = ti.min(smallest, lane_change[l])
-                            for k in ti.static(range(4)):
-                                row = 3 * (base + connectivity[(pack * 4 + k) * width + l])
-                                for c in ti.static(range(3)):
-                                    rows[row + c] += corner_f[(c * 4 + k) * width + l]
-                cell_sums[chunk * CELL_SUMS] = energy
-                cell_sums[chunk * CELL_SUMS + 1] = 1.0 + smallest
+                                rows[row + c] = rows[row + c] + answer[0][c][k][l]
+                cell_sums[chunk * CELL_SUMS] = energy.sum()
+                cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
 
     return cell_phase
 

@@ -14,24 +14,24 @@ SHORT = 1e-6  # a plane whose normal is shorter than this in the massless compon
 
 
 @ti.func
-def basis_of(basis, k, block: ti.template()):
+def basis_of(basis: ti.template(), k, block: ti.template()):
     return ti.Matrix([[basis[(3 * k + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(3))])
 
 
 @ti.func
-def block_of(values, e, block: ti.template()):
+def block_of(values: ti.template(), e, block: ti.template()):
     return ti.Matrix(
         [[values[(e * block + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(block))]
     )
 
 
 @ti.func
-def segment(values, k, block: ti.template()):
+def segment(values: ti.template(), k, block: ti.template()):
     return ti.Vector([values[k * block + j] for j in ti.static(range(block))])
 
 
 @ti.func
-def constraints(planes, near, k, b, x, block: ti.template(), slots: ti.template()):
+def constraints(planes: ti.template(), near: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
     """Normals [slots, block] in massless components and gaps [slots] of one node; out-of-reach planes never touch."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)

@@ -2,6 +2,43 @@
 
 from pathlib import Path
 
+__version__ = "0.1.0"
+
 _root = Path(__file__).resolve().parent.parent
 if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
+
+from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
+from .errors import InputError  # noqa: E402
+from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
+from .mesh import Mesh  # noqa: E402
+from .mesh_box import box_mesh  # noqa: E402
+from .obstacles import Plane  # noqa: E402
+from .plan import plan  # noqa: E402
+from .result import Result  # noqa: E402
+from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
+from .schemes import CentralDifference  # noqa: E402
+from .simulate import simulate  # noqa: E402
+
+__all__ = [
+    "Body",
+    "CentralDifference",
+    "ImpulseContact",
+    "InputError",
+    "LinearElastic",
+    "MasslessContact",
+    "Material",
+    "Mesh",
+    "NeoHookean",
+    "OverlapWarning",
+    "PenaltyContact",
+    "Plane",
+    "Result",
+    "Scene",
+    "StVenantKirchhoff",
+    "Support",
+    "box_mesh",
+    "plan",
+    "read_mesh",
+    "simulate",
+]

@@ -41,16 +41,11 @@ def versions() -> dict[str, str]:
     }
 
 
-def summary(
-    result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check], arch: str, threads: int
-) -> dict[str, Any]:
-    """Everything that fits on a page, as plain data for JSON.
+def run_attributes(result: Result) -> dict[str, Any]:
+    """A run on a page, as plain data for JSON: scalars, largest energy error, last row of the history, versions."""
+    from . import runtime
 
-    Scalars of the result, last row of its history, largest energy error, the case with its parameters, the checks with
-    value, bound and whether they passed, versions, arch and CPU threads.
-    """
-    data: dict[str, Any] = {"case": case, "parameters": dict(parameters)}
-    data |= {name: getattr(result, name) for name in SCALARS}
+    data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
     data["memory_bytes"] = dict(result.memory)
     data["terms"] = list(result.terms)
@@ -58,10 +53,18 @@ def summary(
     data["cells"] = sum(len(body.mesh.cells) for body in result.scene.bodies)
     data["nodes"] = sum(len(body.mesh.nodes) for body in result.scene.bodies)
     data["last_row"] = {name: column[-1] for name, column in result.history.items()}
+    data["versions"] = versions()
+    data |= {"arch": runtime.arch(), "threads": runtime.threads()}
+    return plain(data)
+
+
+def summary(
+    result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check]
+) -> dict[str, Any]:
+    """`run_attributes` with the case, its parameters, and its checks with value, bound and whether they passed."""
+    data = {"case": case, "parameters": dict(parameters)} | run_attributes(result)
     data["checks"] = [check.to_dict() for check in checks]
     data["passed"] = bool(result.ok) and all(check.passed for check in checks)
-    data["versions"] = versions()
-    data |= {"arch": arch, "threads": threads}
     return plain(data)
 
 

@@ -56,6 +56,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         offline_cache=True,
         cpu_max_num_threads=wanted,
         log_level=ti.ERROR,
+        verbose=False,
     )
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
         raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")

@@ -76,7 +76,7 @@ def _one(
     """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result."""
     import tcontact as tc
 
-    from .. import plots, report, runtime
+    from .. import plots, report
 
     result = tc.simulate(
         scene,
@@ -87,13 +87,9 @@ def _one(
         arch=arguments.arch,
         progress=not arguments.quiet,
     )
-    out.mkdir(parents=True, exist_ok=True)
     checks = case.checks(result)
-    data = report.summary(
-        result, case=title, parameters=parameters, checks=checks, arch=arguments.arch, threads=runtime.threads()
-    )
+    data = report.summary(result, case=title, parameters=parameters, checks=checks)
     report.write_json(out / "summary.json", data)
-    report.write_history(out / "history.csv", result.history)
     normals = [obstacle.normal for obstacle in scene.obstacles]
     exact = case.exact(result) if hasattr(case, "exact") else None
     plots.contact_force(out / "contact-force.png", result.history, normals, exact)

@@ -1,0 +1,71 @@
+"""Guards: look at every row and say when a run must stop, where and what to try."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fields import worst_cell
+from .history import PLACE, History
+from .scene import Scene
+from .state import BodyState
+
+GROWTH = 10.0  # an energy this many times what the run can hold is a blow-up
+TINY = 1e-14  # of density c^2 per volume: energies below it are rounding
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why a run stops: reason as in `Result.reason`, and a message with place, time and remedy."""
+
+    reason: str
+    message: str
+
+
+class Guards:
+    """NaN, inverted cells, energy growth and static solves that did not converge."""
+
+    def __init__(self, scene: Scene, states: list[BodyState]) -> None:
+        self.scene = scene
+        self.states = states
+        self.floor = sum(
+            TINY * float(state.plan.lumped.sum()) * state.plan.body.material.wave_speed**2 for state in states
+        )
+        self.nonlinear = [not state.plan.body.material.linear for state in states]
+
+    def check(self, row: np.ndarray, bodies: list[np.ndarray], history: History, over_limit: bool) -> Stop | None:
+        """The stop that the last row asks for, or None. over_limit: the step is above the stable one."""
+        time = f"at t = {row[0]:.6g} s"
+        remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
+        jacobian = PLACE["jacobian_min"]
+        for state, part, nonlinear in zip(self.states, bodies, self.nonlinear, strict=True):
+            if nonlinear and not part[jacobian][0] > 0.0:
+                where = self._worst(state)
+                if over_limit:
+                    return Stop("diverged", f"{where} {time}; {remedy}")
+                advice = "refine the mesh there, lower cfl or the impact speed, or use NeoHookean"
+                return Stop("inverted-cell", f"{where} {time}; {advice}")
+        finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
+        energy = row[1] + row[2] + row[3]
+        if not finite or energy > GROWTH * history.budget() + self.floor:
+            what = "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
+            what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
+            where = self._worst(max(self.states, key=lambda state: -_jacobian(state)))
+            advice = remedy if over_limit else "lower cfl, or the contact stiffness"
+            return Stop("diverged", f"{what} {time}; {where}; {advice}")
+        for state in self.states:
+            if state.contact is not None and not state.contact.converged:
+                return Stop("not-converged", f"{state.plan.label}, {time}: {state.contact.message}")
+        return None
+
+    def _worst(self, state: BodyState) -> str:
+        cell, value = worst_cell(state.plan.body.mesh, state.displacement())
+        centre = state.plan.body.mesh.nodes[state.plan.body.mesh.cells[cell]].mean(axis=0)
+        place = ", ".join(f"{value:.4g}" for value in centre)
+        return f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"
+
+
+def _jacobian(state: BodyState) -> float:
+    value = state.internal_force.sums()[2]
+    return value if np.isfinite(value) else -np.inf

@@ -1,0 +1,65 @@
+"""What a run returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .errors import InputError
+from .scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The end of a run, how it went, and its history.
+
+    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | interrupted; message: what
+    happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit [s]: the stable step of the start;
+    wall_s, compile_s [s]: time of the steps, and of everything before (planning, compiling, the first step);
+    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics that was built;
+    position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
+    history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS;
+    warnings: what was warned about; scene: what was run.
+    """
+
+    ok: bool
+    reason: str
+    message: str
+    steps: int
+    time: float
+    dt: float
+    dt_limit: float
+    wall_s: float
+    compile_s: float
+    cell_updates_per_s: float
+    memory: dict[str, int]
+    terms: tuple[str, ...]
+    position: np.ndarray
+    velocity: np.ndarray
+    contact_node_force: np.ndarray
+    history: dict[str, np.ndarray]
+    scene: Scene
+    warnings: list[str] = field(default_factory=list)
+
+    def nodes_of(self, name: str) -> slice:
+        """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
+        start = 0
+        known = []
+        for index, body in enumerate(self.scene.bodies):
+            known.append(self.scene.label(index))
+            if known[-1] == name:
+                return slice(start, start + body.mesh.node_count)
+            start += body.mesh.node_count
+        raise InputError("name", name, "use one of " + ", ".join(repr(label) for label in known))
+
+    def reversed(self) -> Result:
+        """The same state with all velocities negated: given as `initial`, it runs time backwards."""
+        return replace(self, velocity=-self.velocity)
+
+    def __repr__(self) -> str:
+        error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")
+        return (
+            f"Result({self.reason}, {self.steps} steps to {self.time:.6g} s, dt {self.dt:.3g} s,"
+            f" energy error {error:.2g}, {self.wall_s:.3g} s)"
+        )

@@ -1,0 +1,68 @@
+"""Central difference (leapfrog) on masses, static solve on what has none (METHOD 2, paper eqs 14-17).
+
+    v^{n+1/2} = v^{n-1/2} + dt M^-1 r(x^n),     x^{n+1} = x^n + dt v^{n+1/2}       where there is mass,
+    f_K(x_J, x_K) - f_ext,K = lambda nu,  g >= 0,  lambda >= 0,  lambda g = 0      where there is none.
+
+The kick starts and ends with half a step: v^n = (v^{n-1/2} + v^{n+1/2})/2 is the velocity of row n.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from .. import validate
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from ..state import BodyState
+
+DEFAULT_CFL = 0.9
+
+
+@dataclass(frozen=True)
+class CentralDifference:
+    """Explicit, second order.
+
+    cfl: step over the stable step that the program computes (default 0.9); or dt [s]: the step, taken as given.
+    Raises `InputError` if both are given or one is not positive.
+    """
+
+    cfl: float | None = None
+    dt: float | None = None
+
+    name: ClassVar[str] = "central-difference"
+    order: ClassVar[int] = 2
+    conserves: ClassVar[tuple[str, ...]] = ("linear momentum", "angular momentum")
+
+    def __post_init__(self) -> None:
+        if self.cfl is not None:
+            validate.number("cfl", self.cfl, low=0.0)
+        if self.dt is not None:
+            validate.number("dt", self.dt, low=0.0)
+            if self.cfl is not None:
+                raise InputError("dt", self.dt, f"cfl = {self.cfl:g} is given too; give one of the two")
+
+    def step_size(self, dt_limit: float) -> float:
+        """The step [s] for a stable step dt_limit [s]."""
+        return self.dt if self.dt is not None else (self.cfl or DEFAULT_CFL) * dt_limit
+
+    def begin(self, body: BodyState, dt: float) -> None:
+        """Static solve of the start; dt [s]: the first step."""
+        if body.contact is not None:
+            body.begin_contact(dt)
+
+    def step(self, body: BodyState, before: float, after: float) -> None:
+        """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
+
+        before, after [s]: the steps that end and start at level n; 0 before the first and after the last row.
+        """
+        u, v = body.u, body.v
+        body.internal_force.advance(u, v, before / 2, after / 2, after)  # ordinary nodes move in the same pass
+        if body.contact is not None:
+            body.contact.load(u, v, (before + after) / 2 if after > 0.0 else before)
+        body.measure()
+        if body.listed is not None:
+            body.listed.advance(body.reference, u, v, before / 2, after / 2, after)
+        if body.contact is not None and after > 0.0:
+            body.contact.close(u, after / before if before > 0.0 else 1.0)

@@ -1,0 +1,86 @@
+"""What every contact term shares: the planes, the gaps, the sums of a row."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import arrays
+from ..errors import InputError
+from ..plan import BodyPlan, ContactPlan
+from ..scene import Scene
+from .boundary_nodes import BoundaryNodes
+
+MOST_SLOTS = 3  # planes that can hold one node at a time
+
+
+class ContactTerm:
+    """Contact of one body with the planes of the scene; the contact nodes are the first boundary nodes.
+
+    Subclasses fill `contact_force` [k, 3] and `totals` (force (3), energy, nodes that press, static residual) in `load`.
+    """
+
+    name = "contact"
+    sweeps = 0  # Gauss-Seidel sweeps that led to the present state
+    converged = True
+    message = ""
+
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
+        from ..kernels.static_solve import nearest_planes, smallest_gap
+
+        assert plan.contact is not None
+        contact: ContactPlan = plan.contact
+        self.listed = listed
+        self.reference = reference
+        self.plane_count = len(scene.obstacles)
+        self.slots = min(self.plane_count, MOST_SLOTS)
+        self.planes = arrays.put(np.array([[*plane.normal, plane.normal @ plane.point] for plane in scene.obstacles]))
+        self.nodes = arrays.put(contact.nodes.astype(np.int32))
+        self.all_nodes = arrays.put(contact.all_nodes.astype(np.int32))
+        self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
+        self.contact_force = arrays.zeros(3 * len(contact.nodes))
+        self.totals = arrays.zeros(6)
+        self._gap = arrays.zeros(1)
+        self._nearest = nearest_planes
+        self._smallest_gap = smallest_gap
+
+    def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
+        """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""
+        raise NotImplementedError
+
+    def close(self, u: arrays.Array, ratio: float) -> None:
+        """Place what has no mass after the drift; ratio: this step over the last one."""
+
+    def find_planes(self, u: arrays.Array) -> None:
+        """Choose the planes that each node is checked against, if there are more than it can touch at once."""
+        if self.plane_count > MOST_SLOTS:
+            self._nearest(self.nodes, self.planes, self.plane_count, self.reference, u, self.near)
+
+    def gap_min(self, u: arrays.Array) -> float:
+        """Smallest gap of the contact set [m]."""
+        self._smallest_gap(self.all_nodes, self.planes, self.plane_count, self.reference, u, self._gap)
+        return float(arrays.get(self._gap)[0])
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        return [item for item in vars(self).values() if hasattr(item, "shape") and item is not self.reference]
+
+
+def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> ContactTerm | None:
+    """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
+    from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
+
+    if plan.contact is None or len(plan.contact.nodes) == 0:
+        return None
+    if isinstance(scene.contact, MasslessContact):
+        from .massless_contact import MasslessContactTerm
+
+        return MasslessContactTerm(scene, plan, listed, reference)
+    if isinstance(scene.contact, PenaltyContact):
+        from .penalty_contact import PenaltyContactTerm
+
+        return PenaltyContactTerm(scene, plan, listed, reference)
+    if isinstance(scene.contact, ImpulseContact):
+        from .impulse_contact import ImpulseContactTerm
+
+        return ImpulseContactTerm(scene, plan, listed, reference)
+    raise InputError("Scene.contact", scene.contact, "unknown contact model")
