@@ -61,7 +61,7 @@ def hex_corner_forces(line):
     b = interpolate(line[1])
     c = interpolate(line[2])
     return [
-        -(a[0] + b[0] + c[0]),
+        0.0 - a[0] - b[0] - c[0],
         a[0] - b[1] - c[1],
         a[1] + b[1] - c[3],
         b[0] - a[1] - c[2],
@@ -81,7 +81,7 @@ def tet_derivatives(corner):
 @ti.func
 def tet_corner_forces(q):
     """4 corner forces of one component from dW/dG [direction j]."""
-    return [-(q[0] + q[1] + q[2]), q[0], q[1], q[2]]
+    return [0.0 - q[0] - q[1] - q[2], q[0], q[1], q[2]]
 
 
 @ti.func

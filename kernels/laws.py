@@ -36,9 +36,9 @@ def log_split(change):
     """
     e = ti.max(change, JACOBIAN_FLOOR - 1.0)
     jacobian = 1.0 + e
-    exponent = (ti.bit_cast(jacobian, ti.u64) + ti.u64(0x00095F619980C433)) >> ti.u64(52)  # splits at sqrt(1/2)
-    power = ti.bit_cast((ti.u64(2046) - exponent) << ti.u64(52), ti.f64)  # 2^-k
-    k = ti.bit_cast(exponent | ti.u64(0x4330000000000000), ti.f64) - 4503599627371519.0  # exponent - 1023 as a float
+    exponent = (tensor3.to_bits(jacobian) + ti.u64(0x00095F619980C433)) >> ti.u64(52)  # splits at sqrt(1/2)
+    power = tensor3.from_bits((ti.u64(2046) - exponent) << ti.u64(52))  # 2^-k
+    k = tensor3.from_bits(exponent | ti.u64(0x4330000000000000)) - 4503599627371519.0  # exponent - 1023 as a float
     t = e * power + (power - 1.0)
     inverse = 1.0 / (jacobian * (2.0 + t))  # one division for both 1/(1 + e) and f
     f = t * (inverse * jacobian)

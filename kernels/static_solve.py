@@ -5,7 +5,8 @@
 linearised at the predicted state, K_KK d = f_ext - f + lambda nu, and solved for the increment d by block Gauss-Seidel
 over the nodes colour by colour, each node's own contact problem exactly. The surface is small: one thread, same bits.
 
-stats [8]: 0 F_ref, 1 static residual (relative), 2 sweeps of this step, 3 smallest pivot of K_kk over its trace.
+stats [8]: 0 F_ref, 1 static residual (relative), 2 sweeps of this step, 3 smallest pivot of K_kk over its trace,
+4 largest trace of K_kk, 5 the residual that the rounding of displacements and gaps alone can make.
 """
 
 import functools
@@ -17,10 +18,15 @@ from .local_contact import multipliers
 from .massless_node import balance, basis_of, block_of, constraints, largest, segment
 from .planes import gap, normal, position
 
+EPSILON = 8 * 2.220446049250313e-16  # rounding of a displacement or a gap, over its size
+
 
 @functools.cache
 def make_predict(block: int, slots: int):
-    """x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio in the massless components, moved out of the obstacle if `outside`."""
+    """x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components, moved out of the obstacle if `outside`.
+
+    fall = g dt^2 makes the prediction exact in free flight.
+    """
 
     @ti.kernel
     def predict(
@@ -30,6 +36,9 @@ def make_predict(block: int, slots: int):
         near: INDEX,
         reference: ARRAY,
         ratio: ti.f64,
+        fall_x: ti.f64,
+        fall_y: ti.f64,
+        fall_z: ti.f64,
         outside: ti.i32,
         u: ARRAY,
         last: ARRAY,
@@ -39,7 +48,7 @@ def make_predict(block: int, slots: int):
             node = nodes[k]
             b = basis_of(basis, k, block)
             now = b.transpose() @ row(u, node)
-            step = ratio * (now - segment(last, k, block))
+            step = ratio * (now - segment(last, k, block)) + b.transpose() @ ti.Vector([fall_x, fall_y, fall_z])
             if outside == 1:
                 x = position(reference, u, node) + b @ step
                 normals, gaps = constraints(planes, near, k, b, x, block, slots)
@@ -108,7 +117,12 @@ def make_assemble(block: int, slots: int):
         for _ in range(1):
             scale = least_force
             residual = 0.0
+            rounding = 0.0
             for k in range(nodes.shape[0]):
+                moved = row(u, nodes[k]).norm() * stats_out[4]
+                if compliance[k] > 0.0:
+                    moved += position(reference, u, nodes[k]).norm() / compliance[k]
+                rounding = ti.max(rounding, EPSILON * moved)
                 force = ti.Vector.zero(ti.f64, 3)
                 magnitude = 0.0
                 for i in range(corner_start[k], corner_start[k + 1]):
@@ -127,6 +141,7 @@ def make_assemble(block: int, slots: int):
                     right_out[k * block + j] = right[j]
             stats_out[0] = scale
             stats_out[1] = residual / scale
+            stats_out[5] = rounding / scale
 
     return assemble
 
@@ -154,9 +169,11 @@ def make_blocks(block: int):
                 values_out[(e * block + i) * block + j] = total[i, j]
         for _ in range(1):
             weakest = 1.0
+            stiffest = 0.0
             for k in range(row_start.shape[0] - 1):
                 diagonal = block_of(values_out, row_start[k], block)
                 trace = diagonal.trace()
+                stiffest = ti.max(stiffest, trace)
                 filled = diagonal
                 for j in ti.static(range(block)):
                     if diagonal[j, j] == 0.0:
@@ -172,6 +189,7 @@ def make_blocks(block: int):
                 for i, j in ti.static(ti.ndrange(block, block)):
                     inverse_out[(k * block + i) * block + j] = inverse[i, j]
             stats_out[3] = weakest
+            stats_out[4] = stiffest
 
     return blocks
 
@@ -195,7 +213,7 @@ def make_solve(block: int, slots: int):
         right: ARRAY,
         sweeps: ti.i32,
         most_sweeps: ti.i32,
-        tolerance: ti.f64,
+        aim: ti.f64,
         u: ARRAY,
         increment: ARRAY,
         active_out: INDEX,
@@ -208,7 +226,7 @@ def make_solve(block: int, slots: int):
                 increment[i] = 0.0
             done, wanted = 0, sweeps
             residual = 1e300
-            while done < most_sweeps and residual > tolerance:
+            while done < most_sweeps and residual > ti.max(aim, stats[5]):
                 for _sweep in range(wanted):
                     for k in range(count):
                         rest = segment(right, k, block)

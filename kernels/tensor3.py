@@ -72,3 +72,24 @@ def transposed_product(a, b):
 def scaled(factor, a):
     """factor a."""
     return [[factor * a[i][j] for j in range(3)] for i in range(3)]
+
+
+@ti.func
+def to_bits(a):
+    """The 64 bits of a float or of each lane of a vector of floats, as u64.
+
+    `ti.bit_cast` takes no vectors; the compiler folds the lanes into one register reinterpretation.
+    """
+    if ti.static(a.is_tensor()):
+        return ti.Vector([ti.bit_cast(a[i], ti.u64) for i in range(a.n)])
+    else:
+        return ti.bit_cast(a, ti.u64)
+
+
+@ti.func
+def from_bits(a):
+    """The float, or lanes of floats, with these u64 bits."""
+    if ti.static(a.is_tensor()):
+        return ti.Vector([ti.bit_cast(a[i], ti.f64) for i in range(a.n)])
+    else:
+        return ti.bit_cast(a, ti.f64)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+from contextlib import redirect_stdout
 from types import ModuleType
 
 from .errors import InputError
@@ -48,16 +50,17 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         return load()
     ti = load()
     wanted = threads or cores
-    ti.init(
-        arch=ti.cuda if arch == "cuda" else ti.cpu,
-        default_fp=ti.f64,
-        default_ip=ti.i32,
-        fast_math=False,
-        offline_cache=True,
-        cpu_max_num_threads=wanted,
-        log_level=ti.ERROR,
-        verbose=False,
-    )
+    with redirect_stdout(io.StringIO()):  # it announces itself
+        ti.init(
+            arch=ti.cuda if arch == "cuda" else ti.cpu,
+            default_fp=ti.f64,
+            default_ip=ti.i32,
+            fast_math=False,
+            offline_cache=True,
+            cpu_max_num_threads=wanted,
+            log_level=ti.ERROR,
+            verbose=False,
+        )
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
         raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")
     _started = (arch, wanted)

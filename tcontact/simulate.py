@@ -31,6 +31,7 @@ from .state import BodyState
 FIRST_CHECK = 50  # steps between looks at the stable step of a body that deforms; doubled while it stays
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
+CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
 CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
 
 
@@ -213,8 +214,8 @@ class Run:
         limit = self._limit(products=FEW_PRODUCTS)
         if self.scheme.dt is not None:
             self._warn_over(self.dt, limit)
-        elif self.scheme.step_size(limit) < 0.995 * self.dt:
-            self.dt = self.scheme.step_size(limit)
+        elif self.dt > CLOSE * limit:  # an even step is worth more than the cfl number asked for
+            self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
             self._check_every = FIRST_CHECK // 2
         if crushed:
             self._jacobian = jacobian

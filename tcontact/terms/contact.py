@@ -47,8 +47,8 @@ class ContactTerm:
         """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""
         raise NotImplementedError
 
-    def close(self, u: arrays.Array, ratio: float) -> None:
-        """Place what has no mass after the drift; ratio: this step over the last one."""
+    def close(self, u: arrays.Array, before: float, after: float) -> None:
+        """Place what has no mass after the drift; before, after [s]: the steps before and after level n."""
 
     def find_planes(self, u: arrays.Array) -> None:
         """Choose the planes that each node is checked against, if there are more than it can touch at once."""
