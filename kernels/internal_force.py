@@ -26,6 +26,7 @@ real_array = ti.types.ndarray(dtype=ti.f64, ndim=1)
 index_array = ti.types.ndarray(dtype=ti.i32, ndim=1)
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
+MASK = 0x3FFFFFFF
 CELL_SUMS = 2
 NODE_SUMS = 10
 
@@ -120,7 +121,7 @@ def make_cell_phase(kind: str, law: str, width: int):
         for s in range(chunk_table.shape[0] // TABLE * stride):
             if s % stride == 0:
                 chunk = s // stride
-                base = chunk_table[chunk * TABLE + 2]
+                base = 3 * chunk_table[chunk * TABLE + 2]
                 lam, mu = params[6], params[7]
                 lanes = ti.Vector([l for l in range(width)])
                 zero = ti.Vector([0.0 for _ in range(width)])
@@ -129,7 +130,8 @@ def make_cell_phase(kind: str, law: str, width: int):
                 change = zero + 1e300
                 for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
                     start = pack * (corners * width)
-                    node = [[3 * connectivity[start + k * width + l] for l in range(width)] for k in range(corners)]
+                    # the mask tells the compiler that node + 1, node + 2 cannot overflow: one address per corner
+                    node = [[(3 * connectivity[start + k * width + l]) & MASK for l in range(width)] for k in range(corners)]
                     x = [[ti.Vector([position[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
                     y = [[ti.Vector([u[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell without stiffness
@@ -139,9 +141,10 @@ def make_cell_phase(kind: str, law: str, width: int):
                     change = ti.min(change, answer[2])
                     for k in ti.static(range(corners)):
                         for l in ti.static(range(width)):
-                            row = node[k][l] + 3 * base
+                            row = (node[k][l] + base) & MASK
+                            old = [rows[row + c] for c in range(3)]
                             for c in ti.static(range(3)):
-                                rows[row + c] = rows[row + c] + answer[0][c][k][l]
+                                rows[row + c] = old[c] + answer[0][c][k][l]
                 cell_sums[chunk * CELL_SUMS] = energy.sum()
                 cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
 

@@ -46,22 +46,29 @@ def constraints(planes: ti.template(), near: ti.template(), k, b, x, block: ti.t
 
 
 @ti.func
-def balance(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
-    """lambda [slots] that balances B^t (f - f_ext) best over the active planes, and what stays unbalanced [block]."""
-    pressing = ti.Vector.zero(ti.f64, slots)
-    if compliance > 0.0:
-        pressing = ti.max(-gaps, 0.0) / compliance
-    else:
-        rows = ti.Matrix.zero(ti.f64, slots, block)
-        slack = ti.Vector.one(ti.f64, slots)
-        for p in ti.static(range(slots)):
-            if (active >> p) & 1 == 1:
-                slack[p] = 0.0
-                for j in ti.static(range(block)):
-                    rows[p, j] = normals[p, j]
-        identity = ti.Matrix.identity(ti.f64, block)
-        pressing = multipliers(-out_of_balance, rows, slack, identity, 0.0, slots)
+def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
+    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active planes, and what stays unbalanced [block].
+
+    For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
+    """
+    rows = ti.Matrix.zero(ti.f64, slots, block)
+    slack = ti.Vector.one(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        if (active >> p) & 1 == 1:
+            slack[p] = 0.0
+            for j in ti.static(range(block)):
+                rows[p, j] = normals[p, j]
+    pressing = multipliers(-out_of_balance, rows, slack, ti.Matrix.identity(ti.f64, block), 0.0, slots)
     return pressing, out_of_balance - normals.transpose() @ pressing
+
+
+@ti.func
+def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
+    """What stays unbalanced [block], with the contact force that the gap of a penalty really gives."""
+    pressing, rest = balance(out_of_balance, normals, active, block, slots)
+    if compliance > 0.0:
+        rest = out_of_balance - normals.transpose() @ (ti.max(-gaps, 0.0) / compliance)
+    return rest
 
 
 @ti.func

@@ -15,7 +15,7 @@ import taichi as ti
 
 from .boundary_nodes import ARRAY, INDEX, row
 from .local_contact import multipliers
-from .massless_node import balance, basis_of, block_of, constraints, largest, segment
+from .massless_node import balance, basis_of, block_of, constraints, largest, segment, unbalanced
 from .planes import gap, normal, position
 
 EPSILON = 8 * 2.220446049250313e-16  # rounding of a displacement or a gap, over its size
@@ -135,7 +135,7 @@ def make_assemble(block: int, slots: int):
                 normals, gaps = constraints(
                     planes, near, k, b, position(reference, u, nodes[k]), block, slots
                 )
-                _pressing, rest = balance(-right, normals, gaps, active[k], compliance[k], block, slots)
+                rest = unbalanced(-right, normals, gaps, active[k], compliance[k], block, slots)
                 residual = ti.max(residual, largest(rest))
                 for j in ti.static(range(block)):
                     right_out[k * block + j] = right[j]
@@ -256,7 +256,7 @@ def make_solve(block: int, slots: int):
                     b = basis_of(basis, k, block)
                     x = position(reference, u, nodes[k]) + b @ segment(increment, k, block)
                     normals, gaps = constraints(planes, near, k, b, x, block, slots)
-                    _pressing, left = balance(rest, normals, gaps, active_out[k], compliance[k], block, slots)
+                    left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
                     residual = ti.max(residual, largest(left))
                 residual /= stats[0]
             for k in range(count):
@@ -295,9 +295,9 @@ def make_contact_load(block: int, slots: int):
             for k in range(nodes.shape[0]):
                 b = basis_of(basis, k, block)
                 x = position(reference, u, nodes[k])
-                normals, gaps = constraints(planes, near, k, b, x, block, slots)
+                normals, _gaps = constraints(planes, near, k, b, x, block, slots)
                 out_of_balance = b.transpose() @ (row(force, k) - row(load, k))
-                pressing, rest = balance(out_of_balance, normals, gaps, active[k], compliance[k], block, slots)
+                pressing, rest = balance(out_of_balance, normals, active[k], block, slots)
                 total = ti.Vector.zero(ti.f64, 3)
                 for p in ti.static(range(slots)):
                     total += pressing[p] * normal(planes, near[k * slots + p])

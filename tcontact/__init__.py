@@ -13,6 +13,7 @@ from .errors import InputError  # noqa: E402
 from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
+from .mesh_io import read_mesh  # noqa: E402
 from .obstacles import Plane  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402

@@ -74,9 +74,7 @@ def read_abaqus(path: Path) -> FileMesh:
     surfaces: list[_Section] = []
     spelling: dict[str, str] = {}
     for section in _sections(path):
-        name = section.options.get(section.keyword) or section.options.get(
-            "NAME" if section.keyword == "SURFACE" else ""
-        )
+        name = section.options.get("NAME" if section.keyword == "SURFACE" else section.keyword)
         key = (name or "").upper()
         if name:
             spelling.setdefault(key, name)
@@ -174,7 +172,7 @@ def _nodes(section: _Section) -> tuple[IntArray, FloatArray]:
     if section.options.get("SYSTEM", "R").upper() != "R":
         raise MeshFileError("nodes in cylindrical or spherical coordinates; export rectangular ones")
     ids = np.array([int(row[0]) for row in section.rows], dtype=np.int64)
-    xyz = [[float(word or 0.0) for word in (row[1:4] + ["", "", ""])[:3]] for row in section.rows]
+    xyz = [[float(word or 0.0) for word in [*row[1:], "", "", ""][:3]] for row in section.rows]
     return ids, np.array(xyz, dtype=np.float64).reshape(-1, 3)
 
 
@@ -183,12 +181,15 @@ def _elements(section: _Section) -> _Block | None:
     name = section.options.get("TYPE", "").upper()
     found = [(word, corners) for pattern, word, corners in _TYPES if re.fullmatch(pattern, name)]
     if not found:
-        if "3D" in name and not name.startswith(("R", "M", "SF", "T", "CONN", "SPRING")):
+        solid = "3D" in name and not name.startswith(("R", "M", "SF", "T", "CONN", "SPRING"))
+        if solid or name.startswith(("SC6", "SC8", "CSS", "CCL")):
             raise MeshFileError(f"elements of type {name}; mesh with C3D4 alone or C3D8 alone")
         return None
     word, corners = found[0]
     numbers = np.array([int(w) for row in section.rows for w in row if w], dtype=np.int64)
     if len(numbers) % (corners + 1):
+        if word == "line":  # beams may carry an orientation node
+            return None
         raise MeshFileError(f"{name} elements with other than {corners} nodes; the file is cut or damaged")
     rows = numbers.reshape(-1, corners + 1)
     return _Block(word, rows[:, 0], rows[:, 1:])
@@ -217,7 +218,7 @@ def _add_cells(content: FileMesh, name: str, parts: list[tuple[str, IntArray]]) 
         if cell_type in ("triangle", "quad"):
             content.face_sets.setdefault(name, []).append(rows)
         else:
-            content.node_sets[name] = _joined([content.node_sets.get(name, rows[0]), rows.reshape(-1)])
+            content.node_sets[name] = _joined([content.node_sets.get(name, rows[:0].reshape(-1)), rows.reshape(-1)])
 
 
 def _add_surface(

@@ -64,7 +64,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
 
 
 def cell_kind(types: set[str], wanted: str | None) -> str:
-    """The one kind of volume cell among the cell types; raises `MeshFileError` or, for another than wanted, `InputError`."""
+    """The one kind of volume cell among the types; `MeshFileError` if there is none, `InputError` if not as wanted."""
     strange = sorted(types - ORDINARY)
     if any(name[-1].isdigit() for name in strange):
         raise MeshFileError(

@@ -23,9 +23,9 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
     file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either.
 
-    Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of volume
-    elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the others
-    renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
+    Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
+    volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the
+    others renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
 
     Raises `InputError` for a file that is missing, broken or unknown, for second-order cells, pyramids, wedges or a
     mixture, and for everything `Mesh` refuses.

@@ -8,6 +8,7 @@ import re
 import warnings
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -29,7 +30,8 @@ def read_gmsh(path: Path) -> FileMesh:
 
     Groups of dimension 2 become face sets, all others sets of their nodes. A group without a name is called
     PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named group but only the first
-    unnamed one (4.1); version 2.2 writes such a cell once for each group, the doubles are dropped.
+    unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell once for each group;
+    the doubles are dropped.
     """
     mesh = _read(path, "gmsh")
     blocks = _blocks(mesh)
@@ -70,12 +72,23 @@ def _read(path: Path, file_format: str) -> Any:
         except ValueError as error:
             if "gmsh:physical" not in str(error):
                 raise
-            raise MeshFileError(
-                "only some entities are in physical groups; save those alone (Mesh.SaveAll=0) or as version 2.2"
-            ) from error
+            mesh = _read_partly_grouped(path)
     if "not closed by" in " ".join(said.getvalue().split()):
         raise MeshFileError("the file ends too early; save it again, complete")
     return mesh
+
+
+def _read_partly_grouped(path: Path) -> Any:
+    """A 4.1 file in which only some entities have groups (Mesh.SaveAll=1), which meshio's own table refuses."""
+    import meshio
+    from meshio.gmsh import _gmsh41
+
+    def mesh_of_named_groups(*arguments: Any, cell_data: dict[str, Any], **others: Any) -> Any:
+        cell_data.pop("gmsh:physical", None)
+        return meshio.Mesh(*arguments, cell_data=cell_data, **others)
+
+    with mock.patch.object(_gmsh41, "Mesh", mesh_of_named_groups):
+        return meshio.read(path, "gmsh")
 
 
 def _blocks(mesh: Any) -> list[tuple[str, IntArray]]:

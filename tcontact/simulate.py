@@ -88,8 +88,12 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     if not isinstance(initial, Result):
         raise InputError("initial", initial, "give the Result of another run")
     counts = [body.mesh.node_count for body in scene.bodies]
-    if initial.position.shape != (sum(counts), 3):
-        raise InputError("initial", initial.position.shape, f"this scene has {sum(counts)} nodes; give a run of the same bodies")
+    theirs = [body.mesh.cells for body in initial.scene.bodies]
+    same = len(theirs) == len(counts) and initial.position.shape == (sum(counts), 3)
+    if not same or not all(
+        np.array_equal(body.mesh.cells, cells) for body, cells in zip(scene.bodies, theirs, strict=True)
+    ):
+        raise InputError("initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)")
     if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
         raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
     ends = np.cumsum(counts)[:-1]

@@ -14,7 +14,7 @@ from .contact import ContactTerm
 from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
-AIM = 1e-7  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
+AIM = 1e-8  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
 MOST_SWEEPS = 500  # per linearisation; then the solve has not converged
 MOST_LINEARISATIONS = 12
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
