@@ -19,6 +19,8 @@ import taichi as ti
 from . import tensor3
 
 CORNERS = {"hex8": 8, "tet4": 4}
+POINTS = {"hex8": 8, "tet4": 1}
+HEX_SIGNS = ((-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1))
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
 # edges along r_j as (from, to) corners; edge number = low bit of the first other coordinate + 2 * the second
@@ -103,17 +105,24 @@ def hex_force(x, u, lam, mu, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
     dx = [hex_derivatives(x[c]) for c in range(3)]
     du = [hex_derivatives(u[c]) for c in range(3)]
-    q = []
-    energy = x[0][0] * 0.0
-    change = energy + 1e300
-    for point in ti.static(range(8)):
-        a = [[dx[c][j][HEX_LINES[point][j]] for j in range(3)] for c in range(3)]
-        g = [[du[c][j][HEX_LINES[point][j]] for j in range(3)] for c in range(3)]
-        answer = point_force(g, a, 0.125 * lam, 0.125 * mu, law)
-        q.append(answer[0])
-        energy += answer[1]
-        change = ti.min(change, answer[2])
-    sums = [[[q[p[0]][c][j] + q[p[1]][c][j] for p in HEX_LINE_POINTS[j]] for j in range(3)] for c in range(3)]
+    point = [
+        point_force(
+            [[du[c][j][HEX_LINES[p][j]] for j in range(3)] for c in range(3)],
+            [[dx[c][j][HEX_LINES[p][j]] for j in range(3)] for c in range(3)],
+            0.125 * lam,
+            0.125 * mu,
+            law,
+        )
+        for p in range(8)
+    ]
+    energy = point[0][1]
+    change = point[0][2]
+    for p in ti.static(range(1, 8)):
+        energy += point[p][1]
+        change = ti.min(change, point[p][2])
+    sums = [
+        [[point[p[0]][0][c][j] + point[p[1]][0][c][j] for p in HEX_LINE_POINTS[j]] for j in range(3)] for c in range(3)
+    ]
     return [[hex_corner_forces(sums[c]) for c in range(3)], energy, change]
 
 

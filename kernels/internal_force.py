@@ -151,6 +151,32 @@ def make_cell_phase(kind: str, law: str, width: int):
     return cell_phase
 
 
+def keep_vectors(kernel):
+    """The kernel, compiled with its vectors intact: a `ti.Vector` of lanes stays one SIMD value of the machine.
+
+    Taichi otherwise splits every vector into scalars. Needed by each kernel that contains a cell phase; the option is
+    set only while the first call compiles. `.kernel` of the answer is the plain kernel, compiled after the first call.
+    """
+    compiled = False
+
+    @functools.wraps(kernel)
+    def call(*arguments):
+        nonlocal compiled
+        if compiled:
+            return kernel(*arguments)
+        before = ti.cfg.real_matrix_scalarize
+        ti.cfg.real_matrix_scalarize = False
+        try:
+            answer = kernel(*arguments)
+        finally:
+            ti.cfg.real_matrix_scalarize = before
+        compiled = True
+        return answer
+
+    call.kernel = kernel
+    return call
+
+
 @functools.cache
 def make_step(kind: str, law: str, width: int | None = None):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
@@ -191,4 +217,61 @@ def make_step(kind: str, law: str, width: int | None = None):
             GRAIN,
         )
 
-    return step
+    return keep_vectors(step)
+
+
+@functools.cache
+def make_plain_force(kind: str, law: str):
+    """The obvious force kernel, memoised: a cell per iteration, F and P per Gauss point, atomic adds.
+
+    plain_force(connectivity [cells*corners], position, params, u, force_out): adds dW/du to force_out. The yardstick of
+    the benchmark and an oracle of the tests: it shares only the law with the fast kernel.
+    """
+    corners = cells.CORNERS[kind]
+    points = cells.POINTS[kind]
+    law_of = laws.LAWS[law]
+    weight = {"hex8": 1.0, "tet4": 1.0 / 6.0}[kind]
+
+    @ti.func
+    def shape_gradients(point):
+        """dN_k/dr_j [corner][j]; hexes in r in [-1,1]^3."""
+        g = ti.Matrix.zero(ti.f64, corners, 3)
+        if ti.static(kind == "hex8"):
+            r = [(2 * ((point >> j) & 1) - 1) / ti.sqrt(3.0) for j in range(3)]
+            for k in ti.static(range(8)):
+                s = cells.HEX_SIGNS[k]
+                g[k, 0] = 0.125 * s[0] * (1 + s[1] * r[1]) * (1 + s[2] * r[2])
+                g[k, 1] = 0.125 * s[1] * (1 + s[0] * r[0]) * (1 + s[2] * r[2])
+                g[k, 2] = 0.125 * s[2] * (1 + s[0] * r[0]) * (1 + s[1] * r[1])
+        else:
+            for j in ti.static(range(3)):
+                g[0, j] = -1.0
+                g[j + 1, j] = 1.0
+        return g
+
+    @ti.kernel
+    def plain_force(
+        connectivity: index_array, position: real_array, params: real_array, u: real_array, force_out: real_array
+    ):
+        for cell in range(connectivity.shape[0] // corners):
+            x = ti.Matrix.zero(ti.f64, corners, 3)
+            y = ti.Matrix.zero(ti.f64, corners, 3)
+            f = ti.Matrix.zero(ti.f64, corners, 3)
+            for k in ti.static(range(corners)):
+                node = connectivity[cell * corners + k]
+                for c in ti.static(range(3)):
+                    x[k, c] = position[3 * node + c]
+                    y[k, c] = u[3 * node + c] - u[3 * connectivity[cell * corners] + c]
+            for point in range(points):
+                g = shape_gradients(point)
+                jacobian = x.transpose() @ g
+                g = g @ jacobian.inverse()
+                h = y.transpose() @ g
+                answer = law_of([[h[i, j] for j in range(3)] for i in range(3)], params[6], params[7])
+                stress = ti.Matrix(answer[0])
+                f += (weight * jacobian.determinant()) * (g @ stress.transpose())
+            for k in ti.static(range(corners)):
+                for c in ti.static(range(3)):
+                    force_out[3 * connectivity[cell * corners + k] + c] += f[k, c]
+
+    return plain_force

@@ -109,6 +109,7 @@ def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
     single = np.sort(order[~before & ~after])
     cell, face = np.divmod(single, len(table))
     faces = cells[cell[:, None], table[face]]
+    faces.flags.writeable = False
     third = order[1:-1][same[1:] & same[:-1] & ~np.r_[False, same[:-2]]] if len(same) > 1 else order[:0]
     crowded = cells[(third // len(table))[:, None], table[third % len(table)]]
     single_keys = keys[single]

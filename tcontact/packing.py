@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 
 CHUNKS = 8
-WIDTHS = {"hex8": 4, "tet4": 8}
+WIDTHS = {"hex8": 8, "tet4": 8}
 TABLE = 4  # numbers per chunk in chunk_table: first pack, end pack, row base (row = base + node), unused
 
 IntArray = NDArray[np.int32]

@@ -66,9 +66,7 @@ def test_boundary_is_closed_and_points_outward(kind):
     areas = vector_areas(mesh.nodes, mesh.boundary_faces())
     assert np.abs(areas.sum(axis=0)).max() < 1e-13
     cell_of = {
-        tuple(sorted(cell[list(face)])): cell.mean() * 0 + mesh.nodes[cell].mean(axis=0)
-        for cell in mesh.cells
-        for face in FACES[kind]
+        tuple(sorted(cell[list(face)])): mesh.nodes[cell].mean(axis=0) for cell in mesh.cells for face in FACES[kind]
     }
     for face, area in zip(mesh.boundary_faces(), areas, strict=True):
         assert area @ (mesh.nodes[face].mean(axis=0) - cell_of[tuple(sorted(face))]) > 0.0
@@ -214,7 +212,7 @@ def test_repr_is_short_and_names_the_sets():
 
 
 def test_a_hex_with_a_flat_corner_is_usable():
-    """Wedge-like: corner 1 lies on the line from 0 to 2, so its Jacobian is zero while all points inside are positive."""
+    """Wedge-like: corner 1 lies on the line from 0 to 2, so its Jacobian is zero; inside it is positive."""
     nodes = box_mesh((1.0, 1.0, 1.0), (1, 1, 1)).nodes.copy()
     nodes[1, :2] = nodes[5, :2] = 0.5
     cells = box_mesh((1.0, 1.0, 1.0), (1, 1, 1)).cells
