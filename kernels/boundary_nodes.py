@@ -43,6 +43,7 @@ def kick_and_drift(
     sums_out: ARRAY,
 ):
     """u, v are advanced in place; sums_out [8]: sums over the list at time level n."""
+    ti.loop_config(serialize=True)
     for _ in range(1):
         sums = ti.Vector.zero(ti.f64, SUMS)
         for s in range(nodes.shape[0]):
@@ -77,6 +78,7 @@ def support_reactions(
     sums_out: ARRAY,
 ):
     """Reaction M a + f - f_ext of every prescribed component (row, axis); sums_out [4]: total force, power."""
+    ti.loop_config(serialize=True)
     for _ in range(1):
         sums = ti.Vector.zero(ti.f64, 4)
         for i in range(slots.shape[0]):

@@ -1,17 +1,19 @@
 """Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
 
-Hex8, trilinear, 2x2x2 Gauss points, unit coordinates r in [0,1]^3, VTK corner order. The derivative of a component along
-r_j is constant along r_j and takes only 4 values at the 8 Gauss points: differences over the 4 edges along r_j,
-interpolated in the two other directions. With G = du/dr, A = dX/dr, D = det A and weight 1/8 per point,
+Hex8, trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 the corner's coordinates r_j, the modes
 
-    H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/8 P cof A,
+    c1 = sum s1 u,  c2, c3;  c12 = sum s1 s2 u,  c13, c23;  c123 = sum s1 s2 s3 u   (8 times the trilinear coefficients)
 
-and the corner forces follow by the transposed interpolation and differences (the interpolation is symmetric).
-Tet4: one point, edge differences to corner 0, weight 1/6 (Hughes, The Finite Element Method, ch. 3).
+give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3; A = 8 dX/dr likewise, D = det A, and
+
+    H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/512 P cof A,
+
+and the corner forces follow by the transposed sums. Tet4: one point, differences to corner 0, weight 1/6.
+(Hughes, The Finite Element Method, ch. 3; Flanagan and Belytschko 1981 for the modes.)
 
 Written in plain arithmetic on nested lists [component][corner]: an entry may be a scalar (one cell) or a `ti.Vector` of
 lanes (that many cells at once, which Taichi hands to the machine as a SIMD value). Nothing here knows of packs or arrays.
-Displacement differences to corners of the same cell, never total displacements (METHOD 6).
+Displacement differences to corners of the same cell come first, never sums of displacements (METHOD 6).
 """
 
 import taichi as ti
@@ -19,58 +21,36 @@ import taichi as ti
 from . import tensor3
 
 CORNERS = {"hex8": 8, "tet4": 4}
-POINTS = {"hex8": 8, "tet4": 1}
-HEX_SIGNS = ((-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1))
-LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
-
-# edges along r_j as (from, to) corners; edge number = low bit of the first other coordinate + 2 * the second
-HEX_EDGES = (
-    ((0, 1), (3, 2), (4, 5), (7, 6)),
-    ((0, 3), (1, 2), (4, 7), (5, 6)),
-    ((0, 4), (1, 5), (3, 7), (2, 6)),
-)
-# points (bits r0 + 2 r1 + 4 r2) on the lines along r_j
-HEX_LINE_POINTS = (
-    ((0, 1), (2, 3), (4, 5), (6, 7)),
-    ((0, 2), (1, 3), (4, 6), (5, 7)),
-    ((0, 4), (1, 5), (2, 6), (3, 7)),
-)
-# lines [direction j] of each point
-HEX_LINES = tuple((p >> 1, (p & 1) + 2 * (p >> 2), p & 3) for p in range(8))
+GAUSS = 1.0 / 3.0**0.5
 
 
 @ti.func
-def interpolate(a):
-    """Bilinear interpolation of 4 values to the 4 Gauss lines; its matrix is symmetric."""
-    s0 = LERP * (a[1] - a[0])
-    s1 = LERP * (a[3] - a[2])
-    b0, b1, b2, b3 = a[0] + s0, a[1] - s0, a[2] + s1, a[3] - s1
-    t0 = LERP * (b2 - b0)
-    t1 = LERP * (b3 - b1)
-    return [b0 + t0, b1 + t1, b2 - t0, b3 - t1]
+def hex_modes(u):
+    """[c1, c2, c3, c12, c13, c23, c123] of one component from its 8 corner values, without sums of corner values."""
+    a0, a1, a2, a3 = u[1] - u[0], u[2] - u[3], u[5] - u[4], u[6] - u[7]  # edges along r1, at (r2, r3) = --, +-, -+, ++
+    b0, b1 = (u[3] - u[0]) + (u[2] - u[1]), (u[7] - u[4]) + (u[6] - u[5])  # along r2, at r3 = -, +
+    c = ((u[4] - u[0]) + (u[5] - u[1])) + ((u[6] - u[2]) + (u[7] - u[3]))
+    p0, p1, q0, q1 = a1 + a0, a3 + a2, a1 - a0, a3 - a2
+    return [p1 + p0, b1 + b0, c, q1 + q0, p1 - p0, b1 - b0, q1 - q0]
 
 
 @ti.func
-def hex_derivatives(corner):
-    """12 derivatives of one component from its 8 corner values: [direction j][line]."""
-    return [interpolate([corner[e[1]] - corner[e[0]] for e in HEX_EDGES[j]]) for j in range(3)]
-
-
-@ti.func
-def hex_corner_forces(line):
-    """8 corner forces of one component from the sums over each line's points of dW/dG: [direction j][line]."""
-    a = interpolate(line[0])
-    b = interpolate(line[1])
-    c = interpolate(line[2])
+def hex_corner_forces(m):
+    """8 corner forces of one component from dW/d(mode), the transpose of `hex_modes`."""
+    p0, p1, q0, q1 = m[0] - m[4], m[0] + m[4], m[3] - m[6], m[3] + m[6]
+    a0, a1, a2, a3 = p0 - q0, p0 + q0, p1 - q1, p1 + q1
+    b0, b1 = m[1] - m[5], m[1] + m[5]
+    low, high = b0 + m[2], b1 + m[2]  # r2 and r3 forces where their signs agree
+    across, down = b0 - m[2], b1 - m[2]  # and where they differ
     return [
-        0.0 - a[0] - b[0] - c[0],
-        a[0] - b[1] - c[1],
-        a[1] + b[1] - c[3],
-        b[0] - a[1] - c[2],
-        c[0] - a[2] - b[2],
-        a[2] + c[1] - b[3],
-        a[3] + b[3] + c[3],
-        b[2] + c[2] - a[3],
+        0.0 - a0 - low,
+        a0 - low,
+        a1 + across,
+        across - a1,
+        0.0 - a2 - down,
+        a2 - down,
+        a3 + high,
+        high - a3,
     ]
 
 
@@ -90,7 +70,7 @@ def tet_corner_forces(q):
 def point_force(g, a, lam, mu, law: ti.template()):
     """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
 
-    g[c][j] = du_c/dr_j, a[c][j] = dX_c/dr_j; lam, mu times the point's weight in unit coordinates (1/8, 1/6): stress and
+    g[c][j] = du_c/dr_j, a[c][j] = dX_c/dr_j; lam, mu times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress and
     energy are linear in them. A variant with stored geometry replaces the three lines that use a.
     """
     m = tensor3.cofactor(a)
@@ -101,29 +81,50 @@ def point_force(g, a, lam, mu, law: ti.template()):
 
 
 @ti.func
+def hex_gradients(c, r2, r3, r23):
+    """G of one component at the two points (-+1/sqrt 3, r2, r3): [at -, at +], each [direction]."""
+    first = c[0] + c[3] * r2 + (c[4] * r3 + c[6] * r23)
+    second, slope2 = c[1] + c[5] * r3, (c[3] + c[6] * r3) * GAUSS
+    third, slope3 = c[2] + c[5] * r2, (c[4] + c[6] * r2) * GAUSS
+    return [[first, second - slope2, third - slope3], [first, second + slope2, third + slope3]]
+
+
+@ti.func
 def hex_force(x, u, lam, mu, law: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
-    dx = [hex_derivatives(x[c]) for c in range(3)]
-    du = [hex_derivatives(u[c]) for c in range(3)]
-    point = [
-        point_force(
-            [[du[c][j][HEX_LINES[p][j]] for j in range(3)] for c in range(3)],
-            [[dx[c][j][HEX_LINES[p][j]] for j in range(3)] for c in range(3)],
-            0.125 * lam,
-            0.125 * mu,
-            law,
-        )
-        for p in range(8)
-    ]
-    energy = point[0][1]
-    change = point[0][2]
-    for p in ti.static(range(1, 8)):
-        energy += point[p][1]
-        change = ti.min(change, point[p][2])
-    sums = [
-        [[point[p[0]][0][c][j] + point[p[1]][0][c][j] for p in HEX_LINE_POINTS[j]] for j in range(3)] for c in range(3)
-    ]
-    return [[hex_corner_forces(sums[c]) for c in range(3)], energy, change]
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k].
+
+    Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
+    """
+    mode_x = [hex_modes(x[c]) for c in range(3)]
+    mode_u = [hex_modes(u[c]) for c in range(3)]
+    zero = x[0][0] * 0.0
+    mode_f = [[zero for _ in range(7)] for _ in range(3)]
+    energy = zero
+    change = zero + 1e300
+    scaled_lam, scaled_mu = lam * (1.0 / 512.0), mu * (1.0 / 512.0)
+    for line in range(4):
+        r2 = GAUSS * (2.0 * (line & 1) - 1.0)
+        r3 = GAUSS * (2.0 * (line >> 1) - 1.0)
+        r23 = r2 * r3
+        a = [hex_gradients(mode_x[c], r2, r3, r23) for c in range(3)]
+        g = [hex_gradients(mode_u[c], r2, r3, r23) for c in range(3)]
+        low = point_force([g[c][0] for c in range(3)], [a[c][0] for c in range(3)], scaled_lam, scaled_mu, law)
+        high = point_force([g[c][1] for c in range(3)], [a[c][1] for c in range(3)], scaled_lam, scaled_mu, law)
+        energy += low[1] + high[1]
+        change = ti.min(change, ti.min(low[2], high[2]))
+        for c in ti.static(range(3)):
+            first = high[0][c][0] + low[0][c][0]
+            second, slope2 = high[0][c][1] + low[0][c][1], (high[0][c][1] - low[0][c][1]) * GAUSS
+            third, slope3 = high[0][c][2] + low[0][c][2], (high[0][c][2] - low[0][c][2]) * GAUSS
+            twist = first * r2 + slope2
+            mode_f[c][0] += first
+            mode_f[c][1] += second
+            mode_f[c][2] += third
+            mode_f[c][3] += twist
+            mode_f[c][4] += first * r3 + slope3
+            mode_f[c][5] += second * r3 + third * r2
+            mode_f[c][6] += twist * r3 + slope3 * r2
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, change]
 
 
 @ti.func

@@ -28,6 +28,7 @@ def penalty_load(
     sums_out: ARRAY,
 ):
     """stiffness [k] = kappa A_k [N/m]; sums_out [6]: total force, energy, nodes that press, 0."""
+    ti.loop_config(serialize=True)
     for _ in range(1):
         sums = ti.Vector.zero(ti.f64, 6)
         for k in range(nodes.shape[0]):
@@ -39,7 +40,7 @@ def penalty_load(
                 sums[3] += 0.5 * stiffness[k] * overlap * overlap
             for j in ti.static(range(3)):
                 contact_force_out[3 * k + j] = total[j]
-                force[3 * k + j] -= total[j]
+                force[3 * k + j] = force[3 * k + j] - total[j]
                 sums[j] += total[j]
             if total.norm() > 0.0:
                 sums[4] += 1.0
@@ -65,6 +66,7 @@ def make_impulse_load(slots: int):
         sums_out: ARRAY,
     ):
         """span: time the impulse is spread over [s]; sums_out as for the penalty, without energy."""
+        ti.loop_config(serialize=True)
         for _ in range(1):
             sums = ti.Vector.zero(ti.f64, 6)
             for k in range(nodes.shape[0]):
@@ -84,7 +86,7 @@ def make_impulse_load(slots: int):
                 total = normals.transpose() @ impulses / span
                 for j in ti.static(range(3)):
                     contact_force_out[3 * k + j] = total[j]
-                    force[3 * k + j] -= total[j]
+                    force[3 * k + j] = force[3 * k + j] - total[j]
                     sums[j] += total[j]
                 if total.norm() > 0.0:
                     sums[4] += 1.0

@@ -20,7 +20,7 @@ import functools
 import taichi as ti
 
 from ..packing import TABLE, WIDTHS
-from . import cells, laws, tensor3
+from . import cells, laws
 
 real_array = ti.types.ndarray(dtype=ti.f64, ndim=1)
 index_array = ti.types.ndarray(dtype=ti.i32, ndim=1)
@@ -96,6 +96,16 @@ def node_phase(
                 node_sums[part * NODE_SUMS + 7 + d] = moved[d]
 
 
+@ti.func
+def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(), start, width: ti.template()):
+    """Reference position (3) and displacement (3) of one corner, each a vector over the lanes."""
+    # the mask tells the compiler that node + 1 and node + 2 cannot overflow: one address for the three components
+    node = [(3 * connectivity[start + l]) & MASK for l in range(width)]
+    return [ti.Vector([position[i + c] for i in node]) for c in range(3)] + [
+        ti.Vector([u[i + c] for i in node]) for c in range(3)
+    ]
+
+
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int):
     """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a ti.func, memoised.
@@ -130,10 +140,9 @@ def make_cell_phase(kind: str, law: str, width: int):
                 change = zero + 1e300
                 for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
                     start = pack * (corners * width)
-                    # the mask tells the compiler that node + 1, node + 2 cannot overflow: one address per corner
-                    node = [[(3 * connectivity[start + k * width + l]) & MASK for l in range(width)] for k in range(corners)]
-                    x = [[ti.Vector([position[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
-                    y = [[ti.Vector([u[i + c] for i in node[k]]) for k in range(corners)] for c in range(3)]
+                    corner = [gather(connectivity, position, u, start + k * width, width) for k in range(corners)]
+                    x = [[corner[k][c] for k in range(corners)] for c in range(3)]
+                    y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell without stiffness
                     weight = ti.select(lanes + pack * width < cell_count, one, zero)
                     answer = force_of(x, y, lam * weight, mu * weight, law_of)
@@ -141,7 +150,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                     change = ti.min(change, answer[2])
                     for k in ti.static(range(corners)):
                         for l in ti.static(range(width)):
-                            row = (node[k][l] + base) & MASK
+                            row = (3 * connectivity[start + k * width + l] + base) & MASK
                             old = [rows[row + c] for c in range(3)]
                             for c in ti.static(range(3)):
                                 rows[row + c] = old[c] + answer[0][c][k][l]
@@ -222,56 +231,25 @@ def make_step(kind: str, law: str, width: int | None = None):
 
 @functools.cache
 def make_plain_force(kind: str, law: str):
-    """The obvious force kernel, memoised: a cell per iteration, F and P per Gauss point, atomic adds.
+    """The obvious force kernel, memoised: one cell per iteration, the same cell and law, atomic adds.
 
     plain_force(connectivity [cells*corners], position, params, u, force_out): adds dW/du to force_out. The yardstick of
-    the benchmark and an oracle of the tests: it shares only the law with the fast kernel.
+    the benchmark: what packs, lanes and chunk rows gain.
     """
     corners = cells.CORNERS[kind]
-    points = cells.POINTS[kind]
+    force_of = cells.FORCES[kind]
     law_of = laws.LAWS[law]
-    weight = {"hex8": 1.0, "tet4": 1.0 / 6.0}[kind]
-
-    @ti.func
-    def shape_gradients(point):
-        """dN_k/dr_j [corner][j]; hexes in r in [-1,1]^3."""
-        g = ti.Matrix.zero(ti.f64, corners, 3)
-        if ti.static(kind == "hex8"):
-            r = [(2 * ((point >> j) & 1) - 1) / ti.sqrt(3.0) for j in range(3)]
-            for k in ti.static(range(8)):
-                s = cells.HEX_SIGNS[k]
-                g[k, 0] = 0.125 * s[0] * (1 + s[1] * r[1]) * (1 + s[2] * r[2])
-                g[k, 1] = 0.125 * s[1] * (1 + s[0] * r[0]) * (1 + s[2] * r[2])
-                g[k, 2] = 0.125 * s[2] * (1 + s[0] * r[0]) * (1 + s[1] * r[1])
-        else:
-            for j in ti.static(range(3)):
-                g[0, j] = -1.0
-                g[j + 1, j] = 1.0
-        return g
 
     @ti.kernel
     def plain_force(
         connectivity: index_array, position: real_array, params: real_array, u: real_array, force_out: real_array
     ):
         for cell in range(connectivity.shape[0] // corners):
-            x = ti.Matrix.zero(ti.f64, corners, 3)
-            y = ti.Matrix.zero(ti.f64, corners, 3)
-            f = ti.Matrix.zero(ti.f64, corners, 3)
-            for k in ti.static(range(corners)):
-                node = connectivity[cell * corners + k]
-                for c in ti.static(range(3)):
-                    x[k, c] = position[3 * node + c]
-                    y[k, c] = u[3 * node + c] - u[3 * connectivity[cell * corners] + c]
-            for point in range(points):
-                g = shape_gradients(point)
-                jacobian = x.transpose() @ g
-                g = g @ jacobian.inverse()
-                h = y.transpose() @ g
-                answer = law_of([[h[i, j] for j in range(3)] for i in range(3)], params[6], params[7])
-                stress = ti.Matrix(answer[0])
-                f += (weight * jacobian.determinant()) * (g @ stress.transpose())
-            for k in ti.static(range(corners)):
-                for c in ti.static(range(3)):
-                    force_out[3 * connectivity[cell * corners + k] + c] += f[k, c]
+            node = [3 * connectivity[cell * corners + k] for k in range(corners)]
+            x = [[position[i + c] for i in node] for c in range(3)]
+            y = [[u[i + c] for i in node] for c in range(3)]
+            answer = force_of(x, y, params[6], params[7], law_of)
+            for k, c in ti.static(ti.ndrange(corners, 3)):
+                force_out[node[k] + c] += answer[0][c][k]
 
     return plain_force

@@ -44,6 +44,7 @@ def make_predict(block: int, slots: int):
         last: ARRAY,
     ):
         """u is advanced in place; last [k * block]: increment of the step before in, massless displacement out."""
+        ti.loop_config(serialize=True)
         for k in range(nodes.shape[0]):
             node = nodes[k]
             b = basis_of(basis, k, block)
@@ -59,7 +60,7 @@ def make_predict(block: int, slots: int):
             for j in ti.static(range(block)):
                 last[k * block + j] = now[j]
             for j in ti.static(range(3)):
-                u[3 * node + j] += move[j]
+                u[3 * node + j] = u[3 * node + j] + move[j]
 
     return predict
 
@@ -67,6 +68,7 @@ def make_predict(block: int, slots: int):
 @ti.kernel
 def nearest_planes(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, near_out: INDEX):
     """The three planes with the smallest gap at each node; only launched for more than three planes."""
+    ti.loop_config(serialize=True)
     for k in range(nodes.shape[0]):
         x = position(reference, u, nodes[k])
         for slot in range(3):
@@ -114,6 +116,7 @@ def make_assemble(block: int, slots: int):
         stats_out: ARRAY,
     ):
         """right_out [k * block] = B^t (f_ext - f)."""
+        ti.loop_config(serialize=True)
         for _ in range(1):
             scale = least_force
             residual = 0.0
@@ -167,6 +170,7 @@ def make_blocks(block: int):
                 total += block_of(pair_values, entry_pairs[i], block)
             for i, j in ti.static(ti.ndrange(block, block)):
                 values_out[(e * block + i) * block + j] = total[i, j]
+        ti.loop_config(serialize=True)
         for _ in range(1):
             weakest = 1.0
             stiffest = 0.0
@@ -220,6 +224,7 @@ def make_solve(block: int, slots: int):
         stats: ARRAY,
     ):
         """Adds the sweeps it took to stats[2]; stats[1] becomes the residual of the linearised problem."""
+        ti.loop_config(serialize=True)
         for _ in range(1):
             count = nodes.shape[0]
             for i in range(count * block):
@@ -262,9 +267,9 @@ def make_solve(block: int, slots: int):
             for k in range(count):
                 move = basis_of(basis, k, block) @ segment(increment, k, block)
                 for j in ti.static(range(3)):
-                    u[3 * nodes[k] + j] += move[j]
+                    u[3 * nodes[k] + j] = u[3 * nodes[k] + j] + move[j]
             stats[1] = residual
-            stats[2] += done
+            stats[2] = stats[2] + done
 
     return solve
 
@@ -290,6 +295,7 @@ def make_contact_load(block: int, slots: int):
         sums_out: ARRAY,
     ):
         """contact_force_out [k * 3] = sum lambda nu; sums_out [6]: total force, energy, nodes that press, residual."""
+        ti.loop_config(serialize=True)
         for _ in range(1):
             sums = ti.Vector.zero(ti.f64, 6)
             for k in range(nodes.shape[0]):
@@ -304,7 +310,7 @@ def make_contact_load(block: int, slots: int):
                     sums[3] += 0.5 * compliance[k] * pressing[p] * pressing[p]
                 for j in ti.static(range(3)):
                     contact_force_out[3 * k + j] = total[j]
-                    force[3 * k + j] -= total[j]
+                    force[3 * k + j] = force[3 * k + j] - total[j]
                     sums[j] += total[j]
                 if total.norm() > 0.0:
                     sums[4] += 1.0
@@ -319,6 +325,7 @@ def make_contact_load(block: int, slots: int):
 @ti.kernel
 def smallest_gap(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, gap_out: ARRAY):
     """gap_out [1]: smallest gap of the listed nodes to any plane."""
+    ti.loop_config(serialize=True)
     for _ in range(1):
         least = 1e300
         for i in range(nodes.shape[0]):

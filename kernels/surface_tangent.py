@@ -1,12 +1,14 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
-With G = grad N in the reference state and g = F^-t G:
+With G = grad N in the reference state every law of laws.py has the form
 
-    linear elastic         A_ab = lam G_a x G_b + mu (G_b x G_a + (G_a.G_b) I)
-    St Venant-Kirchhoff    A_ab = (G_a.S G_b) I + lam (F G_a) x (F G_b) + mu ((F G_b) x (F G_a) + (G_a.G_b) F F^t)
-    neo-Hookean            A_ab = mu (G_a.G_b) I + (mu - lam J (J-1)) g_b x g_a + lam J (2J-1) g_a x g_b
+    A_ab = (G_a . T G_b) I + c1 b x a + c2 a x b + (G_a . G_b) R,    a = M G_a,  b = M G_b
 
-(exact second derivatives of the energies in laws.py). Only contact cells and only pairs of their corners in K.
+    linear elastic         M = I,      T = mu I,  c1 = mu,               c2 = lam,             R = 0
+    St Venant-Kirchhoff    M = F,      T = S,     c1 = mu,               c2 = lam,             R = mu F F^t
+    neo-Hookean            M = F^-t,   T = mu I,  c1 = mu - lam J (J-1), c2 = lam J (2J - 1),  R = 0
+
+(exact second derivatives of the energies). Only contact cells and only pairs of their corners in K.
 """
 
 import functools
@@ -16,39 +18,42 @@ import taichi as ti
 from .boundary_nodes import ARRAY, INDEX
 from .massless_node import basis_of
 
-
-@ti.func
-def linear_elastic(f, ga, gb, lam, mu):
-    return lam * ga.outer_product(gb) + mu * (gb.outer_product(ga) + ga.dot(gb) * ti.Matrix.identity(ti.f64, 3))
+MOST_CORNERS = 8
 
 
 @ti.func
-def st_venant_kirchhoff(f, ga, gb, lam, mu):
+def linear_elastic(f, lam, mu):
+    identity = ti.Matrix.identity(ti.f64, 3)
+    return identity, mu * identity, mu, lam, ti.Matrix.zero(ti.f64, 3, 3)
+
+
+@ti.func
+def st_venant_kirchhoff(f, lam, mu):
     identity = ti.Matrix.identity(ti.f64, 3)
     strain = 0.5 * (f.transpose() @ f - identity)
-    stress = lam * strain.trace() * identity + 2.0 * mu * strain
-    a, b = f @ ga, f @ gb
-    moved = b.outer_product(a) + ga.dot(gb) * (f @ f.transpose())
-    return ga.dot(stress @ gb) * identity + lam * a.outer_product(b) + mu * moved
+    return f, lam * strain.trace() * identity + 2.0 * mu * strain, mu, lam, mu * (f @ f.transpose())
 
 
 @ti.func
-def neo_hookean(f, ga, gb, lam, mu):
+def neo_hookean(f, lam, mu):
+    identity = ti.Matrix.identity(ti.f64, 3)
     jacobian = f.determinant()
-    pull = f.inverse().transpose()
-    a, b = pull @ ga, pull @ gb
-    return (
-        mu * ga.dot(gb) * ti.Matrix.identity(ti.f64, 3)
-        + (mu - lam * jacobian * (jacobian - 1.0)) * b.outer_product(a)
-        + lam * jacobian * (2.0 * jacobian - 1.0) * a.outer_product(b)
-    )
+    first = mu - lam * jacobian * (jacobian - 1.0)
+    second = lam * jacobian * (2.0 * jacobian - 1.0)
+    return f.inverse().transpose(), mu * identity, first, second, ti.Matrix.zero(ti.f64, 3, 3)
 
 
 TANGENTS = {"linear_elastic": linear_elastic, "st_venant_kirchhoff": st_venant_kirchhoff, "neo_hookean": neo_hookean}
 
 
+@ti.func
+def corner(values: ti.template(), a):
+    return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
+
+
 @functools.cache
-def make_surface_tangent(law: str, block: int):
+def make_surface_tangent(law: str, block: int, plain: bool):
+    """plain: every basis is the identity, the blocks are A_ab itself."""
     tangent = TANGENTS[law]
 
     @ti.kernel
@@ -68,31 +73,53 @@ def make_surface_tangent(law: str, block: int):
     ):
         """shape_gradients [q, corners, 3]; pair_values_out [pairs, block, block]."""
         for cell in range(pair_start.shape[0] - 1):
+            slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
+            first = 3 * cell * corners
             for i in range(pair_start[cell] * block * block, pair_start[cell + 1] * block * block):
                 pair_values_out[i] = 0.0
             for q in range(weights.shape[0]):
                 jacobian = ti.Matrix.zero(ti.f64, 3, 3)
                 slope = ti.Matrix.zero(ti.f64, 3, 3)
                 for a in range(corners):
-                    at = 3 * (q * corners + a)
-                    here, first = 3 * (cell * corners + a), 3 * cell * corners
+                    at, here = 3 * (q * corners + a), first + 3 * a
                     for i, j in ti.static(ti.ndrange(3, 3)):
                         jacobian[i, j] += cell_reference[here + i] * shape_gradients[at + j]
                         slope[i, j] += (cell_u[here + i] - cell_u[first + i]) * shape_gradients[at + j]
                 inverse = jacobian.inverse()
-                f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
                 volume = weights[q] * jacobian.determinant()
+                m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope @ inverse, volume * lam, volume * mu)
+                for a in range(corners):
+                    g = inverse.transpose() @ corner(shape_gradients, q * corners + a)
+                    mg = m @ g
+                    for j in ti.static(range(3)):
+                        slopes[3 * a + j] = g[j]
+                        moved[3 * a + j] = mg[j]
                 for p in range(pair_start[cell], pair_start[cell + 1]):
-                    at_a = 3 * (q * corners + pair_corners[2 * p])
-                    at_b = 3 * (q * corners + pair_corners[2 * p + 1])
-                    local_a = ti.Vector([shape_gradients[at_a + j] for j in ti.static(range(3))])
-                    local_b = ti.Vector([shape_gradients[at_b + j] for j in ti.static(range(3))])
-                    ga = inverse.transpose() @ local_a
-                    gb = inverse.transpose() @ local_b
-                    left = basis_of(basis, pair_nodes[2 * p], block)
-                    right = basis_of(basis, pair_nodes[2 * p + 1], block)
-                    stiffness = volume * (left.transpose() @ tangent(f, ga, gb, lam, mu) @ right)
-                    for i, j in ti.static(ti.ndrange(block, block)):
-                        pair_values_out[(p * block + i) * block + j] += stiffness[i, j]
+                    left, right = pair_corners[2 * p], pair_corners[2 * p + 1]
+                    ga, gb = corner(slopes, left), corner(slopes, right)
+                    a, b = corner(moved, left), corner(moved, right)
+                    same = ga.dot(t @ gb)
+                    if ti.static(plain):
+                        for i, j in ti.static(ti.ndrange(3, 3)):
+                            value = c1 * b[i] * a[j] + c2 * a[i] * b[j]
+                            if ti.static(i == j):
+                                value += same
+                            if ti.static(law == "st_venant_kirchhoff"):
+                                value += ga.dot(gb) * r[i, j]
+                            place = (p * 3 + i) * 3 + j
+                            pair_values_out[place] = pair_values_out[place] + value  # "+=" would be an atomic
+                    else:
+                        basis_a = basis_of(basis, pair_nodes[2 * p], block)
+                        basis_b = basis_of(basis, pair_nodes[2 * p + 1], block)
+                        aa, ab = basis_a.transpose() @ a, basis_a.transpose() @ b
+                        ba, bb = basis_b.transpose() @ a, basis_b.transpose() @ b
+                        shared = same * (basis_a.transpose() @ basis_b)
+                        if ti.static(law == "st_venant_kirchhoff"):
+                            shared += ga.dot(gb) * (basis_a.transpose() @ r @ basis_b)
+                        for i, j in ti.static(ti.ndrange(block, block)):
+                            value = shared[i, j] + c1 * ab[i] * ba[j] + c2 * aa[i] * bb[j]
+                            place = (p * block + i) * block + j
+                            pair_values_out[place] = pair_values_out[place] + value
 
     return surface_tangent

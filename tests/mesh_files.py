@@ -10,7 +10,15 @@ from tcontact.mesh_box import box_mesh
 
 TYPES = {"point": (15, 0), "line": (1, 1), "triangle": (2, 2), "quad": (3, 2), "tet4": (4, 3), "hex8": (5, 3)}
 FACE = {"hex8": "quad", "tet4": "triangle"}
-NAMES = {(2, 1): "left", (2, 2): "both ends", (2, 5): "body", (3, 1): "body", (0, 4): "corner", (1, 1): "edge"}
+NAMES = {
+    (2, 1): "left",
+    (2, 2): "both ends",
+    (2, 5): "body",
+    (3, 1): "body",
+    (3, 3): "all",
+    (0, 4): "corner",
+    (1, 1): "edge",
+}
 
 
 def box(kind):
@@ -31,7 +39,7 @@ def gmsh_content(kind, ungrouped=False):
         (FACE[kind], 2, [2], sides["xmax"]),
         (FACE[kind], 3, [9], sides["ymin"]),
         (FACE[kind], 4, [5], sides["zmax"]),
-        (kind, 1, [1], row[mesh.cells]),
+        (kind, 1, [1, 3], row[mesh.cells]),
     ]
     if ungrouped:
         blocks.insert(4, (FACE[kind], 5, [], sides["ymax"]))

@@ -32,7 +32,7 @@ def test_gmsh_file_gives_the_mesh_and_its_groups(tmp_path, kind, version, binary
     assert np.array_equal(mesh.nodes, 0.5 * expected.nodes)
     assert np.array_equal(mesh.cells, expected.cells)
     assert set(mesh.face_sets) == {"left", "both ends", "body", "PhysicalSurface9"}
-    assert set(mesh.node_sets) == {"corner", "edge", "body"}
+    assert set(mesh.node_sets) == {"corner", "edge", "body", "all"}
     assert same_faces(mesh.faces_of("left"), expected.faces_of("xmin"))
     assert same_faces(mesh.faces_of("both ends"), expected.faces_of(["xmin", "xmax"]))
     assert same_faces(mesh.faces_of("PhysicalSurface9"), expected.faces_of("ymin"))

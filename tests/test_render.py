@@ -9,6 +9,11 @@ from PIL import Image
 
 from tcontact import render, runtime
 from tcontact.errors import InputError
+from tcontact.mesh_geometry import FACES
+from tcontact.render.labels import round_up
+from tcontact.render.studio import Studio
+from tcontact.render.surface import boundary_surface
+from tcontact.render.triangles import Triangles, draw
 from tcontact.vtkhdf import ResultData, ResultFile
 
 PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
@@ -56,10 +61,10 @@ def _raster(corners, value=None, table=None, size=(40, 30), colours=None):
     runtime.start()
     width, height = size
     corners = np.asarray(corners, dtype=np.float64)
-    scene = render._Triangles.plain(corners, 0 if table is None else np.asarray(table), 0.0 if value is None else value)
+    scene = Triangles.plain(corners, 0 if table is None else np.asarray(table), 0.0 if value is None else value)
     colours = np.full(3 * 768, 200, np.float32) if colours is None else colours
     depth, pixel = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
-    render._draw(scene, width, height, 1, 0.0, colours, depth, pixel)
+    draw(scene, width, height, 1, 0.0, colours, depth, pixel)
     return depth.reshape(height, width), pixel.reshape(height, width)
 
 
@@ -120,31 +125,31 @@ def test_values_at_and_beyond_the_range_take_the_end_colours():
 
 
 def test_limits_are_round_and_hold_the_series(result):
-    studio = render._Studio(result, (320, 240), 1.0, None)
+    studio = Studio(result, (320, 240), 1.0, None)
     assert studio.limits("contact_pressure") == (0.0, 2e6)
     low, high = studio.limits("von_mises")
     assert low == 0.0
     assert 0.95 * 63 <= high <= 80
-    assert render._round_up(0.0) == 1.0
+    assert round_up(0.0) == 1.0
     for value in (1e-9, 0.99, 1.0, 1.01, 7.3e6):
-        assert value * (1 - 1e-9) <= render._round_up(value) <= 1.34 * value
+        assert value * (1 - 1e-9) <= round_up(value) <= 1.34 * value
 
 
 def test_the_surface_is_what_one_cell_alone_has():
     n = 3
     _, cells = _box(n)
-    surface = render.boundary_surface([("hex8", cells)])
+    surface = boundary_surface([("hex8", cells)])
     assert len(surface.quads) == 6 * n * n
     assert len(surface.triangles) == 0
     assert len(surface.nodes) == (n + 1) ** 3 - (n - 1) ** 3
     tets = cells[:, TETS].reshape(-1, 4)
-    surface = render.boundary_surface([("tet4", tets)])
+    surface = boundary_surface([("tet4", tets)])
     assert len(surface.triangles) == 12 * n * n
     assert len(surface.quads) == 0
     assert (
         np.bincount(np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)) @ [10000, 1]).max() == 2
     )  # closed
-    two = render.boundary_surface([("hex8", cells), ("tet4", tets + (n + 1) ** 3)])
+    two = boundary_surface([("hex8", cells), ("tet4", tets + (n + 1) ** 3)])
     assert len(two.quads) == 6 * n * n
     assert len(two.triangles) == 12 * n * n
     assert two.owner[: len(two.quads)].max() < len(cells) <= two.owner[len(two.quads) :].min()
@@ -154,7 +159,7 @@ def test_faces_look_outward():
     points, cells = _box(1)
     for kind, mesh in (("hex8", cells), ("tet4", cells[:, TETS].reshape(-1, 4))):
         for cell in mesh:
-            for face in render.FACES[kind]:
+            for face in FACES[kind]:
                 a, b, c = points[cell[list(face[:3])]]
                 assert np.cross(b - a, c - b) @ (a - points[cell].mean(axis=0)) > 0
 
@@ -163,7 +168,7 @@ def test_faces_look_outward():
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (1, 2, -3)])
 def test_the_body_is_in_the_picture_at_all_times(result, view, normal):
     plane = {"kind": "plane", "point": [0, 0, 0], "normal": normal}
-    studio = render._Studio(result, (480, 360), 1.0, [plane])
+    studio = Studio(result, (480, 360), 1.0, [plane])
     eye = studio.camera(view)
     for index in range(len(result)):
         x, y, inverse = eye.project(studio.positions(result.frame(index))).T
@@ -200,12 +205,12 @@ def test_a_series_gives_pictures_animation_and_contact_face(result, tmp_path):
 
 def test_the_contact_face_shows_the_pressure(result, tmp_path):
     """Seen from below at the largest force, the whole face carries the same 2 MPa: the last colour of the table."""
-    (path,) = render._Studio(result, (320, 240), 1.0, None).contact_face(tmp_path / "face.png")
+    (path,) = Studio(result, (320, 240), 1.0, None).contact_face(tmp_path / "face.png")
     image = np.asarray(Image.open(path)).astype(int)
     red = (image[..., 0] > 80) & (image[..., 1] < 40) & (image[..., 2] < 60)
     assert red[:, :260].mean() > 0.1
-    above = np.asarray(render._Studio(result, (320, 240), 1.0, None).picture(
-        result.frame(0), "contact_pressure", (0.0, 2e6), render._Studio(result, (320, 240), 1.0, None).camera("above")
+    above = np.asarray(Studio(result, (320, 240), 1.0, None).picture(
+        result.frame(0), "contact_pressure", (0.0, 2e6), Studio(result, (320, 240), 1.0, None).camera("above")
     )).astype(int)  # fmt: skip
     assert not ((above[..., 0] > 80) & (above[..., 1] < 40) & (above[..., 2] < 60))[:, :260].any()
 
@@ -213,15 +218,15 @@ def test_the_contact_face_shows_the_pressure(result, tmp_path):
 def test_pictures_are_the_same_every_time(result):
     pictures = []
     for _ in range(2):
-        studio = render._Studio(result, (320, 240), 1.0, None)
+        studio = Studio(result, (320, 240), 1.0, None)
         pictures.append(np.asarray(studio.picture(result.frame(3), "von_mises", (0.0, 60.0), studio.camera("above"))))
     np.testing.assert_array_equal(*pictures)
 
 
 def test_deformation_is_magnified_about_the_mean_motion(result):
     frame = result.frame(3)
-    one, three = (render._Studio(result, (320, 240), scale, None).positions(frame) for scale in (1.0, 3.0))
-    start = result.points[render._Studio(result, (320, 240), 1.0, None).surface.nodes]
+    one, three = (Studio(result, (320, 240), scale, None).positions(frame) for scale in (1.0, 3.0))
+    start = result.points[Studio(result, (320, 240), 1.0, None).surface.nodes]
     np.testing.assert_allclose(three.mean(axis=0), one.mean(axis=0), atol=1e-12)
     np.testing.assert_allclose(np.ptp(three - start, axis=0), 3 * np.ptp(one - start, axis=0), atol=1e-12)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..launch import Prepared
 from ..plan import BodyPlan
 
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -23,7 +24,7 @@ class BoundaryNodes:
     def __init__(self, plan: BodyPlan, force: arrays.Array) -> None:
         from ..kernels.boundary_nodes import SUMS, kick_and_drift
 
-        self.kernel = kick_and_drift
+        self.kernel = Prepared(kick_and_drift)
         self.force = force
         self.nodes = arrays.put(plan.boundary.astype(np.int32))
         self.mass = arrays.put(flat_tensors(plan.tensors))
@@ -73,7 +74,7 @@ class Supports:
     def __init__(self, plan: BodyPlan, nodes: BoundaryNodes) -> None:
         from ..kernels.boundary_nodes import support_reactions
 
-        self.kernel = support_reactions
+        self.kernel = Prepared(support_reactions)
         self.nodes = nodes
         self.rows = arrays.put(plan.support_rows.astype(np.int32))
         self.axes = arrays.put(plan.support_axes.astype(np.int32))

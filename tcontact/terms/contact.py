@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..errors import InputError
+from ..launch import Prepared
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -40,8 +41,8 @@ class ContactTerm:
         self.contact_force = arrays.zeros(3 * len(contact.nodes))
         self.totals = arrays.zeros(6)
         self._gap = arrays.zeros(1)
-        self._nearest = nearest_planes
-        self._smallest_gap = smallest_gap
+        self._nearest = Prepared(nearest_planes)
+        self._smallest_gap = Prepared(smallest_gap)
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .. import arrays
+from ..launch import Prepared
 from ..plan import BodyPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -18,7 +19,7 @@ class ImpulseContactTerm(ContactTerm):
         from ..kernels.contact_load import make_impulse_load
 
         super().__init__(scene, plan, listed, reference)
-        self.kernel = make_impulse_load(self.slots)
+        self.kernel = Prepared(make_impulse_load(self.slots))
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         self.find_planes(u)

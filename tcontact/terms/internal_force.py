@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, pack_cells
 from ..plan import BodyPlan
 
@@ -27,7 +28,7 @@ class InternalForce:
 
         kind, material = plan.body.mesh.kind, plan.body.material
         packs = pack_cells(cells, len(reference), WIDTHS[kind])
-        self.kernel = make_step(kind, material.law)
+        self.kernel = Prepared(make_step(kind, material.law))
         self.gravity = plan.gravity
         self.lame = (material.lame_lambda, material.lame_mu)
         self.connectivity = arrays.put(packs.connectivity)

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..launch import Prepared
 from ..lumped_mass import shape_functions
 from ..plan import BodyPlan
 from ..scene import Scene
@@ -15,8 +16,10 @@ from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-8  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
+LEFT = 1e-7  # what the last use of a tangent may leave of the residual of a nonlinear law
+USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
 MOST_SWEEPS = 500  # per linearisation; then the solve has not converged
-MOST_LINEARISATIONS = 12
+MOST_LINEARISATIONS = 20
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -39,18 +42,20 @@ class MasslessContactTerm(ContactTerm):
         self.least_sweeps = model.sweeps
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.aim = AIM if model.tolerance is None else model.tolerance
-        self.enough = self.aim ** (2 / 3) if model.tolerance is None else model.tolerance
+        self.enough = self.aim if model.tolerance is None else model.tolerance
+        self.left = LEFT if model.tolerance is None else 0.0
         self.gravity = plan.gravity
         self.law = material.law
         self.exact = 1 if model.penalty is None else 0
 
-        self.predict = static_solve.make_predict(block, self.slots)
-        self.gather = static_solve.gather_cells
-        self.assemble = static_solve.make_assemble(block, self.slots)
-        self.blocks = static_solve.make_blocks(block)
-        self.solve = static_solve.make_solve(block, self.slots)
-        self.kernel = static_solve.make_contact_load(block, self.slots)
-        self.tangent = make_surface_tangent(material.law, block)
+        self.predict = Prepared(static_solve.make_predict(block, self.slots))
+        self.gather = Prepared(static_solve.gather_cells)
+        self.assemble = Prepared(static_solve.make_assemble(block, self.slots))
+        self.blocks = Prepared(static_solve.make_blocks(block))
+        self.solve = Prepared(static_solve.make_solve(block, self.slots))
+        self.kernel = Prepared(static_solve.make_contact_load(block, self.slots))
+        plain = bool(block == 3 and (contact.basis == np.eye(3)).all())
+        self.tangent = Prepared(make_surface_tangent(material.law, block, plain))
 
         count = len(contact.nodes)
         area = float(contact.areas.mean())
@@ -84,7 +89,7 @@ class MasslessContactTerm(ContactTerm):
         _values, gradients, weights = shape_functions(plan.body.mesh.kind)
         self.shape_gradients = arrays.put(gradients)
         self.weights = arrays.put(weights)
-        self.has_tangent = False
+        self.stale = True  # no tangent yet, or one that has lost its use
 
     def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Static solve at the start; the first prediction then goes on with the given velocity [k, 3] of K."""
@@ -129,21 +134,23 @@ class MasslessContactTerm(ContactTerm):
     def _equilibrate(self, u: arrays.Array) -> None:
         """Newton outside, Gauss-Seidel inside; a linear law is done after one linearisation.
 
-        Other laws are measured again at the new state: above `enough` they go on from there, and what is left below it is
-        swept once more with the tangent at hand, which leaves about residual^1.5.
+        Other laws are measured again at the new state. A tangent is kept, from step to step too, while each use of it
+        makes the residual much smaller; once the next use would leave too little to matter, that use is the last.
         """
         stats = arrays.get(self.stats)
         stats[2] = 0.0
         arrays.set_values(self.stats, stats)
         residual = self._measure(u)
-        for number in range(MOST_LINEARISATIONS):
-            if not self.has_tangent or (not self.linear and (number == 0 or residual > self.tolerance)):
+        for _ in range(MOST_LINEARISATIONS):
+            if self.stale:
                 self._linearise()
-            residual = self._sweep(u)
+            before, residual = residual, self._sweep(u)
             if self.linear or not residual <= self._bound():
                 break
             residual = self._measure(u)
-            if residual <= max(self.enough, self._rounding()):
+            contraction = min(1.0, residual / max(before, self.aim))
+            self.stale = contraction > USED_UP
+            if residual <= max(self.enough, self._rounding()) or contraction * residual <= self.left:
                 if residual > self.aim:
                     self._sweep(u)
                 break
@@ -198,7 +205,7 @@ class MasslessContactTerm(ContactTerm):
         self.blocks(
             self.row_start, self.entry_start, self.entry_pairs, self.pair_values, self.values, self.inverse, self.stats
         )
-        self.has_tangent = True
+        self.stale = False
 
     def _sweep(self, u: arrays.Array) -> float:
         """Solve for the increment and add it to u; returns the residual of the linearised problem."""

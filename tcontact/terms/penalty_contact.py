@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .. import arrays
 from ..contact_models import PenaltyContact
+from ..launch import Prepared
 from ..plan import BodyPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -21,7 +22,7 @@ class PenaltyContactTerm(ContactTerm):
         super().__init__(scene, plan, listed, reference)
         assert isinstance(scene.contact, PenaltyContact) and plan.contact is not None
         self.stiffness = arrays.put(scene.contact.stiffness * plan.contact.areas)
-        self.kernel = penalty_load
+        self.kernel = Prepared(penalty_load)
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         self.kernel(

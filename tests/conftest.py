@@ -1,0 +1,35 @@
+"""Shared by all tests: one start of Taichi, and slow tests only on request."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))  # a bare checkout
+
+THREADS = 2  # other counts run in processes of their own: Taichi starts once
+
+
+def pytest_addoption(parser):
+    parser.addoption("--slow", action="store_true", help="run slow tests too (or set TCONTACT_SLOW=1)")
+
+
+def pytest_collection_modifyitems(config, items):
+    wanted = config.getoption("--slow") or os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
+    if wanted or "slow" in (config.getoption("markexpr") or ""):
+        return
+    skip = pytest.mark.skip(reason="slow: run with --slow or TCONTACT_SLOW=1")
+    for item in items:
+        if "slow" in item.keywords:
+            item.add_marker(skip)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def taichi():
+    """Taichi on the CPU with two threads, for every test of the session."""
+    from tcontact import runtime
+
+    return runtime.start("cpu", THREADS)
