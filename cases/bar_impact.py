@@ -40,17 +40,17 @@ def scene(
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A bar of `cells` cells along its length, one cell wide, `gap` above the plane z = 0.
+    """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
 
-    SI units. width: None = the length of a cell; penalty: None = exact, else multiples of young/h (contact=penalty:
+    SI units. width: of the bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h (contact=penalty:
     None = 10); duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
-    for name, value in {"length": length, "speed": speed, "width": width or 1.0, "cells": cells}.items():
+    for name, value in {"length": length, "speed": speed, "width": 1.0 if width is None else width, "cells": cells}.items():
         if not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
     h = length / cells
-    side = width or h
+    side = length / 8.0 if width is None else width
     mesh = tc.box_mesh(size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, gap))
     model = choices.contact_model(
         contact, removal=removal, penalty=penalty, unit=young / h, depth=depth, sweeps=sweeps, tolerance=tolerance

@@ -34,26 +34,29 @@ def scene(
     young: float = 900.0,
     density: float = 1.0,
     length: float = 10.0,
+    width: float | None = None,
     gravity: float = 10.0,
     removal: choices.Removal = "auto",
     depth: int = 1,
     sweeps: int = 10,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """A bar of `cells` cells, one cell wide, dropped at rest; the run ends half a flight after the last contact.
+    """A bar of `cells` cells, all along its length, dropped at rest; the run ends half a flight after the last contact.
 
-    SI units. contacts: how many bounces; flight: free flight between them in wave periods 2 length/c, 3 or more.
+    SI units. width: of the bar and its cells, None = length/10; contacts: how many bounces; flight: free flight between them in wave periods 2 length/c, 3 or more.
     """
     for name, value, low in (("cells", cells, 1), ("contacts", contacts, 1), ("flight", flight, 3)):
         if isinstance(value, bool) or not isinstance(value, int) or value < low:
             raise tc.InputError(name, value, f"give a whole number of at least {low}")
-    for name, value in {"length": length, "gravity": gravity}.items():
+    for name, value in {"length": length, "gravity": gravity, "width": 1.0 if width is None else width}.items():
         if not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
     material = choices.material("linear", young, 0.0, density)
     speed, wave = flight * gravity * length / material.wave_speed, 2.0 * length / material.wave_speed
-    h, height = length / cells, speed**2 / (2.0 * gravity)
-    mesh = tc.box_mesh(size=(h, h, length), cells=(1, 1, cells), kind=kind, origin=(-h / 2, -h / 2, height))
+    side, height = length / 10.0 if width is None else width, speed**2 / (2.0 * gravity)
+    mesh = tc.box_mesh(
+        size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, height)
+    )
     bar = tc.Body(mesh, material, contact="zmin", name="bar")
     model = tc.MasslessContact(removal=removal, depth=depth, sweeps=sweeps, tolerance=tolerance)
     duration = speed / gravity + ((contacts - 1) * (flight + 1) + 1 + flight / 2) * wave

@@ -150,12 +150,12 @@ def test_cold_sweeps_do_not_grow_with_the_mesh(kind, sweeps, sizes):
 
 
 def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
-    scene = thrown("linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full", sweeps=7, tolerance=1e-11))
+    scene = thrown("linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full", sweeps=2, tolerance=1e-11))
     result = simulate(scene)
     sweeps = result.history["sweeps"]
-    assert sweeps.min() >= 7
-    assert sweeps.max() > 17
-    assert not np.any((sweeps - 7) % 10)
+    assert sweeps.min() >= 2
+    assert sweeps.max() > 12
+    assert not np.any((sweeps - 2) % 10)
     assert result.history["static_residual"].max() <= 2e-11
 
 

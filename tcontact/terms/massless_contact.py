@@ -142,15 +142,20 @@ class MasslessContactTerm(ContactTerm):
         arrays.set_values(self.stats, stats)
         residual = self._measure(u)
         for _ in range(MOST_LINEARISATIONS):
-            if self.stale:
+            fresh = self.stale
+            if fresh:
                 self._linearise()
             before, residual = residual, self._sweep(u)
-            if self.linear or not residual <= self._bound():
+            if self.linear or (fresh and not residual <= self._bound()):
                 break
+            self.stale = not residual <= self._bound()  # an old tangent may be no good at all any more
             residual = self._measure(u)
+            if self.stale:
+                continue
             contraction = min(1.0, residual / max(before, self.aim))
             self.stale = contraction > USED_UP
-            if residual <= max(self.enough, self._rounding()) or contraction * residual <= self.left:
+            little = residual <= self._bound() and contraction * residual <= self.left
+            if little or residual <= max(self.enough, self._rounding()):
                 if residual > self.aim:
                     self._sweep(u)
                 break

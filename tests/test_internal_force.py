@@ -1,0 +1,300 @@
+"""The step kernel: force against numpy and energy, rigid motion, patches, leapfrog, sums, logarithm, same bits on threads."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcontact.packing import WIDTHS, pack_cells
+
+KINDS = ("hex8", "tet4")
+LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean")
+LAM, MU = 0.7, 0.4
+HEX = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+TETS = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
+
+
+def block(kind, counts=(3, 2, 3), distortion=0.15, seed=0):
+    """Distorted block of cells: nodes [n, 3], cells [m, corners], is_inner [n]."""
+    shape = np.array(counts) + 1
+    index = np.stack(np.meshgrid(*[np.arange(s) for s in shape], indexing="ij"), -1).reshape(-1, 3)
+    base = index[np.all(index < counts, axis=1)]
+    cells = np.ravel_multi_index((base[:, None] + HEX).reshape(-1, 3).T, shape).reshape(-1, 8)
+    cells = cells if kind == "hex8" else cells[:, TETS].reshape(-1, 4)
+    nodes = index + distortion * np.random.default_rng(seed).uniform(-1, 1, index.shape)
+    return nodes, cells, np.all((index > 0) & (index < counts), axis=1)
+
+
+def gradients(kind):
+    """dN/dr [points, corners, 3] and weights [points] in unit coordinates."""
+    if kind == "tet4":
+        return np.array([[(-1, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]], float), np.array([1 / 6])
+    points = 0.5 + (HEX - 0.5) / np.sqrt(3)
+    value = np.where(HEX[None] == 1, points[:, None], 1 - points[:, None])
+    slope = np.broadcast_to(2.0 * HEX - 1, value.shape)
+    parts = [
+        np.prod(np.where(np.arange(3) == j, slope, value), axis=2) for j in range(3)
+    ]
+    return np.stack(parts, axis=2), np.full(8, 1 / 8)
+
+
+def law_energy_stress(law, h):
+    """W and P = dW/dF, straight from the definitions [..., 3, 3]."""
+    eye = np.eye(3)
+    transposed = np.swapaxes(h, -1, -2)
+    f = eye + h
+    if law == "neo_hookean":
+        j = np.linalg.det(f)[..., None, None]
+        inverse = np.swapaxes(np.linalg.inv(f), -1, -2)
+        w = MU / 2 * (np.sum(f * f, axis=(-1, -2)) - 3) - MU * np.log(j[..., 0, 0]) + LAM / 2 * (j[..., 0, 0] - 1) ** 2
+        return w, MU * (f - inverse) + LAM * (j - 1) * j * inverse
+    strain = 0.5 * (h + transposed) if law == "linear_elastic" else 0.5 * (h + transposed + transposed @ h)
+    trace = np.trace(strain, axis1=-2, axis2=-1)
+    stress = LAM * trace[..., None, None] * eye + 2 * MU * strain
+    w = LAM / 2 * trace**2 + MU * np.sum(strain**2, axis=(-1, -2))
+    return w, stress if law == "linear_elastic" else f @ stress
+
+
+def numpy_force(kind, law, nodes, cells, u):
+    """(dW/du [n, 3], W, smallest det F) by einsum."""
+    slope, weight = gradients(kind)
+    a = np.einsum("ekc,pkj->epcj", nodes[cells], slope)
+    dn = np.einsum("pkj,epjc->epkc", slope, np.linalg.inv(a))
+    h = np.einsum("ekc,epkd->epcd", u[cells], dn)
+    w, p = law_energy_stress(law, h)
+    volume = weight * np.linalg.det(a)
+    force = np.zeros_like(nodes)
+    np.add.at(force, cells, np.einsum("ep,epcd,epkd->ekc", volume, p, dn))
+    return force, np.sum(volume * w), np.linalg.det(np.eye(3) + h).min()
+
+
+class Step:
+    """The kernel with its arrays; `special` nodes hand out their force."""
+
+    def __init__(self, kind, law, nodes, cells, special=(), chunks=8):
+        from tcontact.kernels.internal_force import make_step
+
+        self.kernel = make_step(kind, law)
+        self.packs = pack_cells(cells, len(nodes), WIDTHS[kind], chunks)
+        self.info = self.packs.with_special(np.array(special, dtype=int))
+        self.nodes = nodes.ravel().copy()
+        self.mass = np.random.default_rng(2).uniform(0.5, 2.0, len(nodes))
+        self.rows = np.zeros(3 * self.packs.row_count)
+        self.special_force = np.zeros(max(1, 3 * len(special)))
+        self.node_sums, self.cell_sums = np.zeros(10 * chunks), np.zeros(2 * chunks)
+
+    def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0)):
+        packs = self.packs
+        params = np.array([kick_before, kick_after, drift, *gravity, LAM, MU])
+        self.kernel(
+            packs.connectivity, packs.cell_count, packs.chunk_table, self.info, self.nodes, self.mass, params, u, v,
+            self.rows, self.special_force, self.node_sums, self.cell_sums,
+        )  # fmt: skip
+        assert not self.rows.any()
+
+    def force(self, u):
+        """(dW/du [n, 3], W, smallest det F); u stays as it is, bit for bit."""
+        flat, v = np.ascontiguousarray(u).ravel().copy(), np.zeros(u.size)
+        before = flat.tobytes()
+        self(flat, v)
+        assert flat.tobytes() == before
+        return -v.reshape(-1, 3) * self.mass[:, None], self.cell_sums[::2].sum(), self.cell_sums[1::2].min()
+
+
+def both(law, kind):
+    nodes, cells, _ = block(kind)
+    u = 0.1 * np.random.default_rng(1).uniform(-1, 1, nodes.shape)
+    return nodes, cells, u, Step(kind, law, nodes, cells)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_force_and_energy_match_numpy_and_each_other(kind, law):
+    nodes, cells, u, step = both(law, kind)
+    force, energy, jacobian = step.force(u)
+    exact, exact_energy, exact_jacobian = numpy_force(kind, law, nodes, cells, u)
+    assert np.abs(force - exact).max() <= 1e-13 * np.abs(exact).max()
+    assert energy == pytest.approx(exact_energy, rel=1e-13)
+    assert jacobian == pytest.approx(exact_jacobian, rel=1e-13)
+    way = np.random.default_rng(3).uniform(-1, 1, u.shape)
+    slope = (step.force(u + 1e-5 * way)[1] - step.force(u - 1e-5 * way)[1]) / 2e-5
+    assert slope == pytest.approx(np.sum(force * way), rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_plain_kernel_adds_the_same_force(kind, law):
+    from tcontact.kernels.internal_force import make_plain_force
+
+    nodes, cells, u, step = both(law, kind)
+    force = np.ones(u.size)
+    params = np.array([0.0, 0, 0, 0, 0, 0, LAM, MU])
+    connectivity = cells.astype(np.int32).ravel()
+    make_plain_force(kind, law)(connectivity, nodes.ravel().copy(), params, u.ravel().copy(), force)
+    exact = numpy_force(kind, law, nodes, cells, u)[0]
+    assert np.abs(force.reshape(-1, 3) - 1.0 - exact).max() <= 1e-13
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_rigid_motion_gives_no_force(kind, law):
+    nodes, cells, _, step = both(law, kind)
+    moved = np.zeros_like(nodes) + np.array([1024.0, -512.0, 2048.0])  # no rounding: the differences are exactly zero
+    force, energy, jacobian = step.force(moved)
+    assert not force.any() and energy == 0.0 and jacobian == 1.0
+    assert np.abs(step.force(np.zeros_like(nodes) + np.array([0.3, -7.1, 1e3]))[0]).max() <= 1e-12
+    if law != "linear_elastic":
+        turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+        turn *= np.linalg.det(turn)
+        force, energy, jacobian = step.force(nodes @ turn.T - nodes)
+        assert np.abs(force).max() <= 1e-14 * 50 and abs(energy) <= 1e-14 and jacobian == pytest.approx(1.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_patch_of_distorted_cells_carries_a_uniform_strain(kind, law):
+    nodes, cells, inner = block(kind, (3, 3, 3), 0.25)
+    gradient = 0.2 * np.random.default_rng(6).uniform(-1, 1, (3, 3))
+    force, energy, jacobian = Step(kind, law, nodes, cells).force(nodes @ gradient.T)
+    assert np.abs(force[inner]).max() <= 1e-14 and np.abs(force).max() > 1e-2
+    volume = numpy_force(kind, "linear_elastic", nodes, cells, nodes * 0.0 + nodes @ np.diag([1.0, 0, 0]))[1]
+    volume /= law_energy_stress("linear_elastic", np.diag([1.0, 0.0, 0.0]))[0]
+    assert energy == pytest.approx(volume * law_energy_stress(law, gradient)[0], rel=1e-13)
+    assert jacobian == pytest.approx(np.linalg.det(np.eye(3) + gradient), rel=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tiny_strain_keeps_its_digits(kind):
+    """At strain 1e-9 every law is linear elasticity to 1e-8 in force and energy, far above the rounding of det F - 1."""
+    nodes, cells, u, linear = both("linear_elastic", kind)
+    force, energy, _ = linear.force(1e-8 * u)
+    assert energy > 0
+    for law in LAWS[1:]:
+        other, other_energy, _ = Step(kind, law, nodes, cells).force(1e-8 * u)
+        assert np.abs(other - force).max() <= 2e-8 * np.abs(force).max()
+        assert other_energy == pytest.approx(energy, rel=2e-8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_inverted_and_flat_cells_give_finite_numbers_and_are_seen(kind):
+    nodes, cells, _, step = both("neo_hookean", kind)
+    for squeeze in (1.0, 1.5, 3.0):  # flat, inverted, inverted and stretched
+        force, energy, jacobian = step.force(-squeeze * nodes * np.array([0, 0, 1.0]))
+        assert np.isfinite(force).all() and np.isfinite(energy) and jacobian == pytest.approx(1.0 - squeeze, abs=1e-12)
+
+
+@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1, 1), (1, 1, 33)])
+@pytest.mark.parametrize("chunks", [1, 8, 16])
+def test_few_cells_and_any_chunks(counts, chunks):
+    for kind in KINDS:
+        nodes, cells, _ = block(kind, counts)
+        u = 0.05 * np.random.default_rng(1).uniform(-1, 1, nodes.shape)
+        nodes, u = np.vstack((nodes, [[9, 9, 9]])), np.vstack((u, [[1, 1, 1]]))  # a node without cells
+        force, energy, _ = Step(kind, "neo_hookean", nodes, cells, chunks=chunks).force(u)
+        exact, exact_energy, _ = numpy_force(kind, "neo_hookean", nodes, cells, u)
+        assert np.abs(force - exact).max() <= 1e-14 and energy == pytest.approx(exact_energy, rel=1e-12)
+
+
+def test_leapfrog_moves_ordinary_nodes_and_sums_their_ledger():
+    kind, law = "tet4", "neo_hookean"
+    nodes, cells, _ = block(kind)
+    special = [5, 0, 17]
+    step = Step(kind, law, nodes, cells, special)
+    rng = np.random.default_rng(8)
+    u, v = 0.1 * rng.uniform(-1, 1, nodes.shape), rng.uniform(-1, 1, nodes.shape)
+    gravity = np.array([0.3, -0.2, -9.81])
+    force = numpy_force(kind, law, nodes, cells, u)[0]
+    ordinary = np.setdiff1d(np.arange(len(nodes)), special)
+    m = step.mass[ordinary, None]
+    acceleration = gravity - force[ordinary] / m
+    flat_u, flat_v = u.ravel().copy(), v.ravel().copy()
+    step(flat_u, flat_v, 0.013, 0.017, 0.03, gravity)
+    middle = v[ordinary] + 0.013 * acceleration
+    after = middle + 0.017 * acceleration
+    moved_u, moved_v = flat_u.reshape(-1, 3), flat_v.reshape(-1, 3)
+    assert np.abs(moved_v[ordinary] - after).max() <= 1e-14
+    assert np.abs(moved_u[ordinary] - u[ordinary] - 0.03 * after).max() <= 1e-15
+    assert np.array_equal(moved_u[special], u[special]) and np.array_equal(moved_v[special], v[special])
+    assert np.abs(step.special_force.reshape(-1, 3) - force[special]).max() <= 1e-14
+    sums = step.node_sums.reshape(-1, 10).sum(axis=0)
+    expected = np.concatenate(
+        (
+            [0.5 * np.sum(m * middle**2)],
+            np.sum(m * middle, axis=0),
+            np.sum(m * np.cross((nodes + u)[ordinary], middle), axis=0),
+            np.sum(m * u[ordinary], axis=0),
+        )
+    )
+    assert sums == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_without_drift_displacement_keeps_its_bits_even_the_sign_of_zero():
+    nodes, cells, _ = block("tet4", (1, 1, 1))
+    step = Step("tet4", "linear_elastic", nodes, cells)
+    u = np.where(np.random.default_rng(0).uniform(size=nodes.size) < 0.5, -0.0, 1e-300)
+    before = u.tobytes()
+    step(u, np.full(u.size, np.nan))
+    assert u.tobytes() == before
+
+
+def test_logarithm_is_exact_to_the_last_digits():
+    """e - ln(1+e) = e^2/2 - e^3/3 .. for small e, and against long double elsewhere; 1/(1+e) too."""
+    import taichi as ti
+
+    from tcontact.kernels.laws import log_split
+
+    @ti.kernel
+    def split(change: ti.types.ndarray(), excess_out: ti.types.ndarray(), inverse_out: ti.types.ndarray()):
+        for i in range(change.shape[0]):
+            answer = log_split(change[i])
+            excess_out[i] = answer[0]
+            inverse_out[i] = answer[1]
+
+    jacobian = np.concatenate((np.linspace(0.2, 5.0, 100001), np.geomspace(1e-9, 1e9, 20001), 2.0 ** np.arange(-20, 20)))
+    tiny = np.geomspace(1e-18, 1e-3, 2001)
+    change = np.concatenate((jacobian - 1.0, tiny, -tiny, [0.0, -1.0, -5.0]))
+    excess, inverse = np.zeros_like(change), np.zeros_like(change)
+    split(change, excess, inverse)
+    assert np.isfinite(excess).all() and np.isfinite(inverse).all()
+    wide = change[: -3].astype(np.longdouble)
+    logarithm = np.log1p(wide)
+    error = np.abs((wide - excess[:-3]) - logarithm)
+    assert np.max((error / np.maximum(np.abs(excess[:-3]), 1.0))[:100001]) < 4e-16  # J from 0.2 to 5
+    assert np.max(error / np.maximum(np.abs(excess[:-3]), 1.0)) < 1e-15
+    assert np.max(np.abs(inverse[:-3] * (1.0 + wide) - 1.0)) < 1e-15
+    small = (np.abs(wide) < 1e-3) & (wide != 0)
+    wide = wide[small]
+    series = wide**2 / 2 - wide**3 / 3 + wide**4 / 4 - wide**5 / 5 + wide**6 / 6
+    assert np.max(np.abs(excess[:-3][small] / series - 1.0)) < 1e-14 and excess[-3] == 0.0
+
+
+BITS = """
+import sys
+import numpy as np
+sys.path[:0] = [{root!r}, {tests!r}]
+from tcontact import runtime
+runtime.start(threads={threads})
+import test_internal_force as t
+for kind in t.KINDS:
+    nodes, cells, _ = t.block(kind, (9, 7, 8))
+    step = t.Step(kind, "neo_hookean", nodes, cells, [3, 99])
+    rng = np.random.default_rng(0)
+    u, v = 0.1 * rng.uniform(-1, 1, nodes.size), rng.uniform(-1, 1, nodes.size)
+    for _ in range(20):
+        step(u, v, 1e-3, 1e-3, 2e-3, (0, 0, -1.0))
+    for a in (u, v, step.node_sums, step.cell_sums, step.special_force):
+        print(a.tobytes().hex())
+"""
+
+
+def test_one_and_two_threads_give_the_same_bits():
+    tests = Path(__file__).resolve().parent
+    answers = []
+    for threads in (1, 2):
+        code = BITS.format(root=str(tests.parent), tests=str(tests), threads=threads)
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert run.returncode == 0, run.stderr
+        answers.append(run.stdout.splitlines()[-10:])
+    assert len(answers[0]) == 10 and answers[0] == answers[1]

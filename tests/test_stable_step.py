@@ -1,0 +1,117 @@
+"""The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (DESIGN 4, METHOD 2)."""
+
+import numpy as np
+import oracle
+import pytest
+from oracle import meshes
+from scenes import LAWS, block, material, simulate, thrown, twin, wall
+
+import tcontact as tc
+from tcontact.plan import plan
+from tcontact.stable_step import StableStep
+
+
+def ratio(body, displacement=None, planes=(), penalty=None, **options):
+    """Estimate over the true limit of a body, by a dense eigenvalue."""
+    scene = tc.Scene(bodies=[body], obstacles=planes, duration=1.0, contact=penalty and tc.PenaltyContact(penalty))
+    planned = plan(scene).bodies[0]
+    normals = np.array([plane.normal for plane in planes])
+    stiffness = penalty * planned.contact.areas if penalty else None
+    estimator = StableStep(planned, normals, stiffness)
+    u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
+    estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
+    there = twin(body)
+    if displacement is None:
+        return estimate / oracle.stable_step(there, penalty, normals), estimator
+    quad = oracle.quadrature(there.nodes, there.cells, there.kind)
+    stiffness = oracle.tangent(quad, there.law, displacement).toarray()
+    mass = oracle.assemble(there.cells, oracle.lumped_cell_mass(quad, there.density), len(there.nodes))
+    root = np.repeat(mass, 3) ** -0.5
+    largest = np.linalg.eigvalsh(root[:, None] * stiffness * root)[-1]
+    return estimate / (2.0 / np.sqrt(largest)), estimator
+
+
+def graded(kind, count=4, power=2.0, stretch=(1.0, 1.0, 1.0)):
+    """Cells that shrink towards one corner, stretched along the axes."""
+    box = tc.box_mesh((1.0, 1.0, 1.0), (count,) * 3, kind)
+    return tc.Mesh(box.nodes**power * stretch, box.cells, kind, face_sets=box.face_sets)
+
+
+SHAPES = {
+    "shaken": lambda kind: block(kind, 4, shake=0.25, turn=meshes.rotation(2)),
+    "even": lambda kind: block(kind, 4, shake=0.0),
+    "graded": graded,
+    "thin": lambda kind: graded(kind, 4, 1.0, (1.0, 0.05, 0.4)),
+    "needle": lambda kind: block(kind, (1, 1, 12), (0.1, 0.1, 3.0), shake=0.0),
+    "one cell": lambda kind: block(kind, 1, shake=0.0, turn=meshes.rotation(4)),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+def test_ratio_to_the_dense_eigenvalue_for_many_meshes(kind, shape):
+    share, _ = ratio(tc.Body(SHAPES[shape](kind), material("neo")))
+    assert 0.9 <= share <= 1.0
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3, 0.49])
+def test_ratio_for_every_law_and_poisson_ratio(law, poisson):
+    kind = "hex8" if poisson < 0.1 else "tet4"
+    share, _ = ratio(tc.Body(block(kind, 3), material(law, poisson=poisson)))
+    assert 0.9 <= share <= 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ratio_for_random_jitter(seed):
+    kind = ["hex8", "tet4"][seed % 2]
+    share, _ = ratio(tc.Body(block(kind, (3, 4, 5), shake=0.3, seed=seed), material("linear")))
+    assert 0.9 <= share <= 1.0
+
+
+@pytest.mark.parametrize("factor", [0.1, 1.0, 10.0, 1000.0])
+def test_penalty_on_ordinary_mass_is_part_of_the_limit(factor):
+    """kappa = factor E/h on every contact node, along two slanted walls at once."""
+    turn = meshes.rotation(7)
+    mesh, mat = block("hex8", 3, turn=turn), material("neo")
+    body = tc.Body(mesh, mat, contact=["zmin", "xmin"])
+    planes = [wall(mesh, turn[:, 2], 0.01), wall(mesh, turn @ (0.6, 0.0, 0.8), 0.01)]
+    share, _ = ratio(body, planes=planes, penalty=factor * mat.young / 0.06)
+    assert 0.9 <= share <= 1.0
+    free, _ = ratio(body)
+    assert 0.9 <= free <= 1.0
+
+
+def test_a_run_takes_cfl_times_the_limit_and_massless_penalty_does_not_cut_it():
+    free = simulate(thrown(duration=0.2, contact=tc.MasslessContact()), cfl=0.7)
+    assert free.dt == pytest.approx(0.7 * free.dt_limit, rel=1e-14)
+    soft = simulate(thrown(duration=0.2, contact=tc.MasslessContact(penalty=1e12)))
+    assert soft.dt_limit == free.dt_limit
+    hard = simulate(thrown(duration=0.2, contact=tc.PenaltyContact(10 * 2.3e7 / 0.06)))
+    assert hard.dt_limit < 0.6 * free.dt_limit
+
+
+@pytest.mark.parametrize(("kind", "law"), [("hex8", "neo"), ("tet4", "neo"), ("hex8", "svk")])
+@pytest.mark.parametrize("products", [20, 6])
+def test_ratio_after_deformation(kind, law, products):
+    """Compressed to three quarters, sheared and turned; few products from the mode of the estimate before."""
+    mesh = block(kind, 3)
+    body = tc.Body(mesh, material(law))
+    stretch = np.diag([1.1, 0.95, 0.75 if law == "neo" else 0.9]) + [[0, 0.2, 0], [0, 0, 0], [0.1, 0, 0]]
+    deformed = mesh.nodes @ (meshes.rotation(1) @ stretch).T - mesh.nodes
+    share, estimator = ratio(body, deformed)
+    assert 0.9 <= share <= 1.0
+    order = plan(tc.Scene(bodies=[body], duration=1.0)).bodies[0].node_order
+    again = estimator.estimate(deformed[order].reshape(-1), products=products)
+    full = estimator.estimate(deformed[order].reshape(-1), products=20)
+    assert again == pytest.approx(full, rel=0.05)
+
+
+def test_the_step_shrinks_with_a_body_that_is_crushed():
+    """A neo-Hookean block thrown hard: later steps are shorter, and the run stays sound."""
+    scene = thrown("neo", "hex8", speed=0.35, duration=3.0, contact=tc.MasslessContact(), shake=0.0)
+    result = simulate(scene, cfl=0.95)
+    steps = np.diff(result.history["time"])
+    assert steps[0] == pytest.approx(result.dt, rel=1e-12)
+    assert steps.min() < 0.97 * steps[0]
+    assert result.history["energy_error"].max() < 0.05
