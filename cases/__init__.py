@@ -1,6 +1,6 @@
 """The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
 
-Optional in a case: `exact(result)`, curves of the exact contact force by label, (times [s], force [N]); and
+Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); and
 `comparison(**parameters)`, scenes by label that are run and plotted side by side.
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """

@@ -46,7 +46,12 @@ def scene(
     None = 10); duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
-    for name, value in {"length": length, "speed": speed, "width": 1.0 if width is None else width, "cells": cells}.items():
+    for name, value in {
+        "length": length,
+        "speed": speed,
+        "width": 1.0 if width is None else width,
+        "cells": cells,
+    }.items():
         if not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
     h = length / cells
@@ -77,7 +82,7 @@ def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
     return force * np.clip(overlap / dt, 0.0, 1.0)
 
 
-def exact(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """The exact contact force of the linear bar, to plot."""
     touch, release, force = times_and_force(result.scene)
     end = result.scene.duration

@@ -54,9 +54,7 @@ def scene(
     material = choices.material("linear", young, 0.0, density)
     speed, wave = flight * gravity * length / material.wave_speed, 2.0 * length / material.wave_speed
     side, height = length / 10.0 if width is None else width, speed**2 / (2.0 * gravity)
-    mesh = tc.box_mesh(
-        size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, height)
-    )
+    mesh = tc.box_mesh(size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, height))
     bar = tc.Body(mesh, material, contact="zmin", name="bar")
     model = tc.MasslessContact(removal=removal, depth=depth, sweeps=sweeps, tolerance=tolerance)
     duration = speed / gravity + ((contacts - 1) * (flight + 1) + 1 + flight / 2) * wave
@@ -90,7 +88,7 @@ def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
     return (exact_impulse(times + dt / 2, scene) - exact_impulse(times - dt / 2, scene)) / dt
 
 
-def exact(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """The exact contact force, to plot."""
     times = np.linspace(0.0, result.scene.duration, 20001)
     return {"exact": (times, exact_force(times, times[1], result.scene))}

@@ -22,7 +22,11 @@ from tcontact import checks as ck
 from tcontact.cases import _choices as choices
 
 REACH = np.cos(np.radians(80.0))  # faces that look at the wall within 80 degrees can touch it
-CONTACT = {"flat": 1.3, "edge": 3.5, "corner": 7.0}  # contact at 10 km/h, with some to spare, in 2 size / sqrt(young/density)
+CONTACT = {
+    "flat": 1.3,
+    "edge": 3.5,
+    "corner": 7.0,
+}  # contact at 10 km/h, with some to spare, in 2 size / sqrt(young/density)
 
 
 def scene(
@@ -95,13 +99,24 @@ def rotation(yaw: float, pitch: float) -> np.ndarray:
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """The same impact with contact nodes without mass, and with a penalty of 10 E/h on ordinary mass."""
-    penalty = parameters.pop("penalty", None)
+    """The same impact without mass on the contact nodes, exact and with a penalty, and with the penalty on their mass."""
+    stiffness = parameters.pop("penalty", None)
+    penalty = 10.0 if stiffness is None else stiffness
     parameters.pop("contact", None)
     return {
         "massless": scene(**parameters, contact="massless"),
+        "massless + penalty": scene(**parameters, contact="massless", penalty=penalty),
         "ordinary mass + penalty": scene(**parameters, contact="penalty", penalty=penalty),
     }
+
+
+def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """What a plane wave would push with during a flat impact, rho c v A, to plot."""
+    body = result.scene.bodies[0]
+    if len(body.contact) > 1:
+        return {}
+    force = body.material.density * body.material.wave_speed * -body.velocity[2] * np.cbrt(ck.volume(body.mesh)) ** 2
+    return {"plane wave, ρ c v A": (np.array([0.0, result.scene.duration]), np.array([force, force]))}
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
@@ -109,8 +124,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
     scene, history = result.scene, result.history
     body, material = scene.bodies[0], scene.bodies[0].material
     n = round(choices.cells_of(body.mesh) ** (1 / 3))
-    corners = body.mesh.nodes[np.argmin(body.mesh.nodes[:, 2])], body.mesh.nodes[:, 2]
-    flat = np.sum(corners[1] < corners[0][2] + 1e-9 * np.ptp(corners[1])) == (n + 1) ** 2
+    height = body.mesh.nodes[:, 2]
+    flat = np.sum(height < height.min() + 1e-9 * np.ptp(height)) == (n + 1) ** 2
     coarse = max(1.0, 16.0 / n)
     found = [ck.finished(result), ck.momentum_balance(result, 1e-8 if material.linear else 1e-6), ck.pushing(result)]
     if isinstance(scene.contact, tc.MasslessContact):

@@ -135,9 +135,7 @@ def make_assemble(block: int, slots: int):
                 scale = ti.max(scale, magnitude)
                 b = basis_of(basis, k, block)
                 right = b.transpose() @ (row(load, k) - force)
-                normals, gaps = constraints(
-                    planes, near, k, b, position(reference, u, nodes[k]), block, slots
-                )
+                normals, gaps = constraints(planes, near, k, b, position(reference, u, nodes[k]), block, slots)
                 rest = unbalanced(-right, normals, gaps, active[k], compliance[k], block, slots)
                 residual = ti.max(residual, largest(rest))
                 for j in ti.static(range(block)):
@@ -200,7 +198,11 @@ def make_blocks(block: int):
 
 @functools.cache
 def make_solve(block: int, slots: int):
-    """Gauss-Seidel sweeps until the residual of the linearised problem is small, then x_K += B d."""
+    """Gauss-Seidel sweeps until the residual of the linearised problem is small, then x_K += B d.
+
+    Down to `tolerance` it may take most_sweeps, on to the smaller `aim` only polishing_sweeps: where compression makes
+    K_KK lose definiteness, endless sweeps would follow the unstable mode.
+    """
 
     @ti.kernel
     def solve(
@@ -216,8 +218,10 @@ def make_solve(block: int, slots: int):
         inverse: ARRAY,
         right: ARRAY,
         sweeps: ti.i32,
+        polishing_sweeps: ti.i32,
         most_sweeps: ti.i32,
         aim: ti.f64,
+        tolerance: ti.f64,
         u: ARRAY,
         increment: ARRAY,
         active_out: INDEX,
@@ -231,7 +235,9 @@ def make_solve(block: int, slots: int):
                 increment[i] = 0.0
             done, wanted = 0, sweeps
             residual = 1e300
-            while done < most_sweeps and residual > ti.max(aim, stats[5]):
+            while (done < polishing_sweeps and residual > ti.max(aim, stats[5])) or (
+                done < most_sweeps and residual > ti.max(tolerance, stats[5])
+            ):
                 for _sweep in range(wanted):
                     for k in range(count):
                         rest = segment(right, k, block)

@@ -49,7 +49,9 @@ class Guards:
         finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
         energy = row[1] + row[2] + row[3]
         if not finite or energy > GROWTH * history.budget() + self.floor:
-            what = "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
+            what = (
+                "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
+            )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
             where = self._worst(max(self.states, key=lambda state: -_jacobian(state)))
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"

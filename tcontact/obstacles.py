@@ -28,7 +28,9 @@ class Plane:
         normal = validate.vector("Plane.normal", self.normal)
         length = float(np.linalg.norm(normal))
         if length == 0.0:
-            raise InputError("Plane.normal", self.normal, "give a direction of non-zero length, from the wall into the body")
+            raise InputError(
+                "Plane.normal", self.normal, "give a direction of non-zero length, from the wall into the body"
+            )
         unit = normal / length
         unit.setflags(write=False)
         object.__setattr__(self, "normal", unit)

@@ -74,7 +74,9 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
     if cells.ndim != 2 or cells.size == 0:
         raise InputError("connectivity", cells.shape, "give at least one cell, as [cells, corners]")
     if cells.min() < 0 or cells.max() >= node_count:
-        raise InputError("connectivity", (int(cells.min()), int(cells.max())), f"node numbers lie in 0..{node_count - 1}")
+        raise InputError(
+            "connectivity", (int(cells.min()), int(cells.max())), f"node numbers lie in 0..{node_count - 1}"
+        )
     if width < 1:
         raise InputError("width", width, "give at least one lane")
     if not 1 <= chunks <= 16:
@@ -124,9 +126,7 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
     )
 
 
-def slab_order(
-    nodes: NDArray[np.float64], cells: NDArray[np.integer]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def slab_order(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """(node_order, cell_order): new node k is old node node_order[k]; likewise cells.
 
     Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.

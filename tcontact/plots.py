@@ -19,27 +19,30 @@ Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
 History = Mapping[str, np.ndarray]
 
 
-def contact_force(path: Path, history: History, normals: Sequence[np.ndarray], exact: Curves | None = None) -> None:
-    """Plot the contact force over time, with exact curves if there are any."""
-    figure, (axes,) = _figure(1)
+def contact_force(
+    path: Path, history: History, normals: Sequence[np.ndarray], known: Curves | None = None, title: str = ""
+) -> None:
+    """Plot the contact force over time, with curves it can be judged by if there are any."""
+    figure, (axes,) = _figure(1, title)
     time, unit = _time(history)
     force = force_component(history, normals)
-    known = [force, *(values for _, values in (exact or {}).values())]
-    factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in known))
+    known = known or {}
+    drawn = [force, *(values for _, values in known.values())]
+    factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn))
     axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed")
-    for label, (times, values) in (exact or {}).items():
+    for label, (times, values) in known.items():
         axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
-    if exact:
-        axes.legend(loc="best")
+    if known:
+        axes.legend(loc="best", frameon=False)
     axes.set_ylabel(f"contact force {'on the body ' if len(normals) == 1 else ''}[{_greek(prefix)}N]")
-    _finish(figure, [axes], unit[1], path)
+    _finish(figure, [axes], time, unit[1], path)
 
 
-def gap(path: Path, history: History) -> None:
+def gap(path: Path, history: History, title: str = "") -> None:
     """Plot the smallest gap (penetration where negative) and the number of nodes in contact."""
     from matplotlib.ticker import MaxNLocator
 
-    figure, (upper, lower) = _figure(2)
+    figure, (upper, lower) = _figure(2, title)
     time, unit = _time(history)
     smallest = history["gap_min"]
     factor, prefix = si_scale(float(np.nanmax(np.abs(smallest), initial=0.0)))
@@ -49,18 +52,19 @@ def gap(path: Path, history: History) -> None:
     upper.set_ylabel(f"smallest gap [{_greek(prefix)}m]")
     deepest = max(0.0, -float(np.nanmin(smallest)))
     size, name = si_scale(deepest)
-    depth = f"deepest penetration {deepest / size:.3g} {_greek(name)}m" if deepest else "no penetration"
+    rounding = 1e-12 * float(np.nanmax(np.abs(smallest), initial=0.0))
+    depth = f"deepest penetration {deepest / size:.3g} {_greek(name)}m" if deepest > rounding else "no penetration"
     upper.set_title(depth, fontsize=9, loc="right", color=GREY)
     lower.plot(time, history["contact_nodes"], color=BLUE, lw=1.0, drawstyle="steps-post")
     lower.set_ylabel("nodes in contact")
     lower.set_ylim(bottom=0.0)
     lower.yaxis.set_major_locator(MaxNLocator(integer=True))
-    _finish(figure, [upper, lower], unit[1], path)
+    _finish(figure, [upper, lower], time, unit[1], path)
 
 
-def energy(path: Path, history: History) -> None:
+def energy(path: Path, history: History, title: str = "") -> None:
     """Plot the energies over time, and the energy error below."""
-    figure, (upper, lower) = _figure(2)
+    figure, (upper, lower) = _figure(2, title)
     time, unit = _time(history)
     drawn = [
         ("kinetic", BLUE),
@@ -81,7 +85,7 @@ def energy(path: Path, history: History) -> None:
     lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
     lower.set_ylabel("energy error [-]")
     lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
-    _finish(figure, [upper, lower], unit[1], path)
+    _finish(figure, [upper, lower], time, unit[1], path)
 
 
 def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.ndarray]) -> None:
@@ -103,7 +107,7 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
                 swing = np.abs(np.diff(column(history))).sum() / max(2.0 * np.nanmax(column(history)), 1e-300)
                 error = float(np.nanmax(np.abs(history["energy_error"])))
                 figures = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {swing:.3g}, energy error {error:.1e}"
-                axes.set_title(f"{label}\n{figures}", fontsize=10)
+                axes.set_title(f"{label}\n{len(history['time']) - 1} steps, {figures}", fontsize=9)
         grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{unit[1]}]")
@@ -119,8 +123,9 @@ def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarr
     return np.linalg.norm(force, axis=1)
 
 
-def _figure(panels: int) -> tuple[Figure, list[Axes]]:
+def _figure(panels: int, title: str) -> tuple[Figure, list[Axes]]:
     figure, grid = _grid(panels, 1)
+    grid[0][0].set_title(title, fontsize=9, loc="left", color=GREY)
     return figure, [row[0] for row in grid]
 
 
@@ -141,9 +146,10 @@ def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
     return figure, grid
 
 
-def _finish(figure: Figure, panels: Sequence[Axes], unit: str, path: Path) -> None:
+def _finish(figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path) -> None:
     panels[-1].set_xlabel(f"time [{unit}]")
-    panels[-1].margins(x=0.01)
+    end = float(time[-1]) or 1.0
+    panels[-1].set_xlim(-0.01 * end, 1.01 * end)
     figure.align_ylabels(panels)
     figure.savefig(path)
 

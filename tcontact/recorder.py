@@ -25,7 +25,9 @@ def check_folder(out: Any) -> Path:
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "this is a file; give a folder")
     if (folder / FILE).exists():
-        raise InputError("out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it")
+        raise InputError(
+            "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"
+        )
     return folder
 
 

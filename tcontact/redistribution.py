@@ -93,7 +93,9 @@ def redistribute(
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
     removed = np.einsum("kic,kjc->kij", massless.basis, massless.basis)
-    kept = np.where((massless.rank == 3)[:, None, None], 0.0, np.eye(3) - removed) * lumped[massless.nodes][:, None, None]
+    kept = (
+        np.where((massless.rank == 3)[:, None, None], 0.0, np.eye(3) - removed) * lumped[massless.nodes][:, None, None]
+    )
     gained += lumped[receivers][:, None, None] * np.eye(3)
     return Redistribution(np.concatenate([massless.nodes, receivers]), np.concatenate([kept, gained]))
 

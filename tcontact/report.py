@@ -58,9 +58,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
     return plain(data)
 
 
-def summary(
-    result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check]
-) -> dict[str, Any]:
+def summary(result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check]) -> dict[str, Any]:
     """`run_attributes` with the case, its parameters, and its checks with value, bound and whether they passed."""
     data = {"case": case, "parameters": dict(parameters)} | run_attributes(result)
     data["checks"] = [check.to_dict() for check in checks]

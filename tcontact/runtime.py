@@ -23,7 +23,9 @@ def load() -> ModuleType:
         import taichi
     except ImportError as error:
         if "libX11" in str(error):
-            raise ImportError("Taichi needs the system library libX11.so.6; install it: apt-get install libx11-6") from error
+            raise ImportError(
+                "Taichi needs the system library libX11.so.6; install it: apt-get install libx11-6"
+            ) from error
         raise
     return taichi
 

@@ -116,7 +116,9 @@ class Body:
                     )
                 result[nodes, axis] = speed
         if result.size and np.isfinite(result).all():
-            raise InputError("Body.supports", self.supports, "every component is prescribed; leave something free to move")
+            raise InputError(
+                "Body.supports", self.supports, "every component is prescribed; leave something free to move"
+            )
         return result
 
     @cached_property
@@ -161,13 +163,17 @@ class Scene:
         object.__setattr__(self, "bodies", tuple(bodies))
         obstacles = (self.obstacles,) if isinstance(self.obstacles, Plane) else self.obstacles
         if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Plane) for obstacle in obstacles):
-            raise InputError("Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)")
+            raise InputError(
+                "Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)"
+            )
         object.__setattr__(self, "obstacles", tuple(obstacles))
         validate.number("Scene.duration", self.duration, low=0.0)
         if self.gravity is not None:
             object.__setattr__(self, "gravity", validate.vector("Scene.gravity", self.gravity))
         if self.contact is not None and not isinstance(self.contact, (MasslessContact, PenaltyContact, ImpulseContact)):
-            raise InputError("Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None")
+            raise InputError(
+                "Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None"
+            )
         for name in ("friction", "damping", "viscosity"):
             validate.later(f"Scene.{name}", getattr(self, name))
         named = [body.name for body in self.bodies if body.name is not None]
@@ -226,5 +232,6 @@ def smallest_edge(mesh: Mesh) -> float:
     if mesh.kind == "tet4":
         pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
     return min(
-        float(np.linalg.norm(mesh.nodes[mesh.cells[:, a]] - mesh.nodes[mesh.cells[:, b]], axis=1).min()) for a, b in pairs
+        float(np.linalg.norm(mesh.nodes[mesh.cells[:, a]] - mesh.nodes[mesh.cells[:, b]], axis=1).min())
+        for a, b in pairs
     )

@@ -93,7 +93,9 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     if not same or not all(
         np.array_equal(body.mesh.cells, cells) for body, cells in zip(scene.bodies, theirs, strict=True)
     ):
-        raise InputError("initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)")
+        raise InputError(
+            "initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)"
+        )
     if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
         raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
     ends = np.cumsum(counts)[:-1]
@@ -155,7 +157,9 @@ class Run:
     def go(self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float) -> Result:
         """All steps; returns the result."""
         steps = max(1, int(np.ceil(self.scene.duration / self.dt * (1.0 - 1e-9))))
-        written = set(np.round(np.linspace(0, steps, frames)).astype(int)) if frames > 1 else {steps} if frames else set()
+        written = (
+            set(np.round(np.linspace(0, steps, frames)).astype(int)) if frames > 1 else {steps} if frames else set()
+        )
         first_dt, before, time, row_number = self.dt, 0.0, 0.0, 0
         stop: Stop | None = None
         last: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
@@ -191,7 +195,9 @@ class Run:
                     compiled = perf_counter()
                 if final:
                     if interrupted() and time < self.scene.duration * (1.0 - 1e-9) and stop is None:
-                        stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
+                        stop = Stop(
+                            "interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept"
+                        )
                     break
                 stop = self.guards.check(row, rows, self.history, self.over_limit)
                 if stop is not None:

@@ -11,7 +11,9 @@ import numpy as np
 from .errors import InputError
 
 
-def number(field: str, value: Any, *, low: float | None = None, high: float | None = None, strict: bool = True) -> float:
+def number(
+    field: str, value: Any, *, low: float | None = None, high: float | None = None, strict: bool = True
+) -> float:
     """A finite real number, above `low` and below `high` (strictly, or inclusive with strict=False)."""
     if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
         raise InputError(field, value, "give a finite number")

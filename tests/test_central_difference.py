@@ -63,25 +63,6 @@ def there_position(body, there):
     return body.mesh.nodes + there.displacement
 
 
-def test_supports_under_full_removal_agree_with_the_oracle_in_what_moves():
-    """The program leaves the mass of a supported component on its contact node, the oracle hands it on: the free motion
-    and the contact force are the same, the reaction of a held component is."""
-    held = (tc.Support("ymax", "y"),)
-    mine, theirs = contact_models("full", None)
-    scene = thrown("neo", "hex8", turn=np.eye(3), contact=mine, supports=held)
-    result = simulate(scene, cfl=0.8)
-    body = scene.bodies[0]
-    there = oracle.run(
-        twin(body), twin_planes(scene), body.initial_velocity, steps=result.steps, dt=result.dt, contact=theirs,
-        gravity=np.asarray(scene.gravity),
-    )  # fmt: skip
-    assert np.abs(result.position - there_position(body, there)).max() <= 1e-9 * 0.2
-    scale = np.abs(there.contact_force).max()
-    assert scale > 0.0
-    assert np.abs(result.history["contact_force"] - there.contact_force).max() <= 1e-8 * scale
-    assert np.abs(result.history["kinetic"] - there.kinetic).max() <= 1e-9 * there.kinetic.max()
-
-
 def slanted_cube(kind, removal, tolerance, cells=4, law="linear", gap=0.0, shake=0.0, speed=2.0, face="zmin"):
     turn = meshes.rotation(12)
     mesh, mat = block(kind, cells, (0.1,) * 3, turn=turn, shake=shake), material(law, 1e7, 0.3, 1000.0)

@@ -300,12 +300,12 @@ def test_comparison_runs_both_and_puts_them_side_by_side(tmp_path, capsys):
     assert main(arguments) == 0
     assert "side by side" in capsys.readouterr().out
     data = read(out / "summary.json")
-    assert data["labels"] == ["massless", "ordinary mass + penalty"]
+    assert data["labels"] == ["massless", "massless + penalty", "ordinary mass + penalty"]
     for part in data["runs"]:
         assert names(out / part) == NUMBERS
     assert (out / "comparison.png").stat().st_size > 20000
     assert main(["info", str(out)]) == 0
-    assert capsys.readouterr().out.count("finished at") == 2
+    assert capsys.readouterr().out.count("finished at") == 3
     assert main(arguments) == 2
     assert main(["run", "bar-impact", *SMALL, "--quiet", "--force", "--out", str(out)]) == 0
     assert names(out) == NUMBERS, "the runs of the comparison were ours and are gone"

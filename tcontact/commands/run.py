@@ -91,14 +91,15 @@ def _one(
     data = report.summary(result, case=title, parameters=parameters, checks=checks)
     report.write_json(out / "summary.json", data)
     normals = [obstacle.normal for obstacle in scene.obstacles]
-    exact = case.exact(result) if hasattr(case, "exact") else None
-    plots.contact_force(out / "contact-force.png", result.history, normals, exact)
-    plots.gap(out / "gap.png", result.history)
-    plots.energy(out / "energy.png", result.history)
+    known = case.curves(result) if hasattr(case, "curves") else None
+    caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
+    plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
+    plots.gap(out / "gap.png", result.history, caption)
+    plots.energy(out / "energy.png", result.history, caption)
     if arguments.frames:
         from ..render import render_frames
 
-        render_frames(out / "result.vtkhdf", out, field="von_mises", obstacles=planes(scene))
+        render_frames(out / "result.vtkhdf", out, field="von_mises", obstacles=planes(scene), title=caption)
     if not arguments.quiet:
         show(report.lines(data))
         print(f"  files in {out}")

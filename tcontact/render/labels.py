@@ -35,7 +35,7 @@ def decorate(
     name, unit, colours = FIELDS.get(field, (field.replace("_", " ").capitalize(), "", "viridis"))
     title, small, text = font(round(21 * u), bold=True), font(round(13 * u)), font(round(15 * u))
     draw.text((26 * u, 20 * u), name, TEXT, title)
-    below = ", ".join(part for part in (str(studio.data.attributes.get("title", "")), note) if part)
+    below = ", ".join(part for part in (studio.title, note) if part)
     draw.text((26 * u, 48 * u), below, FAINT_TEXT, small)
     last = float(np.abs(studio.data.times).max()) or 1.0
     step = float(np.median(np.diff(studio.data.times))) if len(studio.data) > 1 else last

@@ -28,6 +28,7 @@ def render_frames(
     range: tuple[float, float] | None = None,
     view: str = "above",
     animation: bool = True,
+    title: str | None = None,
 ) -> list[Path]:
     """Draw every frame of a result; returns the files written.
 
@@ -39,7 +40,7 @@ def render_frames(
     mean motion; obstacles: {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes;
     fps: frames per second of the animation, None = about six seconds in all; range: values at the two ends of the
     colours, None = those of the series, without the highest 0.2 %; view: "above" or "below" the first plane, which is
-    then drawn as an outline. The attribute "title" of the file becomes the second line.
+    then drawn as an outline; title: the second line, None = the attribute "title" of the file.
     Raises `InputError` for an unknown field (with those known), a file without frames and values out of place, before
     it writes.
     """
@@ -55,7 +56,7 @@ def render_frames(
     known = (*data.point_fields, *data.cell_fields)
     if field not in known:
         raise InputError("field", field, f"the file holds {', '.join(known)}")
-    studio = Studio(data, size, deformation_scale, obstacles)
+    studio = Studio(data, size, deformation_scale, obstacles, title)
     limits = range or studio.limits(field)
     eye = studio.camera(view, camera)
     out = Path(out)

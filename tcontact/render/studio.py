@@ -36,11 +36,13 @@ class Studio:
         size: tuple[int, int],
         deformation_scale: float,
         obstacles: Sequence[Mapping[str, Any]] | None,
+        title: str | None = None,
     ) -> None:
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
         self.planes = read_planes(data.attributes.get("obstacles", ()) if obstacles is None else obstacles)
+        self.title = str(data.attributes.get("title", "")) if title is None else title
         self.surface = boundary_surface(data.blocks)
         self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
         width, height = self.size

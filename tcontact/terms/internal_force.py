@@ -44,7 +44,14 @@ class InternalForce:
         self.parameters = arrays.zeros(8)
 
     def advance(
-        self, u: arrays.Array, v: arrays.Array, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True
+        self,
+        u: arrays.Array,
+        v: arrays.Array,
+        kick_before: float,
+        kick_after: float,
+        drift: float,
+        *,
+        loaded: bool = True,
     ) -> None:
         """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
         gravity = self.gravity if loaded else np.zeros(3)

@@ -18,8 +18,10 @@ TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-8  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
 LEFT = 1e-7  # what the last use of a tangent may leave of the residual of a nonlinear law
 USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
-MOST_SWEEPS = 500  # per linearisation; then the solve has not converged
-MOST_LINEARISATIONS = 20
+SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one
+POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per linearisation of a nonlinear law
+MOST_SWEEPS = 500  # then the solve of a linear law has not converged
+LINEARISATIONS = 4  # a nonlinear law has this many times as many
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -136,33 +138,37 @@ class MasslessContactTerm(ContactTerm):
 
         Other laws are measured again at the new state. A tangent is kept, from step to step too, while each use of it
         makes the residual much smaller; once the next use would leave too little to matter, that use is the last.
+        Where K_KK is not definite (buckling under strong compression) progress is slow: below the tolerance it is
+        enough then, above it each few sweeps get their own linearisation and go down in energy.
         """
         stats = arrays.get(self.stats)
         stats[2] = 0.0
         arrays.set_values(self.stats, stats)
         residual = self._measure(u)
-        for _ in range(MOST_LINEARISATIONS):
-            fresh = self.stale
-            if fresh:
+        while True:
+            if self.stale:
                 self._linearise()
             before, residual = residual, self._sweep(u)
-            if self.linear or (fresh and not residual <= self._bound()):
+            if self.linear:
                 break
-            self.stale = not residual <= self._bound()  # an old tangent may be no good at all any more
             residual = self._measure(u)
-            if self.stale:
-                continue
             contraction = min(1.0, residual / max(before, self.aim))
             self.stale = contraction > USED_UP
-            little = residual <= self._bound() and contraction * residual <= self.left
-            if little or residual <= max(self.enough, self._rounding()):
-                if residual > self.aim:
-                    self._sweep(u)
+            if residual <= self._bound():
+                enough = residual <= max(self.enough, self._rounding())
+                if enough or contraction * residual <= self.left or (contraction > SLOW and self.left > 0.0):
+                    if residual > self.aim:
+                        self._sweep(u)
+                    break
+            if not np.isfinite(residual) or self._swept() >= LINEARISATIONS * MOST_SWEEPS:
                 break
         self.converged = residual <= self._bound()
-        self.sweeps = int(arrays.get(self.stats)[2])
+        self.sweeps = self._swept()
         if not self.converged:
             self.message = self._explain(residual)
+
+    def _swept(self) -> int:
+        return int(arrays.get(self.stats)[2])
 
     def _rounding(self) -> float:
         return float(arrays.get(self.stats)[5])
@@ -227,8 +233,10 @@ class MasslessContactTerm(ContactTerm):
             self.inverse,
             self.right,
             self.least_sweeps,
-            MOST_SWEEPS,
+            POLISHING_SWEEPS,
+            MOST_SWEEPS if self.linear else POLISHING_SWEEPS,
             self.aim,
+            self.tolerance,
             u,
             self.increment,
             self.active,
