@@ -42,17 +42,12 @@ def scene(
 ) -> tc.Scene:
     """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
 
-    SI units. width: of the bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h (contact=penalty:
-    None = 10); duration: None = until a quarter of the contact time after the bar has left.
+    SI units. width: of the bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h
+    (contact=penalty: None = 10); duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
-    for name, value in {
-        "length": length,
-        "speed": speed,
-        "width": 1.0 if width is None else width,
-        "cells": cells,
-    }.items():
-        if not value > 0:
+    for name, value in {"length": length, "speed": speed, "width": width, "cells": cells}.items():
+        if value is not None and not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
     h = length / cells
     side = length / 8.0 if width is None else width

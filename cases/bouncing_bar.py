@@ -43,13 +43,14 @@ def scene(
 ) -> tc.Scene:
     """A bar of `cells` cells, all along its length, dropped at rest; the run ends half a flight after the last contact.
 
-    SI units. width: of the bar and its cells, None = length/10; contacts: how many bounces; flight: free flight between them in wave periods 2 length/c, 3 or more.
+    SI units. width: of the bar and its cells, None = length/10; contacts: how many bounces; flight: free flight between
+    them in wave periods 2 length/c, 3 or more.
     """
     for name, value, low in (("cells", cells, 1), ("contacts", contacts, 1), ("flight", flight, 3)):
         if isinstance(value, bool) or not isinstance(value, int) or value < low:
             raise tc.InputError(name, value, f"give a whole number of at least {low}")
-    for name, value in {"length": length, "gravity": gravity, "width": 1.0 if width is None else width}.items():
-        if not value > 0:
+    for name, value in {"length": length, "gravity": gravity, "width": width}.items():
+        if value is not None and not value > 0:
             raise tc.InputError(name, value, "must be greater than 0")
     material = choices.material("linear", young, 0.0, density)
     speed, wave = flight * gravity * length / material.wave_speed, 2.0 * length / material.wave_speed

@@ -99,7 +99,7 @@ def rotation(yaw: float, pitch: float) -> np.ndarray:
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """The same impact without mass on the contact nodes, exact and with a penalty, and with the penalty on their mass."""
+    """Runs side by side: contact nodes without mass, exact and with a penalty; the same penalty on ordinary mass."""
     stiffness = parameters.pop("penalty", None)
     penalty = 10.0 if stiffness is None else stiffness
     parameters.pop("contact", None)

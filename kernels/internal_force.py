@@ -133,7 +133,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                 chunk = s // stride
                 base = 3 * chunk_table[chunk * TABLE + 2]
                 lam, mu = params[6], params[7]
-                lanes = ti.Vector([l for l in range(width)])
+                lanes = ti.Vector(list(range(width)))
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
                 energy = zero
@@ -227,29 +227,3 @@ def make_step(kind: str, law: str, width: int | None = None):
         )
 
     return keep_vectors(step)
-
-
-@functools.cache
-def make_plain_force(kind: str, law: str):
-    """The obvious force kernel, memoised: one cell per iteration, the same cell and law, atomic adds.
-
-    plain_force(connectivity [cells*corners], position, params, u, force_out): adds dW/du to force_out. The yardstick of
-    the benchmark: what packs, lanes and chunk rows gain.
-    """
-    corners = cells.CORNERS[kind]
-    force_of = cells.FORCES[kind]
-    law_of = laws.LAWS[law]
-
-    @ti.kernel
-    def plain_force(
-        connectivity: index_array, position: real_array, params: real_array, u: real_array, force_out: real_array
-    ):
-        for cell in range(connectivity.shape[0] // corners):
-            node = [3 * connectivity[cell * corners + k] for k in range(corners)]
-            x = [[position[i + c] for i in node] for c in range(3)]
-            y = [[u[i + c] for i in node] for c in range(3)]
-            answer = force_of(x, y, params[6], params[7], law_of)
-            for k, c in ti.static(ti.ndrange(corners, 3)):
-                force_out[node[k] + c] += answer[0][c][k]
-
-    return plain_force

@@ -54,7 +54,9 @@ def log_split(change):
 def linear_elastic(h, lam, mu):
     pressure = lam * tensor3.trace(h)
     strain = [[0.5 * (h[i][j] + h[j][i]) for j in range(3)] for i in range(3)]
-    stress = [[(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
+    stress = [
+        [(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
+    ]
     return [stress, 0.5 * tensor3.dot(stress, strain), volume_change(h, tensor3.cofactor(h))]
 
 
@@ -63,7 +65,9 @@ def st_venant_kirchhoff(h, lam, mu):
     square = tensor3.transposed_product(h, h)
     strain = [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
     pressure = lam * tensor3.trace(strain)
-    second = [[(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
+    second = [
+        [(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
+    ]
     moved = tensor3.product(h, second)
     stress = [[second[i][j] + moved[i][j] for j in range(3)] for i in range(3)]
     return [stress, 0.5 * tensor3.dot(second, strain), volume_change(h, tensor3.cofactor(h))]
@@ -79,7 +83,9 @@ def neo_hookean(h, lam, mu):
     pressure = change * (lam + mu * logarithm[1])
     spin = pressure - mu
     d = [[cofactor_h[i][j] - h[j][i] + (stretch if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
-    stress = [[mu * h[i][j] + spin * d[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
+    stress = [
+        [mu * h[i][j] + spin * d[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
+    ]
     quadratic = 0.5 * tensor3.dot(h, h) - (change - stretch)
     energy = mu * (quadratic + logarithm[0]) + 0.5 * lam * change * change
     return [stress, energy, change]

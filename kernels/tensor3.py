@@ -75,6 +75,12 @@ def scaled(factor, a):
 
 
 @ti.func
+def plus_identity(a, factor):
+    """a + factor I."""
+    return [[a[i][j] + (factor if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
+
+
+@ti.func
 def to_bits(a):
     """The 64 bits of a float or of each lane of a vector of floats, as u64.
 

@@ -91,7 +91,7 @@ def pushing(result: Result) -> Check:
 def no_overlap(result: Result) -> Check:
     """Deepest overlap relative to the size of the body, for the exact constraint."""
     size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in result.scene.bodies)
-    return at_most("overlap / size", np.max([0.0, -np.min(result.history["gap_min"])]) / size, 1e-12)
+    return at_most("overlap / size", abs(np.max([0.0, -np.min(result.history["gap_min"])])) / size, 1e-12)
 
 
 def energy(result: Result, bound: float) -> Check:

@@ -57,8 +57,9 @@ class Guards:
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
-            if state.contact is not None and not state.contact.converged:
-                return Stop("not-converged", f"{state.plan.label}, {time}: {state.contact.message}")
+            trouble = None if state.contact is None else state.contact.trouble
+            if trouble:
+                return Stop("not-converged", f"{state.plan.label}, {time}: {trouble}")
         return None
 
     def _worst(self, state: BodyState) -> str:

@@ -145,7 +145,7 @@ def slab_order(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> tuple[
     if np.prod(np.array(counts, dtype=float)) > 2.0 * count:
         thick = np.maximum(extent, 1e-3 * size)
         spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
-        planes = [_shares(points[:, axis], int(round(extent[axis] / spacing))) for axis in range(3)]
+        planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
         counts = [int(plane.max()) + 1 for plane in planes]
     slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], -extent[axis], axis))
     node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))

@@ -92,7 +92,7 @@ class Plan:
         if not self.scene.touching:
             return None
         names = {MasslessContact: "massless-contact", ImpulseContact: "impulse-contact"}
-        return names.get(type(self.scene.contact), "penalty-contact")  # type: ignore[arg-type]
+        return names.get(type(self.scene.contact), "penalty-contact")
 
     @property
     def terms(self) -> tuple[str, ...]:

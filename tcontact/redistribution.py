@@ -68,7 +68,8 @@ def redistribute(
         has = np.abs(direction).any(axis=1)
         able = (free[around] | (np.abs(direction) <= 1e-6)[:, None, :]).all(axis=2)
         weight = np.where(able, inverse, 0.0)
-        weight = np.where(weight.any(axis=1)[:, None], weight, inverse)
+        some: np.ndarray = weight.sum(axis=1) > 0.0
+        weight = np.where(some[:, None], weight, inverse)
         total = weight.sum(axis=1)
         mass = share[cell, corner] / layers[slot[giver]]
         inner = has & (total > 0.0)

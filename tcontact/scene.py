@@ -228,10 +228,13 @@ class Scene:
 
 def smallest_edge(mesh: Mesh) -> float:
     """Shortest edge of the mesh [m], the length that start overlaps are judged by."""
-    pairs = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4))
-    if mesh.kind == "tet4":
-        pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
     return min(
         float(np.linalg.norm(mesh.nodes[mesh.cells[:, a]] - mesh.nodes[mesh.cells[:, b]], axis=1).min())
-        for a, b in pairs
+        for a, b in EDGES[mesh.kind]
     )
+
+
+EDGES = {
+    "hex8": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)),
+    "tet4": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+}

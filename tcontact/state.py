@@ -49,10 +49,8 @@ class BodyState:
 
     def begin_contact(self, dt: float) -> None:
         """Bring massless nodes to equilibrium at the start."""
-        from .terms.massless_contact import MasslessContactTerm
-
-        if isinstance(self.contact, MasslessContactTerm):
-            self.contact.begin(self.u, self.start_velocity[self.plan.contact.nodes], dt)  # type: ignore[union-attr]
+        if self.contact is not None and self.plan.contact is not None:
+            self.contact.begin(self.u, self.start_velocity[self.plan.contact.nodes], dt)
 
     def measure(self) -> None:
         """What row n needs from before the drift of the boundary nodes."""
@@ -97,13 +95,7 @@ class BodyState:
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Position difference over dt of the massless components [k, 3]; None without any."""
-        contact = self.plan.contact
-        if contact is None or contact.basis is None or dt <= 0.0 or self.contact is None:
-            return None
-        basis = contact.basis[:, :, : contact.block]
-        now = np.einsum("kic,ki->kc", basis, arrays.get(self.u).reshape(-1, 3)[contact.nodes])
-        last = arrays.get(self.contact.last).reshape(now.shape)  # type: ignore[attr-defined]
-        return np.einsum("kic,kc->ki", basis, (now - last) / dt)
+        return None if self.contact is None else self.contact.velocity(self.u, dt)
 
     def velocity(self, massive: np.ndarray, massless: np.ndarray | None) -> np.ndarray:
         """Velocity [n, 3] in the user's numbering from both parts."""

@@ -21,7 +21,7 @@ def bounce(kind, axis, contact, cfl, landings, count=80, seed=6):
     mat = tc.LinearElastic(young=YOUNG, poisson=0.0, density=DENSITY)
     fall = np.sqrt(2 * DROP / PULL)
     wave = 2 * LENGTH / np.sqrt(YOUNG / DENSITY)
-    duration = fall + (landings - 1) * (2 * fall + wave) + wave + 0.5 * fall
+    duration = fall + (landings - 1) * (2 * fall + wave) + wave + 0.2 * fall
     point = ((mesh.nodes @ normal).min() - DROP) * normal
     scene = tc.Scene(
         bodies=[tc.Body(mesh, mat, contact="xyz"[axis] + "min")],

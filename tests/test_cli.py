@@ -245,8 +245,9 @@ def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):
     assert "--force" in capsys.readouterr().err
     assert {path: path.read_bytes() for path in before} == before
 
-    wrong = ["run", "bar-impact", *SMALL, "--set", "removal=full", "--force", "--out", str(out)]
-    assert main(wrong) == 2, "a bar one cell wide cannot lose all components: found when the run is planned"
+    thin = ["--set", "cells=1", "--set", "pitch=45", "--frames", "0"]
+    wrong = ["run", "cube-impact", *thin, "--force", "--out", str(out)]
+    assert main(wrong) == 2, "one cell cannot lose the mass of two faces: found when the run is planned"
     assert {path: path.read_bytes() for path in before} == before, "bad input must not cost the older run"
 
     assert main(["run", "bar-impact", "--set", "cells=5", "--frames", "0", "--force", "--out", str(out)]) == 0

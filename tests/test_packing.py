@@ -41,17 +41,21 @@ def test_every_cell_is_scattered_once_and_every_row_is_seen_by_its_node(width):
         lanes = packs.connectivity.reshape(packs.pack_count, corners, width).transpose(0, 2, 1).reshape(-1, corners)
         assert np.array_equal(lanes[: len(cells)], cells)
         assert np.array_equal(lanes[len(cells) :], np.repeat(cells[-1:], len(lanes) - len(cells), axis=0))
-        assert packs.weight.sum() == len(cells) and np.all(packs.weight[: len(cells)] == 1.0)
+        assert packs.weight.sum() == len(cells)
+        assert np.all(packs.weight[: len(cells)] == 1.0)
 
         # what the kernel does: scatter 1 per corner into rows, then sum first..last per node
         rows = np.zeros(packs.row_count)
         owner = np.full(packs.row_count, -1)
         table = packs.chunk_table.reshape(packs.chunks, TABLE)
-        assert table[0, 0] == 0 and table[-1, 1] == packs.pack_count and np.array_equal(table[1:, 0], table[:-1, 1])
+        assert table[0, 0] == 0
+        assert table[-1, 1] == packs.pack_count
+        assert np.array_equal(table[1:, 0], table[:-1, 1])
         for chunk, (first, end, base, _) in enumerate(table):
             for cell in range(first * width, min(end * width, len(cells))):
                 for node in cells[cell]:
-                    assert 0 <= base + node < packs.row_count and owner[base + node] in (-1, chunk)
+                    assert 0 <= base + node < packs.row_count
+                    assert owner[base + node] in (-1, chunk)
                     owner[base + node] = chunk
                     rows[base + node] += 1
         used = np.bincount(cells.ravel(), minlength=count)
@@ -60,11 +64,14 @@ def test_every_cell_is_scattered_once_and_every_row_is_seen_by_its_node(width):
             total = 0
             for chunk in range(info & 15, (info >> 4 & 15) + 1):
                 row = table[chunk, 2] + node
-                assert 0 <= row < packs.row_count and owner[row] in (-1, chunk)
+                assert 0 <= row < packs.row_count
+                assert owner[row] in (-1, chunk)
                 seen[row] += 1
                 total += rows[row]
-            assert total == used[node] and info >> 8 == 0
-        assert np.all(seen <= 1) and np.all(seen[rows > 0] == 1)
+            assert total == used[node]
+            assert info >> 8 == 0
+        assert np.all(seen <= 1)
+        assert np.all(seen[rows > 0] == 1)
 
 
 def test_special_nodes_are_numbered_from_one():

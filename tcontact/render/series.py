@@ -39,7 +39,7 @@ def render_frames(
     None = a three-quarter view of body and contact plane; deformation_scale: factor on displacements about each body's
     mean motion; obstacles: {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes;
     fps: frames per second of the animation, None = about six seconds in all; range: values at the two ends of the
-    colours, None = those of the series, without the highest 0.2 %; view: "above" or "below" the first plane, which is
+    colours, None = those of the series, without the highest 1.5 %; view: "above" or "below" the first plane, which is
     then drawn as an outline; title: the second line, None = the attribute "title" of the file.
     Raises `InputError` for an unknown field (with those known), a file without frames and values out of place, before
     it writes.

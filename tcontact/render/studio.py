@@ -64,7 +64,7 @@ class Studio:
             values, _ = self.values(self.data.frame(index), field)
             values = values[np.isfinite(values) & (values != 0)]
             if len(values):
-                low, high = min(low, *np.quantile(values, [0.002])), max(high, *np.quantile(values, [0.998]))
+                low, high = min(low, *np.quantile(values, [0.015])), max(high, *np.quantile(values, [0.985]))
         top = round_up(max(high, -low))
         return (-top if low < 0 else 0.0), top
 

@@ -16,6 +16,6 @@ def scheme_of(value: Any) -> CentralDifference:
         if value not in SCHEMES:
             raise InputError("scheme", value, "use one of " + ", ".join(repr(name) for name in SCHEMES))
         return SCHEMES[value]()
-    if not isinstance(value, tuple(SCHEMES.values())):
+    if not isinstance(value, CentralDifference):
         raise InputError("scheme", value, "give a scheme object or one of " + ", ".join(repr(name) for name in SCHEMES))
     return value

@@ -49,8 +49,7 @@ class CentralDifference:
 
     def begin(self, body: BodyState, dt: float) -> None:
         """Static solve of the start; dt [s]: the first step."""
-        if body.contact is not None:
-            body.begin_contact(dt)
+        body.begin_contact(dt)
 
     def step(self, body: BodyState, before: float, after: float) -> None:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.

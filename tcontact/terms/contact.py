@@ -21,9 +21,23 @@ class ContactTerm:
     """
 
     name = "contact"
-    sweeps = 0  # Gauss-Seidel sweeps that led to the present state
-    converged = True
-    message = ""
+
+    @property
+    def sweeps(self) -> int:
+        """Gauss-Seidel sweeps that led to the present state."""
+        return 0
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the present state, if anything is."""
+        return None
+
+    def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+        """Prepare the start; velocity [k, 3] [m/s] of the contact nodes, dt [s] the first step."""
+
+    def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
+        """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
+        return None
 
     def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
         from ..kernels.static_solve import nearest_planes, smallest_gap

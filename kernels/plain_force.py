@@ -1,0 +1,92 @@
+"""The obvious force kernel, the yardstick of the benchmark: one cell per iteration, atomic adds.
+
+Per Gauss point A = dX/dr, H = du/dr A^-1, then P of the law and dW/du = sum w D (P A^-t) dN/dr (any finite element text).
+It shares the law with the step kernel, not the cell: derivatives along an edge line are differences of corner values
+interpolated to the 4 Gauss lines, which is twice as fast as sums over corners. Of several formulations this is the
+fastest that was found without packs and lanes; a slower one would flatter the step kernel.
+"""
+
+import functools
+
+import taichi as ti
+
+from . import cells, laws
+from .internal_force import index_array, real_array
+
+LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
+
+# edges along r_j as (from, to) corners; edge and line number = low bit of the first other coordinate + 2 * the second
+EDGES = (
+    ((0, 1), (3, 2), (4, 5), (7, 6)),
+    ((0, 3), (1, 2), (4, 7), (5, 6)),
+    ((0, 4), (1, 5), (3, 7), (2, 6)),
+)
+# edge lines through each point (bits r0 + 2 r1 + 4 r2), per direction, and the two points on each line
+LINES = tuple((p >> 1, (p & 1) + 2 * (p >> 2), p & 3) for p in range(8))
+POINTS = tuple(tuple(tuple(p for p in range(8) if LINES[p][j] == line) for line in range(4)) for j in range(3))
+
+
+@ti.func
+def interpolate(a):
+    """Bilinear interpolation of 4 edge values to the 4 Gauss lines; its matrix is symmetric."""
+    s0 = LERP * (a[1] - a[0])
+    s1 = LERP * (a[3] - a[2])
+    b0, b1, b2, b3 = a[0] + s0, a[1] - s0, a[2] + s1, a[3] - s1
+    t0 = LERP * (b2 - b0)
+    t1 = LERP * (b3 - b1)
+    return [b0 + t0, b1 + t1, b2 - t0, b3 - t1]
+
+
+@ti.func
+def hex_force(x, u, lam, mu, law: ti.template()):
+    """Corner forces [component][corner] of a hex8, all 8 points written out."""
+    dx = [[interpolate([x[c][e[1]] - x[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
+    du = [[interpolate([u[c][e[1]] - u[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
+    point = [
+        cells.point_force(
+            [[du[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
+            [[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
+            0.125 * lam,
+            0.125 * mu,
+            law,
+        )[0]
+        for p in range(8)
+    ]
+    force = [[0.0 for _ in range(8)] for _ in range(3)]
+    for c, j in ti.static(ti.ndrange(3, 3)):
+        edge = interpolate([point[p[0]][c][j] + point[p[1]][c][j] for p in POINTS[j]])
+        for e in ti.static(range(4)):
+            force[c][EDGES[j][e][0]] -= edge[e]
+            force[c][EDGES[j][e][1]] += edge[e]
+    return force
+
+
+@ti.func
+def tet_force(x, u, lam, mu, law: ti.template()):
+    """Corner forces [component][corner] of a tet4."""
+    return cells.tet_force(x, u, lam, mu, law)[0]
+
+
+@functools.cache
+def make_plain_force(kind: str, law: str):
+    """Plain force kernel of a cell kind with a law, memoised.
+
+    plain_force(connectivity [cells*corners], position, params [8] as of the step kernel, u, force_out): adds dW/du.
+    """
+    corners = cells.CORNERS[kind]
+    force_of = {"hex8": hex_force, "tet4": tet_force}[kind]
+    law_of = laws.LAWS[law]
+
+    @ti.kernel
+    def plain_force(
+        connectivity: index_array, position: real_array, params: real_array, u: real_array, force_out: real_array
+    ):
+        for cell in range(connectivity.shape[0] // corners):
+            node = [3 * connectivity[cell * corners + k] for k in range(corners)]
+            x = [[position[i + c] for i in node] for c in range(3)]
+            y = [[u[i + c] for i in node] for c in range(3)]
+            force = force_of(x, y, params[6], params[7], law_of)
+            for k, c in ti.static(ti.ndrange(corners, 3)):
+                force_out[node[k] + c] += force[c][k]
+
+    return plain_force

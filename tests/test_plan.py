@@ -1,0 +1,128 @@
+"""Only what a scene needs exists: terms, memory, modules (DESIGN 3)."""
+
+import json
+
+import pytest
+from scenes import block, material, python, simulate, thrown
+
+import tcontact as tc
+
+FLOOR = tc.Plane(point=(0.0, 0.0, -1.0))
+FULL_MEMORY = {"state", "internal-force", "boundary-nodes"}
+
+
+def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True):
+    body = tc.Body(block(cells=2), material(), contact="zmin" if touching else None, supports=supports)
+    return tc.Scene(bodies=[body], obstacles=obstacles, duration=1e-5, gravity=gravity, contact=contact)
+
+
+PULL, HELD = (0.0, 0.0, -9.81), (tc.Support("xmin", "x"),)
+SCENES = {
+    "bare": (scene_with(), ["internal-force", "ledger"], {"state", "internal-force"}),
+    "model but no wall": (scene_with(contact=tc.MasslessContact()), ["internal-force", "ledger"], {"state", "internal-force"}),
+    "wall but no contact set": (
+        scene_with([FLOOR], tc.MasslessContact(), touching=False),
+        ["internal-force", "ledger"],
+        {"state", "internal-force"},
+    ),
+    "gravity": (scene_with(gravity=PULL), ["internal-force", "gravity", "ledger"], {"state", "internal-force"}),
+    "zero gravity": (scene_with(gravity=(0, 0, 0.0)), ["internal-force", "ledger"], {"state", "internal-force"}),
+    "supports": (scene_with(supports=HELD), ["internal-force", "supports", "ledger"], FULL_MEMORY | {"supports"}),
+    "massless": (
+        scene_with([FLOOR], tc.MasslessContact()),
+        ["internal-force", "massless-contact", "ledger"],
+        FULL_MEMORY | {"massless-contact"},
+    ),
+    "penalty": (
+        scene_with([FLOOR], tc.PenaltyContact(1e8)),
+        ["internal-force", "penalty-contact", "ledger"],
+        FULL_MEMORY | {"penalty-contact"},
+    ),
+    "impulse": (
+        scene_with([FLOOR], tc.ImpulseContact()),
+        ["internal-force", "impulse-contact", "ledger"],
+        FULL_MEMORY | {"impulse-contact"},
+    ),
+    "all": (
+        scene_with([FLOOR], tc.MasslessContact(), PULL, HELD),
+        ["internal-force", "gravity", "supports", "massless-contact", "ledger"],
+        FULL_MEMORY | {"supports", "massless-contact"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_terms_and_memory_are_those_of_the_scene(name):
+    scene, terms, memory = SCENES[name]
+    planned = tc.plan(scene)
+    assert list(planned.terms) == terms
+    assert ", ".join(terms) in planned.describe()
+    result = simulate(scene)
+    assert list(result.terms) == terms
+    assert set(result.memory) == memory
+    assert all(size > 0 for size in result.memory.values())
+
+
+def test_memory_counts_what_the_terms_own():
+    """State: two float64 vectors a node; a support term: two int32 and one float64 a component."""
+    result = simulate(SCENES["supports"][0])
+    assert result.memory["state"] == 27 * 3 * 8 * 2
+    assert result.memory["supports"] == 9 * (4 + 4 + 8)
+    more = tc.Scene(bodies=[tc.Body(block(cells=4), material())], duration=1e-5, contact=None)
+    assert simulate(more).memory["state"] == 125 * 3 * 8 * 2
+
+
+def test_contact_lists_hold_the_contact_set_alone():
+    scene = thrown(cells=4, contact=tc.MasslessContact(removal="full"))
+    body = tc.plan(scene).bodies[0]
+    mesh = scene.bodies[0].mesh
+    assert sorted(body.node_order[body.contact.nodes]) == sorted(mesh.nodes_of("zmin"))
+    assert sorted(body.cell_order[body.contact.graph.cells]) == list(range(16))  # the lowest layer
+    assert body.contact.areas.sum() == pytest.approx(0.2 * 0.22, rel=0.2)
+    assert len(body.boundary) == 50  # contact nodes and the layer that received their mass
+
+
+CODE = """
+import json, sys
+import scenes, test_plan, tcontact as tc
+from tcontact import runtime
+name = sys.argv[1]
+before = {m for m in sys.modules if m.startswith("tcontact.")}
+scene, _, _ = test_plan.SCENES[name]
+tc.plan(scene)
+assert not any(m.startswith("tcontact.kernels.") for m in sys.modules), "planning needs no kernels"
+result = tc.simulate(scene, threads=2)
+made = {}
+for module in [m for m in sys.modules if m.startswith("tcontact.kernels.")]:
+    for key, value in vars(sys.modules[module]).items():
+        if hasattr(value, "cache_info") and value.__module__ == module:
+            made[module.removeprefix("tcontact.kernels.") + "." + key] = value.cache_info().currsize
+modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswith("tcontact."))
+print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
+"""
+CONTACT = {"static_solve", "massless_node", "local_contact", "contact_load", "surface_tangent", "planes"}
+UNUSED = {
+    "bare": CONTACT | {"boundary_nodes", "raster"},
+    "supports": CONTACT | {"raster"},
+    "massless": {"contact_load", "raster"},
+    "penalty": {"surface_tangent", "raster"},
+}
+
+
+@pytest.mark.parametrize("name", UNUSED)
+def test_kernels_of_other_terms_are_never_imported_or_made(name):
+    """In a fresh process: which kernel modules are in memory, and which kernel variants their factories made."""
+    done = python(CODE, name)
+    assert done.returncode == 0, done.stderr[-2000:]
+    report = json.loads(done.stdout.splitlines()[-1])
+    assert report["ok"]
+    kernels = {module.removeprefix("kernels.") for module in report["modules"] if module.startswith("kernels.")}
+    assert "internal_force" in kernels
+    assert not kernels & UNUSED[name]
+    assert not {"render", "plots", "cli"} & set(report["modules"])
+    made = {factory: count for factory, count in report["made"].items() if count}
+    steps = [factory for factory in made if factory.startswith("internal_force.")]
+    assert steps
+    assert all(made[factory] == 1 for factory in made), made  # one cell kind, one law, one block: one variant each
+    if name == "penalty":
+        assert not [factory for factory in made if factory.startswith(("static_solve.", "contact_load."))]
