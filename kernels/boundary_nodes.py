@@ -8,8 +8,7 @@ and are placed by the static solve. `force` is the internal force less the conta
 
 import taichi as ti
 
-ARRAY = ti.types.ndarray(dtype=ti.f64, ndim=1)
-INDEX = ti.types.ndarray(dtype=ti.i32, ndim=1)
+from .arguments import ARRAY, INDEX
 
 SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the loads
 

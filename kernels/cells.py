@@ -1,8 +1,9 @@
 """Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
 
-Hex8, trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 the corner's coordinates r_j, the modes
+Hex8, trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 a corner's r_j, the modes
+(8 times the trilinear coefficients)
 
-    c1 = sum s1 u,  c2, c3;  c12 = sum s1 s2 u,  c13, c23;  c123 = sum s1 s2 s3 u   (8 times the trilinear coefficients)
+    c1 = sum s1 u,  c2, c3;  c12 = sum s1 s2 u,  c13, c23;  c123 = sum s1 s2 s3 u
 
 give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3; A = 8 dX/dr likewise, D = det A, and
 
@@ -11,8 +12,9 @@ give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3; A = 8 dX/
 and the corner forces follow by the transposed sums. Tet4: one point, differences to corner 0, weight 1/6.
 (Hughes, The Finite Element Method, ch. 3; Flanagan and Belytschko 1981 for the modes.)
 
-Written in plain arithmetic on nested lists [component][corner]: an entry may be a scalar (one cell) or a `ti.Vector` of
-lanes (that many cells at once, which Taichi hands to the machine as a SIMD value). Nothing here knows of packs or arrays.
+Written in plain arithmetic on nested lists [component][corner]: an entry may be a scalar (one cell) or a `ti.Vector`
+of lanes (that many cells at once, one SIMD value of the machine). Nothing here knows of packs or arrays.
+Unary minus and `ti.bit_cast` do not compile for vectors in Taichi 1.7.4: write 0.0 - a, use `tensor3.to_bits`.
 Displacement differences to corners of the same cell come first, never sums of displacements (METHOD 6).
 """
 

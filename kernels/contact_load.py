@@ -10,7 +10,8 @@ import functools
 
 import taichi as ti
 
-from .boundary_nodes import ARRAY, INDEX, row, symmetric
+from .arguments import ARRAY, INDEX
+from .boundary_nodes import row, symmetric
 from .local_contact import multipliers
 from .planes import gap, normal, position
 

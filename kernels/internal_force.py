@@ -5,9 +5,11 @@
 (METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new; DESIGN 4: the lane-chunk shape.)
 With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gives v = -f/m and leaves u alone.
 
-Cells: packs of lanes are gathered into local buffers, worked on lane by lane from local to local (the loops that
-vectorise), and scattered without atomics into the force row of their chunk. Nodes: each sums its chunk rows in chunk
-order, clears them for the next step and moves. Chunks and node ranges are fixed in number: same bits on any threads.
+Cells: the corners of a pack are gathered into vectors over its lanes, the cell's arithmetic works on vectors, and the
+corner forces are scattered lane by lane, without atomics, into the force row of their chunk. The vectors are explicit
+SIMD values (`keep_vectors`), so nothing depends on what a loop vectoriser makes of the host. Nodes: each sums its chunk
+rows in chunk order, clears them for the next step and moves. Chunks and node ranges are fixed in number: same bits on
+any number of threads.
 
 `params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
 `cell_sums` [chunks*2]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too).
@@ -100,7 +102,7 @@ def node_phase(
 def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(), start, width: ti.template()):
     """Reference position (3) and displacement (3) of one corner, each a vector over the lanes."""
     # the mask tells the compiler that node + 1 and node + 2 cannot overflow: one address for the three components
-    node = [(3 * connectivity[start + l]) & MASK for l in range(width)]
+    node = [(3 * connectivity[start + lane]) & MASK for lane in range(width)]
     return [ti.Vector([position[i + c] for i in node]) for c in range(3)] + [
         ti.Vector([u[i + c] for i in node]) for c in range(3)
     ]
@@ -108,13 +110,15 @@ def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int):
-    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a ti.func, memoised.
+    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a memoised ti.func.
 
-    cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride).
+    cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride); a kernel that calls
+    it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a serial loop over steps stride = 1.
     """
     corners = cells.CORNERS[kind]
     force_of = cells.FORCES[kind]
     law_of = laws.LAWS[law]
+    lane_numbers = list(range(width))
 
     @ti.func
     def cell_phase(
@@ -133,7 +137,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                 chunk = s // stride
                 base = 3 * chunk_table[chunk * TABLE + 2]
                 lam, mu = params[6], params[7]
-                lanes = ti.Vector(list(range(width)))
+                lanes = ti.Vector(lane_numbers)
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
                 energy = zero
@@ -149,11 +153,11 @@ def make_cell_phase(kind: str, law: str, width: int):
                     energy += answer[1]
                     change = ti.min(change, answer[2])
                     for k in ti.static(range(corners)):
-                        for l in ti.static(range(width)):
-                            row = (3 * connectivity[start + k * width + l] + base) & MASK
+                        for lane in ti.static(range(width)):
+                            row = (3 * connectivity[start + k * width + lane] + base) & MASK
                             old = [rows[row + c] for c in range(3)]
                             for c in ti.static(range(3)):
-                                rows[row + c] = old[c] + answer[0][c][k][l]
+                                rows[row + c] = old[c] + answer[0][c][k][lane]
                 cell_sums[chunk * CELL_SUMS] = energy.sum()
                 cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
 
@@ -174,7 +178,7 @@ def keep_vectors(kernel):
         if compiled:
             return kernel(*arguments)
         before = ti.cfg.real_matrix_scalarize
-        ti.cfg.real_matrix_scalarize = False
+        ti.cfg.real_matrix_scalarize = True
         try:
             answer = kernel(*arguments)
         finally:

@@ -7,8 +7,8 @@ With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2 (METHOD 0, issue laws):
     neo-Hookean            W = mu/2 (tr F^t F - 3) - mu ln J + lam/2 (J - 1)^2
 
 Everything is put together from H and J - 1, never from F - I or J minus one: at strain 1e-9 the stress keeps its digits
-and the energy is still a square. A law is a function `law(H, lam, mu) -> [P, W, J - 1]` of scalars and 3x3 lists, without
-branches or library calls, so that a loop of cells around it vectorises.
+and the energy is still a square. A law is a function `law(H, lam, mu) -> [P, W, J - 1]` of 3x3 lists without branches
+or library calls; the entries may be scalars or vectors of lanes (see `cells`).
 """
 
 import taichi as ti
@@ -54,9 +54,7 @@ def log_split(change):
 def linear_elastic(h, lam, mu):
     pressure = lam * tensor3.trace(h)
     strain = [[0.5 * (h[i][j] + h[j][i]) for j in range(3)] for i in range(3)]
-    stress = [
-        [(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
-    ]
+    stress = tensor3.plus_identity(tensor3.scaled(2.0 * mu, strain), pressure)
     return [stress, 0.5 * tensor3.dot(stress, strain), volume_change(h, tensor3.cofactor(h))]
 
 
@@ -65,9 +63,7 @@ def st_venant_kirchhoff(h, lam, mu):
     square = tensor3.transposed_product(h, h)
     strain = [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
     pressure = lam * tensor3.trace(strain)
-    second = [
-        [(2.0 * mu) * strain[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
-    ]
+    second = tensor3.plus_identity(tensor3.scaled(2.0 * mu, strain), pressure)
     moved = tensor3.product(h, second)
     stress = [[second[i][j] + moved[i][j] for j in range(3)] for i in range(3)]
     return [stress, 0.5 * tensor3.dot(second, strain), volume_change(h, tensor3.cofactor(h))]
@@ -82,10 +78,8 @@ def neo_hookean(h, lam, mu):
     logarithm = log_split(change)
     pressure = change * (lam + mu * logarithm[1])
     spin = pressure - mu
-    d = [[cofactor_h[i][j] - h[j][i] + (stretch if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
-    stress = [
-        [mu * h[i][j] + spin * d[i][j] + (pressure if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)
-    ]
+    d = tensor3.plus_identity([[cofactor_h[i][j] - h[j][i] for j in range(3)] for i in range(3)], stretch)
+    stress = tensor3.plus_identity([[mu * h[i][j] + spin * d[i][j] for j in range(3)] for i in range(3)], pressure)
     quadratic = 0.5 * tensor3.dot(h, h) - (change - stretch)
     energy = mu * (quadratic + logarithm[0]) + 0.5 * lam * change * change
     return [stress, energy, change]

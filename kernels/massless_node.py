@@ -65,7 +65,7 @@ def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.tem
 @ti.func
 def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
     """What stays unbalanced [block], with the contact force that the gap of a penalty really gives."""
-    pressing, rest = balance(out_of_balance, normals, active, block, slots)
+    _pressing, rest = balance(out_of_balance, normals, active, block, slots)
     if compliance > 0.0:
         rest = out_of_balance - normals.transpose() @ (ti.max(-gaps, 0.0) / compliance)
     return rest

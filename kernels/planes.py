@@ -5,6 +5,8 @@ planes: flat [slots * 4], unit normal nu_p into the body and offset nu_p . point
 
 import taichi as ti
 
+from .arguments import ARRAY, INDEX
+
 
 @ti.func
 def gap(planes: ti.template(), p, x):
@@ -19,3 +21,35 @@ def normal(planes: ti.template(), p):
 @ti.func
 def position(reference: ti.template(), u: ti.template(), node):
     return ti.Vector([reference[3 * node + j] + u[3 * node + j] for j in ti.static(range(3))])
+
+
+@ti.kernel
+def nearest_planes(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, near_out: INDEX):
+    """The three planes with the smallest gap at each node; only launched for more than three planes."""
+    ti.loop_config(serialize=True)
+    for k in range(nodes.shape[0]):
+        x = position(reference, u, nodes[k])
+        for slot in range(3):
+            best = 1e300
+            for p in range(plane_count):
+                g = gap(planes, p, x)
+                taken = 0
+                for before in range(slot):
+                    if near_out[3 * k + before] == p:
+                        taken = 1
+                if taken == 0 and g < best:
+                    best = g
+                    near_out[3 * k + slot] = p
+
+
+@ti.kernel
+def smallest_gap(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, gap_out: ARRAY):
+    """gap_out [1]: smallest gap of the listed nodes to any plane."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        least = 1e300
+        for i in range(nodes.shape[0]):
+            x = position(reference, u, nodes[i])
+            for p in range(plane_count):
+                least = ti.min(least, gap(planes, p, x))
+        gap_out[0] = least

@@ -13,84 +13,13 @@ import functools
 
 import taichi as ti
 
-from .boundary_nodes import ARRAY, INDEX, row
+from .arguments import ARRAY, INDEX
+from .boundary_nodes import row
 from .local_contact import multipliers
-from .massless_node import balance, basis_of, block_of, constraints, largest, segment, unbalanced
-from .planes import gap, normal, position
+from .massless_node import basis_of, block_of, constraints, largest, segment, unbalanced
+from .planes import position
 
 EPSILON = 8 * 2.220446049250313e-16  # rounding of a displacement or a gap, over its size
-
-
-@functools.cache
-def make_predict(block: int, slots: int):
-    """x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components, moved out of the obstacle if `outside`.
-
-    fall = g dt^2 makes the prediction exact in free flight.
-    """
-
-    @ti.kernel
-    def predict(
-        nodes: INDEX,
-        basis: ARRAY,
-        planes: ARRAY,
-        near: INDEX,
-        reference: ARRAY,
-        ratio: ti.f64,
-        fall_x: ti.f64,
-        fall_y: ti.f64,
-        fall_z: ti.f64,
-        outside: ti.i32,
-        u: ARRAY,
-        last: ARRAY,
-    ):
-        """u is advanced in place; last [k * block]: increment of the step before in, massless displacement out."""
-        ti.loop_config(serialize=True)
-        for k in range(nodes.shape[0]):
-            node = nodes[k]
-            b = basis_of(basis, k, block)
-            now = b.transpose() @ row(u, node)
-            step = ratio * (now - segment(last, k, block)) + b.transpose() @ ti.Vector([fall_x, fall_y, fall_z])
-            if outside == 1:
-                x = position(reference, u, node) + b @ step
-                normals, gaps = constraints(planes, near, k, b, x, block, slots)
-                free = ti.Vector.zero(ti.f64, block)
-                identity = ti.Matrix.identity(ti.f64, block)
-                step += normals.transpose() @ multipliers(free, normals, gaps, identity, 0.0, slots)
-            move = b @ step
-            for j in ti.static(range(block)):
-                last[k * block + j] = now[j]
-            for j in ti.static(range(3)):
-                u[3 * node + j] = u[3 * node + j] + move[j]
-
-    return predict
-
-
-@ti.kernel
-def nearest_planes(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, near_out: INDEX):
-    """The three planes with the smallest gap at each node; only launched for more than three planes."""
-    ti.loop_config(serialize=True)
-    for k in range(nodes.shape[0]):
-        x = position(reference, u, nodes[k])
-        for slot in range(3):
-            best = 1e300
-            for p in range(plane_count):
-                g = gap(planes, p, x)
-                taken = 0
-                for before in range(slot):
-                    if near_out[3 * k + before] == p:
-                        taken = 1
-                if taken == 0 and g < best:
-                    best = g
-                    near_out[3 * k + slot] = p
-
-
-@ti.kernel
-def gather_cells(cell_nodes: INDEX, u: ARRAY, cell_u_out: ARRAY, cell_v_out: ARRAY):
-    """Displacements of the contact cells, corner by corner; the velocities are cleared to receive -f."""
-    for i in range(cell_nodes.shape[0]):
-        for j in ti.static(range(3)):
-            cell_u_out[3 * i + j] = u[3 * cell_nodes[i] + j]
-            cell_v_out[3 * i + j] = 0.0
 
 
 @functools.cache
@@ -278,64 +207,3 @@ def make_solve(block: int, slots: int):
             stats[2] = stats[2] + done
 
     return solve
-
-
-@functools.cache
-def make_contact_load(block: int, slots: int):
-    """lambda of every contact node from the force of the ordinary pass; the contact force leaves `force`."""
-
-    @ti.kernel
-    def contact_load(
-        nodes: INDEX,
-        basis: ARRAY,
-        planes: ARRAY,
-        near: INDEX,
-        reference: ARRAY,
-        u: ARRAY,
-        load: ARRAY,
-        compliance: ARRAY,
-        active: INDEX,
-        force: ARRAY,
-        stats: ARRAY,
-        contact_force_out: ARRAY,
-        sums_out: ARRAY,
-    ):
-        """contact_force_out [k * 3] = sum lambda nu; sums_out [6]: total force, energy, nodes that press, residual."""
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            sums = ti.Vector.zero(ti.f64, 6)
-            for k in range(nodes.shape[0]):
-                b = basis_of(basis, k, block)
-                x = position(reference, u, nodes[k])
-                normals, _gaps = constraints(planes, near, k, b, x, block, slots)
-                out_of_balance = b.transpose() @ (row(force, k) - row(load, k))
-                pressing, rest = balance(out_of_balance, normals, active[k], block, slots)
-                total = ti.Vector.zero(ti.f64, 3)
-                for p in ti.static(range(slots)):
-                    total += pressing[p] * normal(planes, near[k * slots + p])
-                    sums[3] += 0.5 * compliance[k] * pressing[p] * pressing[p]
-                for j in ti.static(range(3)):
-                    contact_force_out[3 * k + j] = total[j]
-                    force[3 * k + j] = force[3 * k + j] - total[j]
-                    sums[j] += total[j]
-                if total.norm() > 0.0:
-                    sums[4] += 1.0
-                sums[5] = ti.max(sums[5], largest(rest))
-            sums[5] /= ti.max(stats[0], 1e-300)
-            for j in ti.static(range(6)):
-                sums_out[j] = sums[j]
-
-    return contact_load
-
-
-@ti.kernel
-def smallest_gap(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: ARRAY, u: ARRAY, gap_out: ARRAY):
-    """gap_out [1]: smallest gap of the listed nodes to any plane."""
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        least = 1e300
-        for i in range(nodes.shape[0]):
-            x = position(reference, u, nodes[i])
-            for p in range(plane_count):
-                least = ti.min(least, gap(planes, p, x))
-        gap_out[0] = least

@@ -17,7 +17,7 @@ class ContactGraph:
     nodes [k]: node ids; colours: number of colours; cells [c]: contact-touching cells;
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: per cell its pairs of corners in K and their numbers;
     row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1], entry_pairs [p]: the
-    pairs that add up to an entry; corner_start [k+1], corners [..]: the cell corners (cell * corners + corner) of a node.
+    pairs that add up to an entry; corner_start [k+1], corners [..]: the cell corners (cell * width + corner) of a node.
     """
 
     nodes: np.ndarray

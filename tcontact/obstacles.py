@@ -1,4 +1,4 @@
-"""Rigid obstacles. The gap is the signed distance to the obstacle: open is positive, the normal points into the body."""
+"""Rigid obstacles. The gap is the signed distance to them, open positive; the normal points into the body."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Cells in packs of lanes, packs in chunks that own compact force rows (the CPU shape of DESIGN 4).
 
-A pack holds `width` cells as [corner][lane]. Packs are divided into a fixed number of chunks, so that sums have the same
-bits at any thread count. Each chunk adds forces, without atomics, into its own row over the nodes [low, high] it spans.
-Rows are low-to-high monotone over the chunks: the chunks that see a node are first..last without a gap.
+A pack holds `width` cells as [corner][lane]. Packs are divided into a fixed number of chunks, so that sums have the
+same bits at any thread count. Each chunk adds forces, without atomics, into its own row over the nodes [low, high] it
+spans. low and high never fall from chunk to chunk: every chunk between a node's first and last one has a row for it.
 """
 
 from __future__ import annotations
@@ -25,15 +25,14 @@ IntArray = NDArray[np.int32]
 class CellPacks:
     """Index arrays of the step kernel.
 
-    connectivity [packs * corners * width] int32: node of (pack, corner, lane), the last pack filled up by its last cell;
-    weight [packs * width]: 1 for a cell, 0 for padding; cell_count: cells without padding;
+    connectivity [packs * corners * width] int32: node of (pack, corner, lane); the last pack is filled up by repeating
+    the last cell, without weight: the kernel counts to cell_count;
     chunk_table [chunks * 4] int32: first pack, end pack, row base, 0; row of a node in a chunk = base + node;
-    node_info [nodes] int32: bits 0-3 first chunk that touches the node, 4-7 last one, 8.. number of the special node + 1
-    (0 = ordinary); first > last for a node without cells. row_count: rows in all (3 forces each).
+    node_info [nodes] int32: bits 0-3 first chunk that touches the node, 4-7 last one, 8.. number of the special node
+    + 1 (0 = ordinary); first > last for a node without cells. row_count: rows in all (3 force components each).
     """
 
     connectivity: IntArray
-    weight: NDArray[np.float64]
     chunk_table: IntArray
     node_info: IntArray
     width: int
@@ -50,7 +49,7 @@ class CellPacks:
         return self.connectivity.nbytes + self.chunk_table.nbytes + self.node_info.nbytes + 24 * self.row_count
 
     def with_special(self, nodes: NDArray[np.integer]) -> IntArray:
-        """A copy of node_info in which nodes[s] is special node s [node_count]: its force is handed out, it is not moved.
+        """A copy of node_info [node_count] in which nodes[s] is special node s: it hands out its force and stays.
 
         Raises `InputError` for a node out of range or named twice.
         """
@@ -86,8 +85,6 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
     padded = np.empty((packs * width, corners), dtype=np.int32)
     padded[:count] = cells
     padded[count:] = cells[-1]
-    weight = np.zeros(packs * width)
-    weight[:count] = 1.0
 
     bounds = [packs * c // chunks for c in range(chunks + 1)]
     first = np.full(node_count, chunks, dtype=np.int32)
@@ -113,7 +110,6 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
     first[orphan], last[orphan] = 1, 0
     return CellPacks(
         connectivity=np.ascontiguousarray(padded.reshape(packs, width, corners).transpose(0, 2, 1)).ravel(),
-        weight=weight,
         chunk_table=table.ravel(),
         node_info=first | (last << 4),
         width=width,

@@ -40,7 +40,7 @@ class BodyPlan:
     """One body in its internal numbering: node i is node `node_order[i]` of the user, cell e is `cell_order[e]`.
 
     lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
-    inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity on them;
+    inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
     support_rows, support_axes [r]: prescribed components; speeds [r] [m/s].
     """
 

@@ -18,7 +18,7 @@ from .removal import MasslessNodes
 
 @dataclass(frozen=True)
 class Redistribution:
-    """tensors [k, 3, 3] [kg]: mass tensors of the nodes [k] that lost or gained mass; every other node keeps its scalar."""
+    """tensors [k, 3, 3] [kg]: mass of the nodes [k] that lost or gained some; every other node keeps its scalar."""
 
     nodes: np.ndarray
     tensors: np.ndarray

@@ -1,4 +1,4 @@
-"""Which mass the contact nodes lose: the set K and, for each node of it, a basis of its massless directions (METHOD 1)."""
+"""Which mass the contact nodes lose: the set K and a basis of the massless directions of its nodes (METHOD 1)."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
             raise InputError(
                 "Body.contact",
                 body.contact,
-                f"no node with mass lies next to the {len(own)} contact nodes around node {own[0]}; make the contact set"
-                " smaller (only the faces that can touch) or the mesh finer",
+                f"no node with mass lies next to the {len(own)} contact nodes around node {own[0]}; make the contact"
+                " set smaller (only the faces that can touch) or the mesh finer",
             )
         centre = mesh.nodes[own].mean(axis=0)
         scale = np.abs(mesh.nodes[members] - centre).max()
@@ -128,6 +128,6 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
             raise InputError(
                 "MasslessContact.removal",
                 massless.removal,
-                f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours with"
-                " mass; full removal needs three of them that are not in line: use removal='normal' or a finer mesh",
+                f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours"
+                " with mass; full removal needs three of them that are not in line: use removal='normal' or a finer mesh",
             )

@@ -14,10 +14,10 @@ from .scene import Scene
 class Result:
     """The end of a run, how it went, and its history.
 
-    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | interrupted; message: what
-    happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit [s]: the stable step of the start;
+    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | interrupted; message:
+    what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit [s]: the stable step of the start;
     wall_s, compile_s [s]: time of the steps, and of everything before (planning, compiling, the first step);
-    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics that was built;
+    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
     history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS;
     warnings: what was warned about; scene: what was run.

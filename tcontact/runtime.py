@@ -47,7 +47,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
             raise InputError(
                 "arch, threads",
                 (arch, threads),
-                f"this process already runs on {_started[0]} with {_started[1]} threads; start a new process for others",
+                f"this process already runs on {_started[0]} with {_started[1]} threads; start a new process",
             )
         return load()
     ti = load()

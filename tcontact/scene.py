@@ -203,8 +203,8 @@ class Scene:
                 raise InputError(
                     f"Scene.bodies[{index}]",
                     float(gap[node]),
-                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed: {allowed:.3g});"
-                    " move the body or the obstacle apart",
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed:"
+                    f" {allowed:.3g}); move the body or the obstacle apart",
                 )
 
     def _check_bodies_apart(self) -> None:

@@ -35,7 +35,7 @@ class StableStep:
         self.start: np.ndarray | None = None
 
     def _cell_bounds(self) -> tuple[np.ndarray, float]:
-        """A stiffness measure of every node, (wave speed over height)^2 of its stiffest cell, and the smallest height."""
+        """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
         body = self.plan.body
         corners = self.plan.reference[self.plan.cells]
         if body.mesh.kind == "tet4":

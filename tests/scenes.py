@@ -57,7 +57,8 @@ def thrown(law="neo", kind="hex8", cells=3, walls=1, turn=None, speed=0.05, dura
         velocity=-speed * c * (turn @ (0.3, 0.1, 1.0)),
         contact=["xmin", "zmin"] if walls == 2 else "zmin",
         supports=[
-            tc.Support(s.set, s.axes, velocity=c * np.asarray(s.velocity)) if np.any(s.velocity) else s for s in supports
+            tc.Support(s.set, s.axes, velocity=c * np.asarray(s.velocity)) if np.any(s.velocity) else s
+            for s in supports
         ],
     )
     return tc.Scene(

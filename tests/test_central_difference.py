@@ -87,7 +87,9 @@ def test_the_contact_force_converges_with_the_square_of_the_step(kind, removal):
         dt = scene.duration / count / 2**level
         forces.append((simulate(scene, dt=dt).history["contact_force"] @ normal)[:: 2**level])
     rows = min(map(len, forces))
-    differences = [np.linalg.norm(fine[:rows] - coarse[:rows]) for coarse, fine in zip(forces, forces[1:], strict=False)]
+    differences = [
+        np.linalg.norm(fine[:rows] - coarse[:rows]) for coarse, fine in zip(forces, forces[1:], strict=False)
+    ]
     orders = np.log2(np.array(differences[:-1]) / differences[1:])
     assert orders[-1] >= 1.8
     assert orders.mean() >= 1.8
@@ -115,9 +117,7 @@ def test_a_run_continued_from_its_middle_ends_where_the_whole_run_does(kind, rem
     dt = scene.duration / steps
 
     def part(count, initial=None):
-        shorter = tc.Scene(
-            bodies=scene.bodies, obstacles=scene.obstacles, duration=count * dt, contact=scene.contact
-        )
+        shorter = tc.Scene(bodies=scene.bodies, obstacles=scene.obstacles, duration=count * dt, contact=scene.contact)
         return simulate(shorter, dt=dt, initial=initial)
 
     whole, first = part(steps), part(17)

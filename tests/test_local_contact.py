@@ -1,6 +1,6 @@
 """The contact problem of one node against a quadratic program solved by brute force.
 
-    min 1/2 d.D d - r.d   with   g_p + n_p.d + e lambda_p >= 0,  lambda_p >= 0,  complementary
+min 1/2 d.D d - r.d   with   g_p + n_p.d + e lambda_p >= 0,  lambda_p >= 0,  complementary
 """
 
 import functools
@@ -14,7 +14,9 @@ from scipy.optimize import nnls
 from tcontact.kernels.boundary_nodes import ARRAY
 from tcontact.kernels.local_contact import multipliers
 
-DEPENDENT = pytest.mark.xfail(strict=True, reason="dependent normals: the regularised inverse loses the digits it needs")
+DEPENDENT = pytest.mark.xfail(
+    strict=True, reason="dependent normals: the regularised inverse loses the digits it needs"
+)
 
 
 @functools.cache
@@ -24,11 +26,17 @@ def make_all(block, slots):
         for k in range(compliance.shape[0]):
             d = ti.Vector([free[k * block + j] for j in ti.static(range(block))])
             n = ti.Matrix(
-                [[normals[(k * slots + p) * block + j] for j in ti.static(range(block))] for p in ti.static(range(slots))]
+                [
+                    [normals[(k * slots + p) * block + j] for j in ti.static(range(block))]
+                    for p in ti.static(range(slots))
+                ]
             )
             g = ti.Vector([gaps[k * slots + p] for p in ti.static(range(slots))])
             w = ti.Matrix(
-                [[inverse[(k * block + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(block))]
+                [
+                    [inverse[(k * block + i) * block + j] for j in ti.static(range(block))]
+                    for i in ti.static(range(block))
+                ]
             )
             found = multipliers(d, n, g, w, compliance[k], slots)
             for p in ti.static(range(slots)):

@@ -14,7 +14,9 @@ KINDS = ["hex8", "tet4"]
 def free(body, duration, contact=None, normal=(0.0, 0.0, 1.0), gravity=None, **options):
     """Run a body with a wall far away (or none)."""
     planes = [] if contact is None else [wall(body.mesh, normal, 100.0)]
-    return simulate(tc.Scene(bodies=[body], obstacles=planes, duration=duration, gravity=gravity, contact=contact), **options)
+    return simulate(
+        tc.Scene(bodies=[body], obstacles=planes, duration=duration, gravity=gravity, contact=contact), **options
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -49,7 +51,9 @@ def test_a_rotation_gives_no_force(kind, law):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("removal", "law"), [("full", "linear"), ("normal", "neo"), ("normal", "linear"), ("full", "svk")])
+@pytest.mark.parametrize(
+    ("removal", "law"), [("full", "linear"), ("normal", "neo"), ("normal", "linear"), ("full", "svk")]
+)
 def test_free_fall_strains_nothing(kind, removal, law):
     """Gravity acts through the redistributed mass; the massless nodes fall with the rest."""
     turn = meshes.rotation(5)

@@ -19,7 +19,11 @@ def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=T
 PULL, HELD = (0.0, 0.0, -9.81), (tc.Support("xmin", "x"),)
 SCENES = {
     "bare": (scene_with(), ["internal-force", "ledger"], {"state", "internal-force"}),
-    "model but no wall": (scene_with(contact=tc.MasslessContact()), ["internal-force", "ledger"], {"state", "internal-force"}),
+    "model but no wall": (
+        scene_with(contact=tc.MasslessContact()),
+        ["internal-force", "ledger"],
+        {"state", "internal-force"},
+    ),
     "wall but no contact set": (
         scene_with([FLOOR], tc.MasslessContact(), touching=False),
         ["internal-force", "ledger"],
@@ -100,12 +104,11 @@ for module in [m for m in sys.modules if m.startswith("tcontact.kernels.")]:
 modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswith("tcontact."))
 print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
-CONTACT = {"static_solve", "massless_node", "local_contact", "contact_load", "surface_tangent", "planes"}
+CONTACT = {"static_solve", "massless_node", "local_contact", "contact_load", "surface_cells", "planes"}
 UNUSED = {
     "bare": CONTACT | {"boundary_nodes", "raster"},
-    "supports": CONTACT | {"raster"},
     "massless": {"contact_load", "raster"},
-    "penalty": {"surface_tangent", "raster"},
+    "penalty": {"surface_cells", "raster"},
 }
 
 

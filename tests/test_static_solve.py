@@ -150,7 +150,9 @@ def test_cold_sweeps_do_not_grow_with_the_mesh(kind, sweeps, sizes):
 
 
 def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
-    scene = thrown("linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full", sweeps=2, tolerance=1e-11))
+    scene = thrown(
+        "linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full", sweeps=2, tolerance=1e-11)
+    )
     result = simulate(scene)
     sweeps = result.history["sweeps"]
     assert sweeps.min() >= 2
@@ -163,7 +165,11 @@ def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
 def test_a_wall_named_twice_changes_nothing():
     once = thrown("neo", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full"))
     twice = tc.Scene(
-        bodies=once.bodies, obstacles=once.obstacles * 2, duration=once.duration, gravity=once.gravity, contact=once.contact
+        bodies=once.bodies,
+        obstacles=once.obstacles * 2,
+        duration=once.duration,
+        gravity=once.gravity,
+        contact=once.contact,
     )
     one, two = simulate(once), simulate(twice)
     assert np.abs(one.position - two.position).max() <= 1e-9

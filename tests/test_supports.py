@@ -104,7 +104,9 @@ def test_a_slanted_wall_pushes_held_nodes_along_what_is_free(removal):
     history = simulate(scene).history
     force = history["contact_force"]
     assert force[:, 2].max() > 0.0
-    assert np.allclose(force[:, 0], 0.75 * force[:, 2], rtol=1e-12, atol=0.0)  # lambda nu itself, along the wall's normal
+    assert np.allclose(
+        force[:, 0], 0.75 * force[:, 2], rtol=1e-12, atol=0.0
+    )  # lambda nu itself, along the wall's normal
     assert np.allclose(history["momentum"][:, 0], 0.0, atol=1e-14)
     assert history["gap_min"].min() >= -1e-12
     change = np.diff(history["momentum"] - history["impulse"] - history["support_impulse"], axis=0)

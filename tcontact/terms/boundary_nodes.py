@@ -17,7 +17,7 @@ def flat_tensors(tensors: np.ndarray) -> np.ndarray:
 
 
 class BoundaryNodes:
-    """The list of boundary nodes: `force` is their internal force of the last pass, less what contact terms take off."""
+    """The list of boundary nodes: `force` is their internal force of the last pass, less the contact force."""
 
     name = "boundary-nodes"
 

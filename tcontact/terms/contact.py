@@ -17,7 +17,7 @@ MOST_SLOTS = 3  # planes that can hold one node at a time
 class ContactTerm:
     """Contact of one body with the planes of the scene; the contact nodes are the first boundary nodes.
 
-    Subclasses fill `contact_force` [k, 3] and `totals` (force (3), energy, nodes that press, static residual) in `load`.
+    Subclasses fill in `load`: `contact_force` [k, 3], `totals` (force (3), energy, pressing nodes, static residual).
     """
 
     name = "contact"
@@ -40,7 +40,7 @@ class ContactTerm:
         return None
 
     def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
-        from ..kernels.static_solve import nearest_planes, smallest_gap
+        from ..kernels.planes import nearest_planes, smallest_gap
 
         assert plan.contact is not None
         contact: ContactPlan = plan.contact

@@ -20,11 +20,13 @@ class MasslessContactTerm(ContactTerm):
     name = "massless-contact"
 
     def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
-        from ..kernels.static_solve import make_contact_load, make_predict
+        from ..kernels.massless_contact import make_contact_load, make_predict
 
         super().__init__(scene, plan, listed, reference)
         model, contact = scene.contact, plan.contact
-        assert isinstance(model, MasslessContact) and contact is not None and contact.basis is not None
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
+        assert contact.basis is not None
         block = contact.block
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.exact = 1 if model.penalty is None else 0

@@ -20,7 +20,8 @@ class PenaltyContactTerm(ContactTerm):
         from ..kernels.contact_load import penalty_load
 
         super().__init__(scene, plan, listed, reference)
-        assert isinstance(scene.contact, PenaltyContact) and plan.contact is not None
+        assert isinstance(scene.contact, PenaltyContact)
+        assert plan.contact is not None
         self.stiffness = arrays.put(scene.contact.stiffness * plan.contact.areas)
         self.kernel = Prepared(penalty_load)
 

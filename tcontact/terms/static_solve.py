@@ -40,7 +40,9 @@ class StaticSolve:
         from ..kernels import static_solve
 
         contact, material = plan.contact, plan.body.material
-        assert contact is not None and contact.graph is not None and contact.basis is not None
+        assert contact is not None
+        assert contact.graph is not None
+        assert contact.basis is not None
         graph, block = contact.graph, contact.block
         self.term, self.basis, self.compliance = term, basis, compliance
         self.law, self.linear = material.law, material.linear
@@ -182,7 +184,8 @@ class StaticSolve:
 
     def _explain(self, residual: float) -> str:
         pivot = float(arrays.get(self.stats)[3])
-        text = f"the static solve of the contact nodes stopped at a residual of {residual:.3g} (wanted {self.tolerance:.3g})"
+        text = "the static solve of the contact nodes stopped at a residual of"
+        text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
         if not pivot > 0.0:
             text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
             if self.law == "st_venant_kirchhoff":

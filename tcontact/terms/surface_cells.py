@@ -17,11 +17,10 @@ from .internal_force import InternalForce
 
 
 class SurfaceCells:
-    """minus_force [cells * corners * 3]: minus the corner forces of the last `measure`; pair_values: K_ab of the pairs."""
+    """minus_force [cells, corners, 3]: minus the corner forces of the last `measure`; pair_values: K_ab of the pairs."""
 
     def __init__(self, plan: BodyPlan, graph: ContactGraph, basis: np.ndarray, block: int) -> None:
-        from ..kernels.static_solve import gather_cells
-        from ..kernels.surface_tangent import make_surface_tangent
+        from ..kernels.surface_cells import gather_cells, make_surface_tangent
 
         cells = plan.cells[graph.cells]
         own = np.arange(cells.size).reshape(cells.shape)

@@ -15,7 +15,7 @@ import functools
 
 import taichi as ti
 
-from .boundary_nodes import ARRAY, INDEX
+from .arguments import ARRAY, INDEX
 from .massless_node import basis_of
 
 MOST_CORNERS = 8
@@ -49,6 +49,15 @@ TANGENTS = {"linear_elastic": linear_elastic, "st_venant_kirchhoff": st_venant_k
 @ti.func
 def corner(values: ti.template(), a):
     return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
+
+
+@ti.kernel
+def gather_cells(cell_nodes: INDEX, u: ARRAY, cell_u_out: ARRAY, cell_v_out: ARRAY):
+    """Displacements of the contact cells, corner by corner; the velocities are cleared to receive -f."""
+    for i in range(cell_nodes.shape[0]):
+        for j in ti.static(range(3)):
+            cell_u_out[3 * i + j] = u[3 * cell_nodes[i] + j]
+            cell_v_out[3 * i + j] = 0.0
 
 
 @functools.cache

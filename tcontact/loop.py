@@ -1,0 +1,203 @@
+"""The loop: one step after the other, a row of history each, until the end or until a guard stops it."""
+
+from __future__ import annotations
+
+import warnings
+from time import perf_counter
+
+import numpy as np
+
+from . import arrays
+from .contact_models import PenaltyContact
+from .errors import InputError
+from .guards import Guards, Stop
+from .history import PLACE, WIDTH, History
+from .interrupts import interrupts
+from .plan import Plan
+from .progress import ProgressBar
+from .recorder import Recorder
+from .result import Result
+from .scene import Scene
+from .schemes.central_difference import CentralDifference
+from .stable_step import StableStep
+from .state import BodyState
+
+FIRST_CHECK = 50  # steps between looks at the stable step of a body that deforms; doubled while it stays
+LAST_CHECK = 800
+FEW_PRODUCTS = 6
+CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
+CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
+
+
+class Run:
+    """One run: bodies, step size, history."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        planned: Plan,
+        scheme: CentralDifference,
+        displacement: list[np.ndarray],
+        velocity: list[np.ndarray],
+        history_every: int,
+    ) -> None:
+        self.scene, self.planned, self.scheme = scene, planned, scheme
+        self.states = [
+            BodyState(scene, body, u, v) for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
+        ]
+        planes = np.array([obstacle.normal for obstacle in scene.obstacles])
+        self.limits = []
+        for state in self.states:
+            contact, penalty = state.plan.contact, None
+            if isinstance(scene.contact, PenaltyContact) and contact is not None:
+                penalty = scene.contact.stiffness * contact.areas
+            self.limits.append(StableStep(state.plan, planes, penalty))
+        self.dt_limit = self._limit()
+        self.dt = self.scheme.step_size(self.dt_limit)
+        self.history = History(history_every)
+        self.warnings: list[str] = []
+        self.guards = Guards(scene, self.states)
+        self.over_limit = False
+        self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
+        self._warn_over(self.dt, self.dt_limit)
+
+    def _limit(self, **options: int) -> float:
+        pairs = zip(self.states, self.limits, strict=True)
+        return min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
+
+    def _warn_over(self, dt: float, limit: float) -> None:
+        if dt > limit and not self.over_limit:
+            self.over_limit = True
+            self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
+
+    def warn(self, text: str) -> None:
+        """Warn now and in the result."""
+        self.warnings.append(text)
+        warnings.warn(text, RuntimeWarning, stacklevel=4)
+
+    def go(self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float) -> Result:
+        """All steps; returns the result."""
+        steps = max(1, int(np.ceil(self.scene.duration / self.dt * (1.0 - 1e-9))))
+        written = (
+            set(np.round(np.linspace(0, steps, frames)).astype(int)) if frames > 1 else {steps} if frames else set()
+        )
+        first_dt, before, time, row_number = self.dt, 0.0, 0.0, 0
+        stop: Stop | None = None
+        last: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+        compiled = started
+        if not np.isfinite(self.dt):
+            raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        with interrupts() as interrupted:
+            for state in self.states:
+                self.scheme.begin(state, self.dt)
+            while True:
+                final = time >= self.scene.duration * (1.0 - 1e-9) or interrupted() or stop is not None
+                after = 0.0 if final else self.dt
+                keep = final or row_number in written
+                if keep:
+                    us = [state.displacement() for state in self.states]
+                    halves = [state.half_step_velocity() for state in self.states]
+                    loose = [state.massless_velocity(before or self.dt) for state in self.states]
+                for state in self.states:
+                    self.scheme.step(state, before, after)
+                rows = [state.row(time) for state in self.states]
+                row = _total(rows)
+                self.history.add(row)
+                if keep:
+                    share = before / (before + after) if before + after > 0.0 else 0.0
+                    vs = [
+                        state.velocity(old + share * (state.half_step_velocity() - old), free)
+                        for state, old, free in zip(self.states, halves, loose, strict=True)
+                    ]
+                    last = us, vs
+                    if recorder is not None and (row_number in written or (final and frames > 0)):
+                        recorder.frame(time, us, vs, [state.contact_force() for state in self.states])
+                if row_number == 0:
+                    compiled = perf_counter()
+                if final:
+                    if interrupted() and time < self.scene.duration * (1.0 - 1e-9) and stop is None:
+                        stop = Stop(
+                            "interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept"
+                        )
+                    break
+                stop = self.guards.check(row, rows, self.history, self.over_limit)
+                if stop is not None:
+                    break
+                self._watch(row, row_number)
+                before, time, row_number = after, time + after, row_number + 1
+                bar.update(time)
+        self.history.finish()
+        if stop is not None and stop.reason != "interrupted":
+            last = (
+                [state.displacement() for state in self.states],
+                [state.velocity(state.half_step_velocity(), None) for state in self.states],
+            )
+        return self._result(stop, row_number, time, first_dt, last, compiled - started, perf_counter() - compiled)
+
+    def _watch(self, row: np.ndarray, number: int) -> None:
+        """Look at the stable step again now and then as a nonlinear body deforms."""
+        if not any(self.guards.nonlinear):
+            return
+        jacobian = float(row[PLACE["jacobian_min"]][0])
+        crushed = jacobian < self._jacobian - CRUSHED
+        if number < self._next_check and not crushed:
+            return
+        limit = self._limit(products=FEW_PRODUCTS)
+        if self.scheme.dt is not None:
+            self._warn_over(self.dt, limit)
+        elif self.dt > CLOSE * limit:  # an even step is worth more than the cfl number asked for
+            self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
+            self._check_every = FIRST_CHECK // 2
+        if crushed:
+            self._jacobian = jacobian
+        self._check_every = min(2 * self._check_every, LAST_CHECK)
+        self._next_check = number + self._check_every
+
+    def _result(
+        self,
+        stop: Stop | None,
+        steps: int,
+        time: float,
+        dt: float,
+        last: tuple[list[np.ndarray], list[np.ndarray]],
+        compile_s: float,
+        wall_s: float,
+    ) -> Result:
+        cells = sum(body.mesh.cell_count for body in self.scene.bodies)
+        memory: dict[str, int] = {}
+        for state in self.states:
+            for name, size in state.memory().items():
+                memory[name] = memory.get(name, 0) + size
+        return Result(
+            ok=stop is None,
+            reason="finished" if stop is None else stop.reason,
+            message="" if stop is None else stop.message,
+            steps=steps,
+            time=time,
+            dt=dt,
+            dt_limit=self.dt_limit,
+            wall_s=wall_s,
+            compile_s=compile_s,
+            cell_updates_per_s=cells * steps / wall_s if wall_s > 0.0 else 0.0,
+            memory=memory,
+            terms=self.planned.terms,
+            position=np.concatenate([body.mesh.nodes + u for body, u in zip(self.scene.bodies, last[0], strict=True)]),
+            velocity=np.concatenate(last[1]),
+            contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
+            history=self.history.columns(),
+            scene=self.scene,
+            warnings=self.warnings,
+        )
+
+
+def _total(rows: list[np.ndarray]) -> np.ndarray:
+    """The row of all bodies together."""
+    if len(rows) == 1:
+        return rows[0]
+    total = np.sum(rows, axis=0)
+    total[0] = rows[0][0]
+    for name, pick in (("gap_min", min), ("jacobian_min", min), ("sweeps", max), ("static_residual", max)):
+        place = PLACE[name].start
+        total[place] = pick(row[place] for row in rows)
+    assert len(total) == WIDTH
+    return total
