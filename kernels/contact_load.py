@@ -33,7 +33,7 @@ def penalty_load(
     for _ in range(1):
         sums = ti.Vector.zero(ti.f64, 6)
         for k in range(nodes.shape[0]):
-            x = position(reference, u, nodes[k])
+            x = position(reference, k, u, nodes[k])
             total = ti.Vector.zero(ti.f64, 3)
             for p in range(plane_count):
                 overlap = ti.max(0.0, -gap(planes, p, x))
@@ -71,7 +71,7 @@ def make_impulse_load(slots: int):
         for _ in range(1):
             sums = ti.Vector.zero(ti.f64, 6)
             for k in range(nodes.shape[0]):
-                x = position(reference, u, nodes[k])
+                x = position(reference, k, u, nodes[k])
                 flexible = symmetric(inverse_mass, k)
                 free = row(v, nodes[k]) + span * (flexible @ (row(load, k) - row(force, k)))
                 normals = ti.Matrix.zero(ti.f64, slots, 3)

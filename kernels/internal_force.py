@@ -178,7 +178,7 @@ def keep_vectors(kernel):
         if compiled:
             return kernel(*arguments)
         before = ti.cfg.real_matrix_scalarize
-        ti.cfg.real_matrix_scalarize = True
+        ti.cfg.real_matrix_scalarize = False
         try:
             answer = kernel(*arguments)
         finally:

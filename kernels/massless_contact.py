@@ -45,7 +45,7 @@ def make_predict(block: int, slots: int):
             now = b.transpose() @ row(u, node)
             step = ratio * (now - segment(last, k, block)) + b.transpose() @ ti.Vector([fall_x, fall_y, fall_z])
             if outside == 1:
-                x = position(reference, u, node) + b @ step
+                x = position(reference, k, u, node) + b @ step
                 normals, gaps = constraints(planes, near, k, b, x, block, slots)
                 free = ti.Vector.zero(ti.f64, block)
                 identity = ti.Matrix.identity(ti.f64, block)
@@ -85,7 +85,7 @@ def make_contact_load(block: int, slots: int):
             sums = ti.Vector.zero(ti.f64, 6)
             for k in range(nodes.shape[0]):
                 b = basis_of(basis, k, block)
-                x = position(reference, u, nodes[k])
+                x = position(reference, k, u, nodes[k])
                 normals, _gaps = constraints(planes, near, k, b, x, block, slots)
                 out_of_balance = b.transpose() @ (row(force, k) - row(load, k))
                 pressing, rest = balance(out_of_balance, normals, active[k], block, slots)

@@ -1,6 +1,7 @@
-"""Gaps to planes: g_p(x) = nu_p . x - offset_p, open positive.
+"""Gaps to planes: g_p(x) = nu_p . (x - y_p), open positive.
 
-planes: flat [slots * 4], unit normal nu_p into the body and offset nu_p . point.
+planes: flat [slots * 6], unit normal nu_p into the body and a point y_p of the plane. Positions count from a point
+among the contact nodes, reference [k, 3] lists where these start: the gap keeps its digits far from the origin.
 """
 
 import taichi as ti
@@ -10,17 +11,22 @@ from .arguments import ARRAY, INDEX
 
 @ti.func
 def gap(planes: ti.template(), p, x):
-    return planes[4 * p] * x[0] + planes[4 * p + 1] * x[1] + planes[4 * p + 2] * x[2] - planes[4 * p + 3]
+    return normal(planes, p).dot(x - point(planes, p))
 
 
 @ti.func
 def normal(planes: ti.template(), p):
-    return ti.Vector([planes[4 * p], planes[4 * p + 1], planes[4 * p + 2]])
+    return ti.Vector([planes[6 * p + j] for j in ti.static(range(3))])
 
 
 @ti.func
-def position(reference: ti.template(), u: ti.template(), node):
-    return ti.Vector([reference[3 * node + j] + u[3 * node + j] for j in ti.static(range(3))])
+def point(planes: ti.template(), p):
+    return ti.Vector([planes[6 * p + 3 + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def position(reference: ti.template(), k, u: ti.template(), node):
+    return ti.Vector([reference[3 * k + j] + u[3 * node + j] for j in ti.static(range(3))])
 
 
 @ti.kernel
@@ -28,7 +34,7 @@ def nearest_planes(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: 
     """The three planes with the smallest gap at each node; only launched for more than three planes."""
     ti.loop_config(serialize=True)
     for k in range(nodes.shape[0]):
-        x = position(reference, u, nodes[k])
+        x = position(reference, k, u, nodes[k])
         for slot in range(3):
             best = 1e300
             for p in range(plane_count):
@@ -49,7 +55,7 @@ def smallest_gap(nodes: INDEX, planes: ARRAY, plane_count: ti.i32, reference: AR
     for _ in range(1):
         least = 1e300
         for i in range(nodes.shape[0]):
-            x = position(reference, u, nodes[i])
+            x = position(reference, i, u, nodes[i])
             for p in range(plane_count):
                 least = ti.min(least, gap(planes, p, x))
         gap_out[0] = least

@@ -53,7 +53,7 @@ def make_assemble(block: int, slots: int):
             for k in range(nodes.shape[0]):
                 moved = row(u, nodes[k]).norm() * stats_out[4]
                 if compliance[k] > 0.0:
-                    moved += position(reference, u, nodes[k]).norm() / compliance[k]
+                    moved += position(reference, k, u, nodes[k]).norm() / compliance[k]
                 rounding = ti.max(rounding, EPSILON * moved)
                 force = ti.Vector.zero(ti.f64, 3)
                 magnitude = 0.0
@@ -64,7 +64,7 @@ def make_assemble(block: int, slots: int):
                 scale = ti.max(scale, magnitude)
                 b = basis_of(basis, k, block)
                 right = b.transpose() @ (row(load, k) - force)
-                normals, gaps = constraints(planes, near, k, b, position(reference, u, nodes[k]), block, slots)
+                normals, gaps = constraints(planes, near, k, b, position(reference, k, u, nodes[k]), block, slots)
                 rest = unbalanced(-right, normals, gaps, active[k], compliance[k], block, slots)
                 residual = ti.max(residual, largest(rest))
                 for j in ti.static(range(block)):
@@ -173,7 +173,7 @@ def make_solve(block: int, slots: int):
                         for e in range(row_start[k] + 1, row_start[k + 1]):
                             rest -= block_of(values, e, block) @ segment(increment, column[e], block)
                         b = basis_of(basis, k, block)
-                        x = position(reference, u, nodes[k])
+                        x = position(reference, k, u, nodes[k])
                         normals, gaps = constraints(planes, near, k, b, x, block, slots)
                         flexible = block_of(inverse, k, block)
                         free = flexible @ rest
@@ -194,7 +194,7 @@ def make_solve(block: int, slots: int):
                     for e in range(row_start[k], row_start[k + 1]):
                         rest += block_of(values, e, block) @ segment(increment, column[e], block)
                     b = basis_of(basis, k, block)
-                    x = position(reference, u, nodes[k]) + b @ segment(increment, k, block)
+                    x = position(reference, k, u, nodes[k]) + b @ segment(increment, k, block)
                     normals, gaps = constraints(planes, near, k, b, x, block, slots)
                     left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
                     residual = ti.max(residual, largest(left))

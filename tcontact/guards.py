@@ -44,7 +44,9 @@ class Guards:
                 where = self._worst(state)
                 if over_limit:
                     return Stop("diverged", f"{where} {time}; {remedy}")
-                advice = "refine the mesh there, lower cfl or the impact speed, or use NeoHookean"
+                advice = "refine the mesh there, lower cfl or the impact speed"
+                if state.plan.body.material.law == "st_venant_kirchhoff":
+                    advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
                 return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
         energy = row[1] + row[2] + row[3]

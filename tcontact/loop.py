@@ -136,14 +136,14 @@ class Run:
 
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again now and then as a nonlinear body deforms."""
-        if not any(self.guards.nonlinear):
-            return
+        if not any(self.guards.nonlinear) or not all(np.isfinite(arrays.get(state.u)).all() for state in self.states):
+            return  # what is not finite is for the guards to stop
         jacobian = float(row[PLACE["jacobian_min"]][0])
         crushed = jacobian < self._jacobian - CRUSHED
         if number < self._next_check and not crushed:
             return
         limit = self._limit(products=FEW_PRODUCTS)
-        if self.scheme.dt is not None:
+        if self.scheme.dt is not None or self.over_limit:
             self._warn_over(self.dt, limit)
         elif self.dt > CLOSE * limit:  # an even step is worth more than the cfl number asked for
             self.dt = min(self.scheme.step_size(limit), CLOSE * limit)

@@ -37,6 +37,10 @@ class Plane:
         if self.name is not None and not isinstance(self.name, str):
             raise InputError("Plane.name", self.name, "give a string or None")
 
+    def project(self, position: np.ndarray) -> np.ndarray:
+        """The point [3] of the plane nearest to a position [3] [m]."""
+        return np.asarray(position - ((position - self.point) @ self.normal) * self.normal)
+
     def gap(self, positions: np.ndarray) -> np.ndarray:
         """Signed distance [m] of positions [n, 3], open positive."""
         return np.asarray((positions - self.point) @ self.normal)

@@ -129,5 +129,5 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
                 "MasslessContact.removal",
                 massless.removal,
                 f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours"
-                " with mass; full removal needs three of them that are not in line: use removal='normal' or a finer mesh",
+                " with mass; full removal needs three not in line: use removal='normal' or a finer mesh",
             )

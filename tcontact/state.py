@@ -31,7 +31,7 @@ class BodyState:
         self.contact: ContactTerm | None = None
         if len(plan.boundary):
             self.listed = BoundaryNodes(plan, self.internal_force.special_force)
-            self.contact = make_contact(scene, plan, self.listed, self.reference)
+            self.contact = make_contact(scene, plan, self.listed)
         if self.listed is not None and len(plan.support_rows):
             self.supports = Supports(plan, self.listed)
         self.v = arrays.put(self._massive(self.start_velocity))

@@ -1,4 +1,4 @@
-"""A bar of Poisson's ratio 0 against a wall: the exact solution of the one-dimensional impact (issue table, METHOD 2)."""
+"""A bar of Poisson's ratio 0 against a wall: the exact one-dimensional impact (issue table, METHOD 2)."""
 
 from functools import cache
 
@@ -14,7 +14,7 @@ LENGTH, YOUNG, DENSITY, SPEED = 0.43, 7e9, 2700.0, 3.0
 
 
 def bar_scene(kind, count, gap_steps, contact, axis=0, cross=1, shift=(0.1, -0.4, 1.3)):
-    """A slanted bar of `cross` x `cross` cells, its end `gap_steps` steps of flight from the wall; the exact solution."""
+    """A slanted bar of `cross` x `cross` cells, `gap_steps` steps of flight from the wall; the exact solution."""
     turn, h = meshes.rotation(3), LENGTH / count
     size, cells = [cross * h] * 3, [cross] * 3
     size[axis], cells[axis] = LENGTH, count

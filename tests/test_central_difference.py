@@ -1,5 +1,7 @@
 """The explicit step against the oracle row by row, its order, its way back, and continuing a run (METHOD 2)."""
 
+from itertools import pairwise
+
 import numpy as np
 import oracle
 import pytest
@@ -87,9 +89,7 @@ def test_the_contact_force_converges_with_the_square_of_the_step(kind, removal):
         dt = scene.duration / count / 2**level
         forces.append((simulate(scene, dt=dt).history["contact_force"] @ normal)[:: 2**level])
     rows = min(map(len, forces))
-    differences = [
-        np.linalg.norm(fine[:rows] - coarse[:rows]) for coarse, fine in zip(forces, forces[1:], strict=False)
-    ]
+    differences = [np.linalg.norm(fine[:rows] - coarse[:rows]) for coarse, fine in pairwise(forces)]
     orders = np.log2(np.array(differences[:-1]) / differences[1:])
     assert orders[-1] >= 1.8
     assert orders.mean() >= 1.8

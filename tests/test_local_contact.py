@@ -14,10 +14,6 @@ from scipy.optimize import nnls
 from tcontact.kernels.boundary_nodes import ARRAY
 from tcontact.kernels.local_contact import multipliers
 
-DEPENDENT = pytest.mark.xfail(
-    strict=True, reason="dependent normals: the regularised inverse loses the digits it needs"
-)
-
 
 @functools.cache
 def make_all(block, slots):
@@ -130,7 +126,6 @@ def test_the_potential_is_least():
         assert np.allclose(found[k], dual, rtol=1e-7, atol=1e-8)
 
 
-@DEPENDENT
 @pytest.mark.parametrize("slots", [2, 3])
 def test_equal_walls_share_the_load(slots):
     """The least-norm multipliers of a wall named several times are equal, and together those of one wall."""
@@ -142,7 +137,6 @@ def test_equal_walls_share_the_load(slots):
     assert np.allclose(many.sum(axis=1), one[:, 0], rtol=1e-9, atol=1e-12)
 
 
-@DEPENDENT
 def test_three_walls_through_one_line_take_the_least_norm():
     """Normals in one plane depend on each other: the move is unique, the multipliers the smallest ones."""
     angles = np.radians([30.0, 90.0, 150.0])

@@ -104,11 +104,10 @@ for module in [m for m in sys.modules if m.startswith("tcontact.kernels.")]:
 modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswith("tcontact."))
 print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
-CONTACT = {"static_solve", "massless_node", "local_contact", "contact_load", "surface_cells", "planes"}
-UNUSED = {
-    "bare": CONTACT | {"boundary_nodes", "raster"},
-    "massless": {"contact_load", "raster"},
-    "penalty": {"surface_cells", "raster"},
+UNUSED = {  # parts of names of kernel modules
+    "bare": ("contact", "massless", "static", "surface", "boundary", "raster"),
+    "massless": ("contact_load", "raster"),
+    "penalty": ("massless", "static", "surface", "raster"),
 }
 
 
@@ -121,11 +120,11 @@ def test_kernels_of_other_terms_are_never_imported_or_made(name):
     assert report["ok"]
     kernels = {module.removeprefix("kernels.") for module in report["modules"] if module.startswith("kernels.")}
     assert "internal_force" in kernels
-    assert not kernels & UNUSED[name]
+    assert not [module for module in kernels if any(part in module for part in UNUSED[name])]
     assert not {"render", "plots", "cli"} & set(report["modules"])
     made = {factory: count for factory, count in report["made"].items() if count}
     steps = [factory for factory in made if factory.startswith("internal_force.")]
     assert steps
     assert all(made[factory] == 1 for factory in made), made  # one cell kind, one law, one block: one variant each
     if name == "penalty":
-        assert not [factory for factory in made if factory.startswith(("static_solve.", "contact_load."))]
+        assert not [factory for factory in made if "static" in factory or "massless" in factory]

@@ -97,7 +97,7 @@ def test_ratio_after_deformation(kind, law, products):
     """Compressed to three quarters, sheared and turned; few products from the mode of the estimate before."""
     mesh = block(kind, 3)
     body = tc.Body(mesh, material(law))
-    stretch = np.diag([1.1, 0.95, 0.75 if law == "neo" else 0.9]) + [[0, 0.2, 0], [0, 0, 0], [0.1, 0, 0]]
+    stretch = np.diag([1.1, 0.95, 0.75 if law == "neo" else 0.9]) + np.array([[0, 0.2, 0], [0, 0, 0], [0.1, 0, 0]])
     deformed = mesh.nodes @ (meshes.rotation(1) @ stretch).T - mesh.nodes
     share, estimator = ratio(body, deformed)
     assert 0.9 <= share <= 1.0

@@ -71,7 +71,7 @@ def test_same_equilibrium_as_the_oracle(kind, law, removal, walls, penalty):
     )
     start = pressed(mesh, normals[0], 3e-3)
     found, state = solved(scene, start)
-    assert state.contact.converged
+    assert state.contact.trouble is None
     static, points, loads = problem(scene)
     wanted, table, _, _ = static.solve(np.array(mesh.nodes), start, points, loads)
     assert (table > 0).any()
@@ -120,7 +120,7 @@ def test_static_residual_is_the_largest_unbalanced_component_over_the_reference_
 
 
 def cold(kind, count, sweeps):
-    """Residual after a fixed number of sweeps of a linear body pressed unevenly into the wall, started at rest on it."""
+    """Residual after a fixed number of sweeps of a linear body pressed unevenly into the wall."""
     mesh = tc.box_mesh((0.1,) * 3, (count,) * 3, kind)
     scene = tc.Scene(
         bodies=[tc.Body(mesh, material("linear", poisson=0.3), contact="zmin")],
@@ -134,7 +134,7 @@ def cold(kind, count, sweeps):
     start[inner, 2] = -1e-4 * (1.0 + 0.8 * np.sin(5.0 * x) * np.cos(4.0 * y))[inner]
     start[inner, 0] = 5e-5 * (y * z)[inner]
     _, state = solved(scene, start)
-    stats = state.contact.stats
+    stats = state.contact.static_solve.stats
     assert int(stats[2]) == sweeps
     return float(stats[1])
 
@@ -161,7 +161,6 @@ def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
     assert result.history["static_residual"].max() <= 2e-11
 
 
-@pytest.mark.xfail(strict=True, reason="dependent normals: the regularised inverse loses the digits it needs")
 def test_a_wall_named_twice_changes_nothing():
     once = thrown("neo", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full"))
     twice = tc.Scene(

@@ -33,8 +33,8 @@ def here():
 
 
 def test_one_and_two_threads_give_the_same_bits(here):
-    code = "from tcontact import runtime; runtime.start('cpu', 1); import test_threads; print(*test_threads.digests(), sep='\\n')"
-    done = python(code)
+    code = "from tcontact import runtime; runtime.start('cpu', 1); import test_threads"
+    done = python(code + "\nprint(*test_threads.digests(), sep=chr(10))")
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.splitlines() == here
 

@@ -39,16 +39,20 @@ class ContactTerm:
         """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
         return None
 
-    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
         from ..kernels.planes import nearest_planes, smallest_gap
 
         assert plan.contact is not None
         contact: ContactPlan = plan.contact
         self.listed = listed
-        self.reference = reference
         self.plane_count = len(scene.obstacles)
         self.slots = min(self.plane_count, MOST_SLOTS)
-        self.planes = arrays.put(np.array([[*plane.normal, plane.normal @ plane.point] for plane in scene.obstacles]))
+        centre = plan.reference[contact.nodes].mean(axis=0)
+        self.planes = arrays.put(
+            np.array([[*plane.normal, *(plane.project(centre) - centre)] for plane in scene.obstacles])
+        )
+        self.reference = arrays.put(plan.reference[contact.nodes] - centre)
+        self._all_reference = arrays.put(plan.reference[contact.all_nodes] - centre)
         self.nodes = arrays.put(contact.nodes.astype(np.int32))
         self.all_nodes = arrays.put(contact.all_nodes.astype(np.int32))
         self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
@@ -72,15 +76,15 @@ class ContactTerm:
 
     def gap_min(self, u: arrays.Array) -> float:
         """Smallest gap of the contact set [m]."""
-        self._smallest_gap(self.all_nodes, self.planes, self.plane_count, self.reference, u, self._gap)
+        self._smallest_gap(self.all_nodes, self.planes, self.plane_count, self._all_reference, u, self._gap)
         return float(arrays.get(self._gap)[0])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [item for item in vars(self).values() if hasattr(item, "shape") and item is not self.reference]
+        return [item for item in vars(self).values() if hasattr(item, "shape")]
 
 
-def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> ContactTerm | None:
+def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> ContactTerm | None:
     """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
     from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
 
@@ -89,13 +93,13 @@ def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference:
     if isinstance(scene.contact, MasslessContact):
         from .massless_contact import MasslessContactTerm
 
-        return MasslessContactTerm(scene, plan, listed, reference)
+        return MasslessContactTerm(scene, plan, listed)
     if isinstance(scene.contact, PenaltyContact):
         from .penalty_contact import PenaltyContactTerm
 
-        return PenaltyContactTerm(scene, plan, listed, reference)
+        return PenaltyContactTerm(scene, plan, listed)
     if isinstance(scene.contact, ImpulseContact):
         from .impulse_contact import ImpulseContactTerm
 
-        return ImpulseContactTerm(scene, plan, listed, reference)
+        return ImpulseContactTerm(scene, plan, listed)
     raise InputError("Scene.contact", scene.contact, "unknown contact model")

@@ -15,10 +15,10 @@ class ImpulseContactTerm(ContactTerm):
 
     name = "impulse-contact"
 
-    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
         from ..kernels.contact_load import make_impulse_load
 
-        super().__init__(scene, plan, listed, reference)
+        super().__init__(scene, plan, listed)
         self.kernel = Prepared(make_impulse_load(self.slots))
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:

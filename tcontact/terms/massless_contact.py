@@ -19,10 +19,10 @@ class MasslessContactTerm(ContactTerm):
 
     name = "massless-contact"
 
-    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
         from ..kernels.massless_contact import make_contact_load, make_predict
 
-        super().__init__(scene, plan, listed, reference)
+        super().__init__(scene, plan, listed)
         model, contact = scene.contact, plan.contact
         assert isinstance(model, MasslessContact)
         assert contact is not None

@@ -16,10 +16,10 @@ class PenaltyContactTerm(ContactTerm):
 
     name = "penalty-contact"
 
-    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, reference: arrays.Array) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
         from ..kernels.contact_load import penalty_load
 
-        super().__init__(scene, plan, listed, reference)
+        super().__init__(scene, plan, listed)
         assert isinstance(scene.contact, PenaltyContact)
         assert plan.contact is not None
         self.stiffness = arrays.put(scene.contact.stiffness * plan.contact.areas)

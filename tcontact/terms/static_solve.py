@@ -104,7 +104,7 @@ class StaticSolve:
                     break
             if not np.isfinite(residual) or self._swept() >= LINEARISATIONS * MOST_SWEEPS:
                 break
-        self.converged = residual <= self._bound()
+        self.converged = residual <= self._bound() and not self._lost()
         self.sweeps = self._swept()
         if not self.converged:
             self.message = self._explain(residual)
@@ -172,6 +172,10 @@ class StaticSolve:
             self.stats,
         )
         return float(arrays.get(self.stats)[1])
+
+    def _lost(self) -> bool:
+        """St Venant-Kirchhoff in compression beyond its limit: a node's own tangent is not positive definite."""
+        return self.law == "st_venant_kirchhoff" and not float(arrays.get(self.stats)[3]) > 0.0
 
     def _swept(self) -> int:
         return int(arrays.get(self.stats)[2])

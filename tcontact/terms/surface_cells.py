@@ -17,7 +17,7 @@ from .internal_force import InternalForce
 
 
 class SurfaceCells:
-    """minus_force [cells, corners, 3]: minus the corner forces of the last `measure`; pair_values: K_ab of the pairs."""
+    """minus_force [cells, corners, 3]: minus corner forces of the last `measure`; pair_values: K_ab of the pairs."""
 
     def __init__(self, plan: BodyPlan, graph: ContactGraph, basis: np.ndarray, block: int) -> None:
         from ..kernels.surface_cells import gather_cells, make_surface_tangent
