@@ -19,7 +19,7 @@ from .local_contact import multipliers
 from .massless_node import basis_of, block_of, constraints, largest, segment, unbalanced
 from .planes import position
 
-EPSILON = 8 * 2.220446049250313e-16  # rounding of a displacement or a gap, over its size
+EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 
 
 @functools.cache
