@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import io
 import os
+import time
 from contextlib import redirect_stdout
+from pathlib import Path
 from types import ModuleType
 
 from .errors import InputError
+
+STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
 
 _started: tuple[str, int] | None = None
 
@@ -52,6 +56,8 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         return load()
     ti = load()
     wanted = threads or cores
+    cache = kernel_cache()
+    _drop_stale_lock(cache)
     with redirect_stdout(io.StringIO()):  # it announces itself
         ti.init(
             arch=ti.cuda if arch == "cuda" else ti.cpu,
@@ -59,6 +65,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
             default_ip=ti.i32,
             fast_math=False,
             offline_cache=True,
+            offline_cache_file_path=str(cache),
             cpu_max_num_threads=wanted,
             log_level=ti.ERROR,
             verbose=False,
@@ -67,6 +74,23 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")
     _started = (arch, wanted)
     return ti
+
+
+def kernel_cache() -> Path:
+    """Folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
+    named = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(named) if named else Path(home) / "tcontact" / "kernels"
+
+
+def _drop_stale_lock(cache: Path) -> None:
+    """Remove the lock a killed process left: with it nobody reads or writes the cache any more."""
+    for lock in cache.glob("**/*.lock"):
+        try:
+            if time.time() - lock.stat().st_mtime > STALE_LOCK:
+                lock.unlink()
+        except OSError:
+            pass  # it went away, or is not ours to remove: kernels are compiled anew then
 
 
 def threads() -> int:

@@ -122,18 +122,17 @@ def test_st_venant_kirchhoff_has_a_limit_that_neo_hookean_does_not_have():
         assert "NeoHookean" in hard.message
 
 
-@pytest.mark.xfail(strict=True, reason="the inversion guard speaks first and does not name the law")
 def test_st_venant_kirchhoff_beyond_its_limit_stops_and_names_the_law():
     message = crash("svk", 0.5).message
     assert "StVenantKirchhoff" in message or "st_venant_kirchhoff" in message
 
 
-@pytest.mark.xfail(strict=True, raises=np.linalg.LinAlgError, reason="the stable step of a state that is not finite")
 def test_a_blow_up_between_two_rows_still_ends_as_a_result():
     """The static solve may lose the contact nodes after a sound row: the next look must be a stop, not an exception."""
     result = crash("svk", 0.7, "tet4", "full")
-    assert not result.ok
-    explained(result)
+    assert result.reason in ("not-converged", "inverted-cell", "diverged")
+    assert TIME.search(result.message)
+    assert "NeoHookean" in result.message
 
 
 def test_a_static_solve_without_hope_stops_as_not_converged():
