@@ -51,8 +51,10 @@ class Run:
             contact, penalty = state.plan.contact, None
             if isinstance(scene.contact, PenaltyContact) and contact is not None:
                 penalty = scene.contact.stiffness * contact.areas
-            self.limits.append(StableStep(state.plan, planes, penalty))
+            self.limits.append(StableStep(state.plan, state.internal_force, planes, penalty))
         self.dt_limit = self._limit()
+        if all(state.plan.body.material.linear for state in self.states):
+            self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         self.history = History(history_every)
         self.warnings: list[str] = []

@@ -22,11 +22,14 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 class StableStep:
-    """Estimates the stable step of one body; penalty: extra stiffness kappa A_k along the planes, always closed."""
+    """Estimates the stable step of one body with its force pass.
 
-    def __init__(self, plan: BodyPlan, planes: np.ndarray, penalty: np.ndarray | None) -> None:
+    penalty: extra stiffness kappa A_k [k] of the contact nodes along the normals `planes` [p, 3], taken as closed.
+    """
+
+    def __init__(self, plan: BodyPlan, force: InternalForce, planes: np.ndarray, penalty: np.ndarray | None) -> None:
         self.plan = plan
-        self.force = InternalForce(plan, plan.cells, plan.reference, plan.lumped, np.zeros(0, dtype=np.int64))
+        self.force = force.without_special()
         self.trial = arrays.zeros(3 * len(plan.reference))
         self.answer = arrays.zeros(3 * len(plan.reference))
         self.mass = np.repeat(plan.lumped, 3)
@@ -87,7 +90,7 @@ class StableStep:
             self.start = generator.uniform(-1.0, 1.0, u.size) * relative**4
         current = self.start / np.sqrt(self.start @ (mass * self.start))
         before = np.zeros_like(current)
-        keep = [current]
+        keep = [current.astype(np.float32)]  # only to start the next estimate from
         alphas: list[float] = []
         betas: list[float] = []
         beta = 0.0
@@ -101,7 +104,7 @@ class StableStep:
             if beta <= 1e-9 * max(abs(alpha), abs(alphas[0])):
                 break
             before, current = current, following / beta
-            keep.append(current)
+            keep.append(current.astype(np.float32))
         count = len(alphas)
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
         values, vectors = np.linalg.eigh(matrix)

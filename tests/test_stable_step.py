@@ -9,6 +9,7 @@ from scenes import LAWS, block, material, simulate, thrown, twin, wall
 import tcontact as tc
 from tcontact.plan import plan
 from tcontact.stable_step import StableStep
+from tcontact.terms.internal_force import InternalForce
 
 
 def ratio(body, displacement=None, planes=(), penalty=None, **options):
@@ -17,7 +18,8 @@ def ratio(body, displacement=None, planes=(), penalty=None, **options):
     planned = plan(scene).bodies[0]
     normals = np.array([plane.normal for plane in planes])
     stiffness = penalty * planned.contact.areas if penalty else None
-    estimator = StableStep(planned, normals, stiffness)
+    force = InternalForce(planned, planned.cells, planned.reference, planned.lumped, planned.boundary)
+    estimator = StableStep(planned, force, normals, stiffness)
     u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
     estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
     there = twin(body)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from .. import arrays
@@ -9,6 +11,7 @@ from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, pack_cells
 from ..plan import BodyPlan
 
+CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), mass-weighted displacement (3)
 
 
@@ -28,7 +31,8 @@ class InternalForce:
 
         kind, material = plan.body.mesh.kind, plan.body.material
         packs = pack_cells(cells, len(reference), WIDTHS[kind])
-        self.kernel = Prepared(make_step(kind, material.law))
+        self.step = make_step(kind, material.law)
+        self.kernel = Prepared(self.step)
         self.gravity = plan.gravity
         self.lame = (material.lame_lambda, material.lame_mu)
         self.connectivity = arrays.put(packs.connectivity)
@@ -71,6 +75,13 @@ class InternalForce:
             self.node_sums,
             self.cell_sums,
         )
+
+    def without_special(self) -> InternalForce:
+        """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
+        other = copy(self)
+        other.info = arrays.put(arrays.get(self.info) & CHUNK_BITS)
+        other.kernel = Prepared(self.step)
+        return other
 
     def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
         """out += -f(u) / mass at ordinary nodes; u stays as it is."""
