@@ -21,11 +21,9 @@ import functools
 
 import taichi as ti
 
-from ..packing import TABLE, WIDTHS
 from . import cells, laws
-
-real_array = ti.types.ndarray(dtype=ti.f64, ndim=1)
-index_array = ti.types.ndarray(dtype=ti.i32, ndim=1)
+from .arguments import ARRAY, INDEX
+from .lanes import TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
@@ -201,19 +199,19 @@ def make_step(kind: str, law: str, width: int | None = None):
 
     @ti.kernel
     def step(
-        connectivity: index_array,
+        connectivity: INDEX,
         cell_count: ti.i32,
-        chunk_table: index_array,
-        node_info: index_array,
-        position: real_array,
-        mass: real_array,
-        params: real_array,
-        u: real_array,
-        v: real_array,
-        rows: real_array,
-        special_force_out: real_array,
-        node_sums_out: real_array,
-        cell_sums_out: real_array,
+        chunk_table: INDEX,
+        node_info: INDEX,
+        position: ARRAY,
+        mass: ARRAY,
+        params: ARRAY,
+        u: ARRAY,
+        v: ARRAY,
+        rows: ARRAY,
+        special_force_out: ARRAY,
+        node_sums_out: ARRAY,
+        cell_sums_out: ARRAY,
     ):
         cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums_out, params, GRAIN)
         node_phase(

@@ -12,8 +12,8 @@ import taichi as ti
 # W is regularised and the solution refined (proximal iteration): from lambda = 0 it reaches the least-norm multipliers
 # of linearly dependent normals, with an error of DEPENDENT^(REFINEMENTS + 1)
 DEPENDENT = 1e-5
-REFINEMENTS = 3
-TIE = 1e-11  # of the largest gap in play
+REFINEMENTS = 4
+TIE = 1e-8  # of the largest gap in play
 
 
 @ti.func
@@ -39,21 +39,22 @@ def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
             mask = 2**slots - 1 - trial
             matrix = ti.Matrix.identity(ti.f64, slots)
             right = ti.Vector.zero(ti.f64, slots)
-            shift = ti.Vector.zero(ti.f64, slots)
             for p in ti.static(range(slots)):
                 if (mask >> p) & 1 == 1:
                     right[p] = -start[p]
                     if coupling[p, p] > 0.0:
-                        shift[p] = DEPENDENT * coupling[p, p]
                         for q in ti.static(range(slots)):
                             if (mask >> q) & 1 == 1:
                                 matrix[p, q] = coupling[p, q]
-                        matrix[p, p] = coupling[p, p] + shift[p]
+                        matrix[p, p] = coupling[p, p] * (1.0 + DEPENDENT)
             solve = matrix.inverse()
             guess = solve @ right
-            for _ in range(REFINEMENTS):
-                guess = solve @ (right + shift * guess)
             rest = start + coupling @ guess
+            for _ in range(REFINEMENTS):
+                for p in ti.static(range(slots)):
+                    right[p] = ti.select((mask >> p) & 1 == 1 and coupling[p, p] > 0.0, -rest[p], 0.0)
+                guess += solve @ right
+                rest = start + coupling @ guess
             violation = 0.0
             for p in ti.static(range(slots)):
                 if (mask >> p) & 1 == 1:

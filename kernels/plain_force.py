@@ -11,7 +11,7 @@ import functools
 import taichi as ti
 
 from . import cells, laws
-from .internal_force import index_array, real_array
+from .arguments import ARRAY, INDEX
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
@@ -78,9 +78,7 @@ def make_plain_force(kind: str, law: str):
     law_of = laws.LAWS[law]
 
     @ti.kernel
-    def plain_force(
-        connectivity: index_array, position: real_array, params: real_array, u: real_array, force_out: real_array
-    ):
+    def plain_force(connectivity: INDEX, position: ARRAY, params: ARRAY, u: ARRAY, force_out: ARRAY):
         for cell in range(connectivity.shape[0] // corners):
             node = [3 * connectivity[cell * corners + k] for k in range(corners)]
             x = [[position[i + c] for i in node] for c in range(3)]

@@ -10,13 +10,13 @@ the first one stays, whatever the number of threads.
 
 import taichi as ti
 
+from .arguments import ARRAY, INDEX
+
 BAND = 32  # rows of one thread
 SPREAD = 512  # iterations Taichi gives a thread at least: one band each
 TABLE = 256  # colours in one colour table
 
-Real = ti.types.ndarray(dtype=ti.f64, ndim=1)
 Single = ti.types.ndarray(dtype=ti.f32, ndim=1)
-Whole = ti.types.ndarray(dtype=ti.i32, ndim=1)
 Byte = ti.types.ndarray(dtype=ti.u8, ndim=1)
 
 
@@ -37,17 +37,17 @@ def draw_triangles(
     width: ti.i32,
     height: ti.i32,
     line: ti.f64,
-    x: Real,
-    y: Real,
-    w: Real,
-    value: Real,
-    light: Real,
-    table: Whole,
-    edges: Whole,
-    ink: Real,
+    x: ARRAY,
+    y: ARRAY,
+    w: ARRAY,
+    value: ARRAY,
+    light: ARRAY,
+    table: INDEX,
+    edges: INDEX,
+    ink: ARRAY,
     colours: Single,
     depth_out: Single,
-    pixel_out: Whole,
+    pixel_out: INDEX,
 ):
     """Draw triangles into a depth and a colour buffer, on top of what the buffers hold.
 
@@ -122,7 +122,7 @@ def draw_triangles(
 
 
 @ti.kernel
-def clear(cells: ti.i32, depth_out: Single, pixel_out: Whole):
+def clear(cells: ti.i32, depth_out: Single, pixel_out: INDEX):
     """Empty the buffers: out depth_out, pixel_out [cells] = 0."""
     for i in range(cells):
         depth_out[i] = 0.0
@@ -135,7 +135,7 @@ def resolve(
     height: ti.i32,
     factor: ti.i32,
     ground: ti.i32,
-    pixel: Whole,
+    pixel: INDEX,
     background: Single,
     shade: Single,
     image_out: Byte,

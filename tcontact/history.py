@@ -116,6 +116,7 @@ class History:
         result["friction_work"] = np.zeros(len(rows))
         result["energy"] = result["kinetic"] + result["elastic"] + result["contact"] - result["external_work"]
         scale = self.reference_energy
-        change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)
+        with np.errstate(invalid="ignore"):  # a run that blew up
+            change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)
         result["energy_error"] = change / scale if scale > 0.0 else change
         return {name: result[name] for name in COLUMNS}

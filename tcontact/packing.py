@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
+from .kernels.lanes import CHUNKS, TABLE, WIDTHS
 
-CHUNKS = 8
-WIDTHS = {"hex8": 8, "tet4": 8}
-TABLE = 4  # numbers per chunk in chunk_table: first pack, end pack, row base (row = base + node), unused
+__all__ = ["CHUNKS", "TABLE", "WIDTHS", "CellPacks", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
 

@@ -142,7 +142,6 @@ def test_a_wall_named_several_times_pushes_as_one(slots):
     assert np.allclose(many.sum(axis=1), one, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="rounding of the largest active set exceeds the tie: a smaller one may win")
 @pytest.mark.parametrize("slots", [2, 3])
 def test_equal_walls_share_the_load(slots):
     """The least-norm multipliers are equal."""
