@@ -130,7 +130,8 @@ def make_solve(block: int, slots: int):
     """Gauss-Seidel sweeps until the residual of the linearised problem is small, then x_K += B d.
 
     Down to `tolerance` it may take most_sweeps, on to the smaller `aim` only polishing_sweeps: where compression makes
-    K_KK lose definiteness, endless sweeps would follow the unstable mode.
+    K_KK lose definiteness, endless sweeps would follow the unstable mode. No node moves further than `reach` [m]; from
+    gaps >= 0 a part of a feasible increment is feasible.
     """
 
     @ti.kernel
@@ -151,6 +152,7 @@ def make_solve(block: int, slots: int):
         most_sweeps: ti.i32,
         aim: ti.f64,
         tolerance: ti.f64,
+        reach: ti.f64,
         u: ARRAY,
         increment: ARRAY,
         active_out: INDEX,
@@ -199,8 +201,12 @@ def make_solve(block: int, slots: int):
                     left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
                     residual = ti.max(residual, largest(left))
                 residual /= stats[0]
+            longest = 0.0
             for k in range(count):
-                move = basis_of(basis, k, block) @ segment(increment, k, block)
+                longest = ti.max(longest, segment(increment, k, block).norm())
+            part = ti.min(1.0, reach / ti.max(longest, 1e-300))
+            for k in range(count):
+                move = part * (basis_of(basis, k, block) @ segment(increment, k, block))
                 for j in ti.static(range(3)):
                     u[3 * nodes[k] + j] = u[3 * nodes[k] + j] + move[j]
             stats[1] = residual

@@ -143,3 +143,15 @@ def _node_marks(count: int) -> KeyArray:
     mark = (mark ^ (mark >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     mark = (mark ^ (mark >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return mark ^ (mark >> np.uint64(31))
+
+
+EDGES = {
+    8: ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)),
+    4: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+}
+
+
+def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
+    """Length of the shortest edge [m] of the cells [m, 8|4]."""
+    edges = EDGES[cells.shape[1]]
+    return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)

@@ -47,11 +47,12 @@ class Recorder:
             {"kind": "plane", "point": obstacle.point.tolist(), "normal": obstacle.normal.tolist()}
             for obstacle in scene.obstacles
         ]
+        self.attributes: dict[str, Any] = {"title": title, "obstacles": planes}
         self.file = ResultFile.create(
             folder / FILE,
             points,
             blocks,
-            attributes={"title": title, "obstacles": planes},
+            attributes=self.attributes,
             static_cell_data={"body": bodies} if len(scene.bodies) > 1 else None,
         )
 
@@ -81,5 +82,5 @@ class Recorder:
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file."""
         self.file.write_history(history)
-        self.file.write_attributes(attributes)
+        self.file.write_attributes(self.attributes | attributes)
         self.file.close()

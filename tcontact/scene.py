@@ -15,6 +15,7 @@ from .contact_models import ContactModel, ImpulseContact, MasslessContact, Penal
 from .errors import InputError
 from .materials import Material
 from .mesh import Mesh
+from .mesh_geometry import shortest_edge
 from .obstacles import Plane
 
 
@@ -195,7 +196,7 @@ class Scene:
     def _check_start(self, index: int, body: Body) -> None:
         if body.contact is None:
             return
-        allowed = 1e-6 * smallest_edge(body.mesh)
+        allowed = 1e-6 * shortest_edge(body.mesh.nodes, body.mesh.cells)
         for number, obstacle in enumerate(self.obstacles):
             gap = obstacle.gap(body.mesh.nodes)
             node = int(np.argmin(gap))
@@ -224,17 +225,3 @@ class Scene:
     def label(self, index: int) -> str:
         """Name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
-
-
-def smallest_edge(mesh: Mesh) -> float:
-    """Shortest edge of the mesh [m], the length that start overlaps are judged by."""
-    return min(
-        float(np.linalg.norm(mesh.nodes[mesh.cells[:, a]] - mesh.nodes[mesh.cells[:, b]], axis=1).min())
-        for a, b in EDGES[mesh.kind]
-    )
-
-
-EDGES = {
-    "hex8": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)),
-    "tet4": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-}

@@ -7,18 +7,21 @@ import numpy as np
 from .. import arrays
 from ..contact_models import MasslessContact
 from ..launch import Prepared
+from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
 from .contact import ContactTerm
 from .surface_cells import SurfaceCells
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-8  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
-LEFT = 1e-7  # what the last use of a tangent may leave of the residual of a nonlinear law
+LEFT = 1e-8  # what the last use of a tangent may leave of the residual of a nonlinear law
 USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
 SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one
+MORE_SWEEPS = 5  # at least this many in the further linearisations of a step
 POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per linearisation of a nonlinear law
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
+REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -52,6 +55,7 @@ class StaticSolve:
         self.left = LEFT if model.tolerance is None else 0.0
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         self.least_force = LEAST_FORCE * stiffness * float(contact.areas.mean())
+        self.reach = 1e300 if material.linear else REACH * shortest_edge(plan.reference, plan.cells[graph.cells])
         self.cells = SurfaceCells(plan, graph, contact.basis, block)
 
         count = len(contact.nodes)
@@ -87,10 +91,12 @@ class StaticSolve:
         stats[2] = 0.0
         arrays.set_values(self.stats, stats)
         residual = self._measure(u)
+        sweeps = self.least_sweeps
         while True:
             if self.stale:
                 self._linearise()
-            before, residual = residual, self._sweep(u)
+            before, residual = residual, self._sweep(u, sweeps)
+            sweeps = min(sweeps, MORE_SWEEPS)
             if self.linear:
                 break
             residual = self._measure(u)
@@ -100,7 +106,7 @@ class StaticSolve:
                 enough = residual <= max(self.aim, self._rounding())
                 if enough or contraction * residual <= self.left or (contraction > SLOW and self.left > 0.0):
                     if residual > self.aim:
-                        self._sweep(u)
+                        self._sweep(u, sweeps)
                     break
             if not np.isfinite(residual) or self._swept() >= LINEARISATIONS * MOST_SWEEPS:
                 break
@@ -146,7 +152,7 @@ class StaticSolve:
         )
         self.stale = False
 
-    def _sweep(self, u: arrays.Array) -> float:
+    def _sweep(self, u: arrays.Array, sweeps: int) -> float:
         """Solve for the increment and add it to u; returns the residual of the linearised problem."""
         term = self.term
         self._solve(
@@ -161,11 +167,12 @@ class StaticSolve:
             self.values,
             self.inverse,
             self.right,
-            self.least_sweeps,
+            sweeps,
             POLISHING_SWEEPS,
             MOST_SWEEPS if self.linear else POLISHING_SWEEPS,
             self.aim,
             self.tolerance,
+            self.reach,
             u,
             self.increment,
             self.active,
