@@ -29,6 +29,32 @@ CLOSE = 0.95  # a step larger than this share of the present stable step is shor
 CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
 
 
+class Snapshot:
+    """The state at level n: taken before the step that starts there, complete once the step is done.
+
+    v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
+    """
+
+    def __init__(self, states: list[BodyState], before: float, after: float, dt: float) -> None:
+        self.states = states
+        self.share = before / (before + after) if before + after > 0.0 else 0.0
+        self.displacements = [state.displacement() for state in states]
+        self._halves = [state.half_step_velocity() for state in states]
+        self._massless = [state.massless_velocity(before or dt) for state in states]
+
+    def velocities(self) -> list[np.ndarray]:
+        """v^n [n, 3] of every body in the user's numbering."""
+        parts = zip(self.states, self._halves, self._massless, strict=True)
+        return [
+            state.velocity(old + self.share * (state.half_step_velocity() - old), massless)
+            for state, old, massless in parts
+        ]
+
+    def fields(self) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+        """Displacements, velocities and contact forces of every body."""
+        return self.displacements, self.velocities(), [state.contact_force() for state in self.states]
+
+
 class Run:
     """One run: bodies, step size, history."""
 
@@ -78,72 +104,61 @@ class Run:
         warnings.warn(text, RuntimeWarning, stacklevel=4)
 
     def go(self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float) -> Result:
-        """All steps; returns the result."""
-        steps = max(1, int(np.ceil(self.scene.duration / self.dt * (1.0 - 1e-9))))
-        written = (
-            set(np.round(np.linspace(0, steps, frames)).astype(int)) if frames > 1 else {steps} if frames else set()
-        )
-        first_dt, before, time, row_number = self.dt, 0.0, 0.0, 0
-        stop: Stop | None = None
-        last: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
-        compiled = started
+        """All steps; returns the result. frames: how many to record; started: when the call of the user began."""
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        end = self.scene.duration * (1.0 - 1e-9)
+        steps = max(1, int(np.ceil(end / self.dt)))
+        due = (
+            list(np.round(np.linspace(0, steps, frames)[:-1]) * self.dt) if frames > 1 else []
+        )  # the last row comes anyway
+        first_dt, before, time, row_number, output = self.dt, 0.0, 0.0, 0, 0.0
+        compiled = started
         with interrupts() as interrupted:
             for state in self.states:
                 self.scheme.begin(state, self.dt)
             while True:
-                final = time >= self.scene.duration * (1.0 - 1e-9) or interrupted() or stop is not None
+                cut = interrupted()
+                final = time >= end or cut
                 after = 0.0 if final else self.dt
-                keep = final or row_number in written
-                if keep:
-                    us = [state.displacement() for state in self.states]
-                    halves = [state.half_step_velocity() for state in self.states]
-                    loose = [state.massless_velocity(before or self.dt) for state in self.states]
+                frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
+                snapshot = Snapshot(self.states, before, after, self.dt) if final or frame else None
                 for state in self.states:
                     self.scheme.step(state, before, after)
                 rows = [state.row(time) for state in self.states]
                 row = _total(rows)
                 self.history.add(row)
-                if keep:
-                    share = before / (before + after) if before + after > 0.0 else 0.0
-                    vs = [
-                        state.velocity(old + share * (state.half_step_velocity() - old), free)
-                        for state, old, free in zip(self.states, halves, loose, strict=True)
-                    ]
-                    last = us, vs
-                    if recorder is not None and (row_number in written or (final and frames > 0)):
-                        recorder.frame(time, us, vs, [state.contact_force() for state in self.states])
                 if row_number == 0:
-                    compiled = perf_counter()
-                if final:
-                    if interrupted() and time < self.scene.duration * (1.0 - 1e-9) and stop is None:
-                        stop = Stop(
-                            "interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept"
-                        )
-                    break
+                    compiled, output = perf_counter(), 0.0
                 stop = self.guards.check(row, rows, self.history, self.over_limit)
-                if stop is not None:
+                if snapshot is not None and frame and recorder is not None:
+                    writing = perf_counter()
+                    recorder.frame(time, *snapshot.fields())
+                    output += perf_counter() - writing
+                    due = [when for when in due if when - 0.5 * self.dt > time]
+                if stop is not None or final:
                     break
                 self._watch(row, row_number)
                 before, time, row_number = after, time + after, row_number + 1
                 bar.update(time)
+        wall = perf_counter() - compiled - output
         self.history.finish()
-        if stop is not None and stop.reason != "interrupted":
-            last = (
-                [state.displacement() for state in self.states],
-                [state.velocity(state.half_step_velocity(), None) for state in self.states],
-            )
-        return self._result(stop, row_number, time, first_dt, last, compiled - started, perf_counter() - compiled)
+        if stop is None and time < end:
+            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
+        if snapshot is None:
+            snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
+        return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
 
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again now and then as a nonlinear body deforms."""
-        if not any(self.guards.nonlinear) or not all(np.isfinite(arrays.get(state.u)).all() for state in self.states):
-            return  # what is not finite is for the guards to stop
+        if not any(self.guards.nonlinear):
+            return
         jacobian = float(row[PLACE["jacobian_min"]][0])
         crushed = jacobian < self._jacobian - CRUSHED
         if number < self._next_check and not crushed:
             return
+        if not all(np.isfinite(arrays.get(state.u)).all() for state in self.states):
+            return  # for the guards to stop at the next row
         limit = self._limit(products=FEW_PRODUCTS)
         if self.scheme.dt is not None or self.over_limit:
             self._warn_over(self.dt, limit)
@@ -161,7 +176,7 @@ class Run:
         steps: int,
         time: float,
         dt: float,
-        last: tuple[list[np.ndarray], list[np.ndarray]],
+        last: Snapshot,
         compile_s: float,
         wall_s: float,
     ) -> Result:
@@ -183,8 +198,10 @@ class Run:
             cell_updates_per_s=cells * steps / wall_s if wall_s > 0.0 else 0.0,
             memory=memory,
             terms=self.planned.terms,
-            position=np.concatenate([body.mesh.nodes + u for body, u in zip(self.scene.bodies, last[0], strict=True)]),
-            velocity=np.concatenate(last[1]),
+            position=np.concatenate(
+                [body.mesh.nodes + u for body, u in zip(self.scene.bodies, last.displacements, strict=True)]
+            ),
+            velocity=np.concatenate(last.velocities()),
             contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
             history=self.history.columns(),
             scene=self.scene,

@@ -16,7 +16,8 @@ class Result:
 
     ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | interrupted; message:
     what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit [s]: the stable step of the start;
-    wall_s, compile_s [s]: time of the steps, and of everything before (planning, compiling, the first step);
+    wall_s, compile_s [s]: time of the steps without writing frames, and of everything before (planning, compiling, the
+    first step);
     cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
     history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS;

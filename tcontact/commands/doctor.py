@@ -22,6 +22,7 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what is found; exit code 1 if the self test fails."""
+    from .. import runtime
     from ..report import versions
 
     for name, version in versions().items():
@@ -31,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{'libX11':<14}{'found' if library else 'missing; Taichi needs it: apt-get install libx11-6'}")
     if not library:
         return 1
-    cache = kernel_cache()
+    cache = runtime.kernel_cache()
     print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
     print(f"{'CUDA':<14}{cuda()}")
     return self_test()
@@ -71,11 +72,6 @@ def has_library(name: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def kernel_cache() -> Path:
-    """Folder in which Taichi keeps compiled kernels."""
-    return Path(os.environ.get("TI_OFFLINE_CACHE_FILE_PATH", Path.home() / ".cache" / "taichi" / "ticache"))
 
 
 def cuda() -> str:

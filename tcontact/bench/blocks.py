@@ -1,0 +1,55 @@
+"""The scenes that are timed: a soft cube that quivers and, where contact is timed, strikes a wall from the first step on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import materials
+from ..contact_models import MasslessContact
+from ..mesh import Mesh
+from ..mesh_box import box_mesh
+from ..obstacles import Plane
+from ..scene import Body, Scene
+
+MATERIALS = {
+    "neo-hookean": materials.NeoHookean,
+    "linear": materials.LinearElastic,
+    "st-venant-kirchhoff": materials.StVenantKirchhoff,
+}
+LENGTH = 0.1  # [m]
+SPEED = 10 / 3.6  # [m/s]
+YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
+
+
+def material(law: str) -> materials.Material:
+    """The soft material of the main case, with the named law."""
+    return MATERIALS[law](young=YOUNG, poisson=POISSON, density=DENSITY)
+
+
+def block(kind: str, law: str, size: int, contact: str = "none", duration: float = 1e-9) -> Scene:
+    """A cube of size^3 hexes (or six tets for each) flying down, sheared by standing waves of half its speed.
+
+    contact: "none" = the same cube with nothing in its way, else the removal of its massless contact with a wall that
+    it touches at the start.
+    """
+    mesh = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=kind)
+    touching = contact != "none"
+    body = Body(mesh, material(law), velocity=_velocity, contact="zmin" if touching else None, name="block")
+    if not touching:
+        return Scene(bodies=[body], duration=duration)
+    return Scene([body], [Plane()], duration, contact=MasslessContact(removal=contact))
+
+
+def _velocity(nodes: np.ndarray) -> np.ndarray:
+    wave = np.cos(np.pi * nodes / LENGTH)[:, [1, 2, 0]]
+    return 0.5 * SPEED * wave - SPEED * np.array([0.0, 0.0, 1.0])
+
+
+def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
+    """A cube with every node moved at random by up to 0.15 of a cell, and random displacements [n, 3] of 0.05 [m]."""
+    random = np.random.default_rng(seed)
+    h = LENGTH / size
+    box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=kind)
+    nodes = box.nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
+    scene = Scene([Body(Mesh(nodes, box.cells, kind), material(law), name="shaken")], duration=1.0)
+    return scene, 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
