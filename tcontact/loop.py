@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from . import arrays
-from .contact_models import PenaltyContact
+from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
 from .history import PLACE, WIDTH, History
@@ -143,11 +143,19 @@ class Run:
                 bar.update(time)
         wall = perf_counter() - compiled - output
         self.history.finish()
+        self._warn_held(row)
         if stop is None and time < end:
             stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
         return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+
+    def _warn_held(self, row: np.ndarray) -> None:
+        """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
+        gap = float(row[PLACE["gap_min"]][0])
+        exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
+        if exact and gap < -1e-6 * max(abs(float(state.plan.reference.max())) for state in self.states):
+            self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again now and then as a nonlinear body deforms."""

@@ -103,23 +103,10 @@ class Plan:
         return (*found, "ledger")
 
     def describe(self) -> str:
-        """Terms, sizes and choices of the run, a line each."""
-        lines = ["terms: " + ", ".join(self.terms)]
-        for body in self.bodies:
-            mesh, law = body.body.mesh, body.body.material.law
-            line = f"{body.label}: {mesh.cell_count} {mesh.kind} cells, {mesh.node_count} nodes, {law}"
-            if len(body.boundary):
-                line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
-            if body.contact is not None:
-                line += f"; {len(body.contact.nodes)} contact nodes"
-                if body.contact.graph is not None:
-                    graph = body.contact.graph
-                    line += (
-                        f" without mass ({body.contact.removal} removal, {body.contact.block} components a node,"
-                        f" {len(graph.cells)} contact cells, {graph.colours} colours)"
-                    )
-            lines.append(line)
-        return "\n".join(lines)
+        """Terms, sizes, kernels and bytes of the run, before anything is allocated."""
+        from .describe import describe
+
+        return describe(self)
 
 
 def plan(scene: Scene) -> Plan:
@@ -142,9 +129,10 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     massless: MasslessNodes | None = None
     if touching and isinstance(scene.contact, MasslessContact):
         massless = massless_nodes(scene, body)
-        check_clusters(body, massless)
-        moved = redistribute(mesh, masses, massless, free, scene.contact.depth)
-        tensors = {"nodes": moved.nodes, "values": moved.tensors}
+        if len(massless.nodes):
+            check_clusters(body, massless)
+            moved = redistribute(mesh, masses, massless, free, scene.contact.depth)
+            tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
     if touching:
@@ -187,6 +175,9 @@ def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray,
     if massless is None:
         order = np.argsort(place[everyone])
         return ContactPlan(place[everyone][order], place[everyone][order], areas[everyone][order])
+    if len(massless.nodes) == 0:
+        none = np.zeros(0)
+        return ContactPlan(massless.nodes, np.sort(place[everyone]), none, massless.removal)
     internal = place[massless.nodes]
     order = np.argsort(internal)
     graph = contact_graph(cells, internal[order], body.mesh.node_count)

@@ -104,14 +104,19 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
         for axes, (label, history), color in zip(grid[row], runs.items(), (BLUE, RED, GREEN, ORANGE), strict=False):
             axes.plot(history["time"] / unit[0], column(history) / factor, color=color, lw=0.8)
             if row == 0:
-                swing = np.abs(np.diff(column(history))).sum() / max(2.0 * np.nanmax(column(history)), 1e-300)
                 error = float(np.nanmax(np.abs(history["energy_error"])))
-                figures = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {swing:.3g}, energy error {error:.1e}"
+                up_and_down = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {unrest(column(history)):.3g}"
+                figures = f"{up_and_down}, energy error {error:.1e}"
                 axes.set_title(f"{label}\n{len(history['time']) - 1} steps, {figures}", fontsize=9)
         grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{unit[1]}]")
     figure.savefig(path)
+
+
+def unrest(force: np.ndarray) -> float:
+    """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
+    return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))
 
 
 def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:

@@ -108,7 +108,8 @@ class BodyState:
         """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result = np.zeros((len(self.plan.reference), 3))
         if self.contact is not None and self.plan.contact is not None:
-            result[self.plan.contact.nodes] = arrays.get(self.contact.contact_force).reshape(-1, 3)
+            nodes = self.plan.contact.nodes
+            result[nodes] = arrays.get(self.contact.contact_force)[: 3 * len(nodes)].reshape(-1, 3)
         return self._to_user(result)
 
     def contact_areas(self) -> np.ndarray:

@@ -129,3 +129,22 @@ def test_kernels_of_other_terms_are_never_imported_or_made(name):
     assert all(made[factory] == 1 for factory in made), made  # one cell kind, one law, one block: one variant each
     if name == "penalty":
         assert not [factory for factory in made if "static" in factory or "massless" in factory]
+
+
+@pytest.mark.parametrize("name", sorted(SCENES))
+def test_the_plan_names_its_terms_and_foresees_the_memory(name):
+    """describe() lists the terms; what it says a term will take is what the run takes, to a fifth."""
+    from tcontact.describe import memory
+
+    scene = SCENES[name][0]
+    planned = tc.plan(scene)
+    text = planned.describe()
+    assert all(term in text for term in planned.terms)
+    taken = simulate(scene).memory
+    foreseen = {}
+    for body in planned.bodies:
+        for term, size in memory(planned, body).items():
+            foreseen[term] = foreseen.get(term, 0) + size
+    assert set(foreseen) == set(taken)
+    for term, size in taken.items():
+        assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term

@@ -17,6 +17,8 @@ MOST_SLOTS = 3  # planes that can hold one node at a time
 class ContactTerm:
     """Contact of one body with the planes of the scene; the contact nodes are the first boundary nodes.
 
+    By itself it only checks gaps, which is all there is to do where supports hold every node against the obstacle.
+
     Subclasses fill in `load`: `contact_force` [k, 3], `totals` (force (3), energy, pressing nodes, static residual).
     """
 
@@ -47,7 +49,7 @@ class ContactTerm:
         self.listed = listed
         self.plane_count = len(scene.obstacles)
         self.slots = min(self.plane_count, MOST_SLOTS)
-        centre = plan.reference[contact.nodes].mean(axis=0)
+        centre = plan.reference[contact.all_nodes].mean(axis=0)
         self.planes = arrays.put(
             np.array([[*plane.normal, *(plane.project(centre) - centre)] for plane in scene.obstacles])
         )
@@ -64,7 +66,6 @@ class ContactTerm:
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""
-        raise NotImplementedError
 
     def close(self, u: arrays.Array, before: float, after: float) -> None:
         """Place what has no mass after the drift; before, after [s]: the steps before and after level n."""
@@ -88,8 +89,10 @@ def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> Contact
     """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
     from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
 
-    if plan.contact is None or len(plan.contact.nodes) == 0:
+    if plan.contact is None:
         return None
+    if len(plan.contact.nodes) == 0:  # supports hold every node of the set along the normals
+        return ContactTerm(scene, plan, listed)
     if isinstance(scene.contact, MasslessContact):
         from .massless_contact import MasslessContactTerm
 

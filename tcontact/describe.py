@@ -1,0 +1,93 @@
+"""A plan in words: terms, sizes, kernels and bytes, before anything is allocated."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .packing import WIDTHS, pack_cells
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .plan import BodyPlan, Plan
+
+REAL, WHOLE = 8, 4  # bytes of a number
+SYMMETRIC = 6
+
+
+def describe(plan: Plan) -> str:
+    """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
+    lines = ["terms: " + ", ".join(plan.terms)]
+    for body in plan.bodies:
+        lines.append(_body(body))
+        lines.append("  kernels: " + ", ".join(kernels(plan, body)))
+        sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, body).items()]
+        lines.append("  memory: " + ", ".join(sizes))
+    return "\n".join(lines)
+
+
+def _body(body: BodyPlan) -> str:
+    mesh = body.body.mesh
+    line = f"{body.label}: {mesh.cell_count} {mesh.kind} cells, {mesh.node_count} nodes, {body.body.material.law}"
+    if len(body.boundary):
+        line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
+    contact = body.contact
+    if contact is not None:
+        line += f"; {len(contact.nodes)} contact nodes"
+        if contact.graph is not None:
+            line += (
+                f" without mass ({contact.removal} removal, {contact.block} components a node,"
+                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours)"
+            )
+    return line
+
+
+def kernels(plan: Plan, body: BodyPlan) -> list[str]:
+    """Names of the kernels a step of the body launches."""
+    names = [f"step({body.body.mesh.kind}, {body.body.material.law})"]
+    if len(body.boundary):
+        names.append("kick_and_drift")
+    if len(body.support_rows):
+        names.append("support_reactions")
+    if body.contact is not None:
+        names.append("smallest_gap")
+        if body.contact.graph is not None:
+            names += ["predict", "gather_cells", "assemble", "surface_tangent", "blocks", "solve", "contact_load"]
+        elif len(body.contact.nodes):
+            names.append({"penalty-contact": "penalty_load"}.get(plan.contact_term or "", "impulse_load"))
+    return names
+
+
+def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
+    """Bytes by term that the body will take, as in `Result.memory`."""
+    nodes = len(body.reference)
+    listed = len(body.boundary)
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(body, body.cells, nodes)}
+    if listed:
+        result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
+    if len(body.support_rows):
+        result["supports"] = len(body.support_rows) * (2 * WHOLE + REAL)
+    contact = body.contact
+    if contact is not None:
+        slots, planes, count = min(len(plan.scene.obstacles), 3), len(plan.scene.obstacles), len(contact.nodes)
+        size = (
+            6 * REAL * planes + count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
+        )
+        if contact.graph is not None:
+            graph, block = contact.graph, contact.block
+            corners = graph.cells.size * body.cells.shape[1]
+            size += count * REAL * (3 * block + 1 + 3 * block + block * block)
+            size += len(graph.column) * (2 * WHOLE + REAL * block * block)
+            size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
+            size += corners * (2 * WHOLE + 2 * 3 * REAL + 12 * REAL)
+        result[plan.contact_term or "contact"] = size
+    return result
+
+
+def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
+    packs = pack_cells(cells, nodes, WIDTHS[body.body.mesh.kind])
+    return packs.nbytes + nodes * 4 * REAL
+
+
+def _readable(size: int) -> str:
+    return f"{size / 1e6:.3g} MB" if size >= 1e5 else f"{size / 1e3:.3g} kB"
