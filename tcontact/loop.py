@@ -143,7 +143,8 @@ class Run:
                 bar.update(time)
         wall = perf_counter() - compiled - output
         self.history.finish()
-        self._warn_held(row)
+        if stop is None:
+            self._warn_held(row)
         if stop is None and time < end:
             stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
         if snapshot is None:
@@ -153,8 +154,9 @@ class Run:
     def _warn_held(self, row: np.ndarray) -> None:
         """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
         gap = float(row[PLACE["gap_min"]][0])
+        held = any(len(state.plan.support_rows) for state in self.states)
         exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
-        if exact and gap < -1e-6 * max(abs(float(state.plan.reference.max())) for state in self.states):
+        if held and exact and gap < -1e-6 * max(abs(float(state.plan.reference.max())) for state in self.states):
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def _watch(self, row: np.ndarray, number: int) -> None:
