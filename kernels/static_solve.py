@@ -19,6 +19,7 @@ from .local_contact import multipliers
 from .massless_node import basis_of, block_of, constraints, largest, segment, unbalanced
 from .planes import position
 
+STALLED = 0.7  # sweeps that leave more than this share of the residual have met its rounding
 EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 
 
@@ -165,10 +166,11 @@ def make_solve(block: int, slots: int):
             for i in range(count * block):
                 increment[i] = 0.0
             done, wanted = 0, sweeps
-            residual = 1e300
-            while (done < polishing_sweeps and residual > ti.max(aim, stats[5])) or (
+            residual, stalled = 1e300, 0
+            while (done < polishing_sweeps and residual > aim and stalled == 0) or (
                 done < most_sweeps and residual > ti.max(tolerance, stats[5])
             ):
+                before = residual
                 for _sweep in range(wanted):
                     for k in range(count):
                         rest = segment(right, k, block)
@@ -201,6 +203,8 @@ def make_solve(block: int, slots: int):
                     left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
                     residual = ti.max(residual, largest(left))
                 residual /= stats[0]
+                if residual > STALLED * before:
+                    stalled = 1
             longest = 0.0
             for k in range(count):
                 longest = ti.max(longest, segment(increment, k, block).norm())
