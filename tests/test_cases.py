@@ -220,7 +220,6 @@ def test_cube_impact_meets_its_checks(parameters):
     assert not failed(cube_impact, result)
 
 
-@pytest.mark.slow
 def test_cube_impact_linear_meets_the_pinned_figures():
     result = tc.simulate(cube_impact.scene(law="linear"), scheme=tc.CentralDifference(cfl=0.8))
     names = {check.name for check in cube_impact.checks(result)}

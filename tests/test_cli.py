@@ -301,6 +301,10 @@ def test_comparison_runs_both_and_puts_them_side_by_side(tmp_path, capsys):
     assert main(arguments) == 0
     assert "side by side" in capsys.readouterr().out
     data = read(out / "summary.json")
+    figures = data["figures"]
+    calm, _, ordinary = (figures[label] for label in data["labels"])
+    assert calm["force_changes"] < 2.0 < ordinary["force_changes"], "mass on the contact nodes chatters"
+    assert calm["energy_error_max"] < ordinary["energy_error_max"]
     assert data["labels"] == ["massless", "massless + penalty", "ordinary mass + penalty"]
     for part in data["runs"]:
         assert names(out / part) == NUMBERS

@@ -5,6 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tcontact import cases, cli
+from tcontact.commands import settings
+
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -32,14 +35,29 @@ def test_ci_runs_the_test_command_of_the_readme():
 def test_every_picture_and_link_exists():
     for path in re.findall(r"\]\(([^)#]+)\)", TEXT):
         assert path.startswith("http") or (ROOT / path).is_file(), path
+    for picture in (ROOT / "docs").iterdir():
+        assert picture.stat().st_size < 200_000, picture
+        assert f"docs/{picture.name}" in TEXT, picture
+
+
+def test_every_run_of_the_readme_is_one():
+    """Cases and parameters of each `tcontact run` exist and take the values given; further words are parameters too."""
+    found = re.findall(r"`tcontact (run [a-z][^`]*)`", TEXT)
+    assert len(found) >= 8
+    for line in found:
+        words = cli.parser().parse_args(line.split())
+        case = cases.load(words.case)
+        wanted = settings.read(words.case, case, words.set)
+        assert case.scene(**wanted.scene)
+        settings.scheme(wanted.scheme)
+    (more,) = re.findall(r"`--set (contact=[^`]*)`", TEXT)
+    keys = {word.partition("=")[0] for word in more.split()}
+    assert keys <= {"compare", *settings.SCHEME_KEYS, *cases.parameters("cube-impact")}
 
 
 def test_every_command_of_the_readme_is_known():
-    from tcontact import cli
-
     known = subprocess.run(
         [sys.executable, "-m", "tcontact", "--help"], cwd=ROOT, capture_output=True, text=True
     ).stdout
     for verb in re.findall(r"`tcontact (\w+)", TEXT):
         assert verb in known, verb
-    assert cli.main

@@ -24,7 +24,7 @@ def _bare(law: Any) -> Any:
     ti = runtime.load()
 
     @ti.func
-    def bare(h, lam, mu):  # type: ignore[no-untyped-def]
+    def bare(h, lam, mu):
         answer = law(h, lam, mu)
         return [answer[0], 0.0 * mu, answer[2]]
 

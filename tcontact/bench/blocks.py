@@ -1,4 +1,4 @@
-"""The scenes that are timed: a soft cube that quivers and, where contact is timed, strikes a wall from the first step on."""
+"""The scenes that are timed: a soft cube, sheared by waves, that presses on a wall from the first step on, or flies."""
 
 from __future__ import annotations
 

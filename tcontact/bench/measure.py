@@ -21,7 +21,7 @@ from .parts import parts_of_a_step
 from .plain_step import PlainStep, make_copy
 from .rows import rows_of
 
-BATCH = 0.25  # seconds, about, of the whole step
+BATCH = 3e6  # cell updates a batch, about, of hexes; five tets take as long as a hex
 COMPARED = 5  # steps after which the plain step must stand where ours does
 
 
@@ -32,10 +32,9 @@ class WholeStep:
         self.result: Result | None = None
         self._options: dict[str, Any] = {"threads": configuration.threads, "arch": configuration.arch}
         few = self._run(blocks.block(configuration.kind, configuration.law, configuration.size, contact))
-        duration = 8.5 * few.dt
-        few = self._run(replace(few.scene, duration=duration))
         if steps is None:
-            steps = int(np.clip(BATCH * few.steps / few.wall_s, 10, max(10, 3 * configuration.size)))
+            weight = 5 if configuration.kind == "tet4" else 1
+            steps = int(np.clip(weight * BATCH / configuration.cells, 10, max(10, 3 * configuration.size)))
         self.scene: Scene = replace(few.scene, duration=(steps - 0.5) * few.dt)
         self.dt = few.dt
 

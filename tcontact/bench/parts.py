@@ -1,4 +1,7 @@
-"""Where a step's time goes: the methods that a step calls, timed one by one, each without what it calls in turn."""
+"""Where a step's time goes: the methods that a step calls, timed one by one, each without the parts it calls in turn.
+
+The looks at the stable step are one part with all force passes they make.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,8 @@ OF_A_BODY = {
     "gaps": "measure",
     "history row": "row",
 }
-OF_THE_RUN = {"history": "history.add", "guards": "guards.check", "stable step": "_watch"}
+WHOLE = "stable step"
+OF_THE_RUN = {"history": "history.add", "guards": "guards.check", WHOLE: "_watch"}
 
 
 class Parts:
@@ -36,6 +40,7 @@ class Parts:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._inner = [0.0]
+        self._inside = False  # of the part that stays whole
 
     def time(self, owner: Any, path: str, part: str) -> None:
         """Time the method at the dotted path below owner; nothing happens where the scene has no such thing."""
@@ -48,12 +53,16 @@ class Parts:
 
     def _timed(self, method: Callable[..., Any], part: str) -> Callable[..., Any]:
         def call(*arguments: Any, **options: Any) -> Any:
+            if self._inside:
+                return method(*arguments, **options)
+            self._inside = part == WHOLE
             self._inner.append(0.0)
             begin = perf_counter()
             try:
                 return method(*arguments, **options)
             finally:
                 taken = perf_counter() - begin
+                self._inside = False
                 own = taken - self._inner.pop()
                 self._inner[-1] += taken
                 self.seconds[part] = self.seconds.get(part, 0.0) + own

@@ -21,7 +21,7 @@ def make_plain_update() -> Any:
     ti = runtime.load()
 
     @ti.kernel
-    def plain_update(force: ARRAY, mass: ARRAY, dt: ti.f64, u: ARRAY, v: ARRAY):  # type: ignore[no-untyped-def, unused-ignore]
+    def plain_update(force: ARRAY, mass: ARRAY, dt: ti.f64, u: ARRAY, v: ARRAY):  # type: ignore[name-defined]
         for i in range(mass.shape[0]):
             scale = dt / mass[i]
             for c in ti.static(range(3)):
@@ -41,7 +41,7 @@ def make_copy() -> Any:
     ti = runtime.load()
 
     @ti.kernel
-    def copy(source: ARRAY, target: ARRAY):  # type: ignore[no-untyped-def, unused-ignore]
+    def copy(source: ARRAY, target: ARRAY):
         for i in range(source.shape[0]):
             target[i] = source[i]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -30,9 +31,12 @@ def rounds(works: Mapping[str, Work], seconds: float, least: int) -> dict[str, n
 
 
 def spread(values: np.ndarray) -> dict[str, float]:
-    """Median, smallest and largest, and the number of values."""
+    """Median, quartiles, smallest and largest, and the number of values."""
+    first, median, third = np.quantile(values, (0.25, 0.5, 0.75))
     return {
-        "median": float(np.median(values)),
+        "median": float(median),
+        "first_quartile": float(first),
+        "third_quartile": float(third),
         "low": float(np.min(values)),
         "high": float(np.max(values)),
         "batches": len(values),
@@ -57,7 +61,7 @@ def host_copy(threads: int) -> Work:
     count = COPY_BYTES // 8
     source, target = np.ones(count), np.zeros(count)
     ends = np.linspace(0, count, threads + 1).astype(int)
-    parts = [slice(low, high) for low, high in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [slice(low, high) for low, high in pairwise(ends)]
     pool = ThreadPoolExecutor(threads)
 
     def work() -> float:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from ..report import plain
@@ -21,7 +22,8 @@ def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
         return measure(Configuration.from_dict(options))
     from . import small
 
-    return {"compilation": small.compilation, "bar": small.bar}[task](**options)
+    tasks: dict[str, Callable[..., dict[str, Any]]] = {"compilation": small.compilation, "bar": small.bar}
+    return tasks[task](**options)
 
 
 def main(text: str) -> int:

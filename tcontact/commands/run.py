@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import InputError
 from . import folder, settings
 
@@ -120,10 +122,18 @@ def _compare(
     from .. import plots, report
 
     picture = out / "comparison.png"
+    histories = {label: result.history for label, (_, result) in runs.items()}
+    normals = [wall.normal for wall in next(iter(runs.values()))[1].scene.obstacles]
     if len(runs) == len(places):
-        histories = {label: result.history for label, (_, result) in runs.items()}
-        walls = next(iter(runs.values()))[1].scene.obstacles
-        plots.comparison(picture, histories, [wall.normal for wall in walls])
+        plots.comparison(picture, histories, normals)
+    figures = {
+        label: {
+            "steps": result.steps,
+            "force_changes": plots.unrest(plots.force_component(result.history, normals)),
+            "energy_error_max": float(np.abs(result.history["energy_error"]).max()),
+        }
+        for label, (_, result) in runs.items()
+    }
     report.write_json(
         out / "summary.json",
         {
@@ -131,6 +141,7 @@ def _compare(
             "parameters": parameters,
             "runs": [places[label].name for label in runs],
             "labels": list(runs),
+            "figures": figures,
             "passed": len(runs) == len(places) and all(passed for passed, _ in runs.values()),
             "versions": report.versions(),
         },

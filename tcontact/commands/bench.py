@@ -1,0 +1,113 @@
+"""`tcontact bench`: what a step costs on this machine, against what it could cost, with its errors beside it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..bench.configuration import CONTACTS, KINDS, LAWS, grid
+from ..errors import InputError
+from .doctor import cores
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "bench",
+        help="measure what a step costs on this machine",
+        description="Time the whole explicit step, a process per configuration, beside the plain kernel, the copy"
+        " bandwidth and an assembled matrix. Leaves bench.json, bench.csv and bench.png in a folder.",
+    )
+    available = cores()
+    threads = [1, available] if available > 1 else [1]
+    lists: dict[str, tuple[Callable[[str], Any], list[Any], str]] = {
+        "--kinds": (_among(KINDS), ["hex8", "tet4"], "kinds of cells"),
+        "--laws": (_among(LAWS), ["neo-hookean", "linear"], "elastic laws"),
+        "--sizes": (_whole, [32], "hexes along an edge of the cube (six tets for each)"),
+        "--threads": (_whole, threads, "CPU threads"),
+        "--contact": (_among(CONTACTS), ["none", "normal", "full"], "removal of the massless contact on one face"),
+    }
+    for option, (convert, default, text) in lists.items():
+        shown = ",".join(map(str, default))
+        parser.add_argument(
+            option, metavar="A,B", type=_list(convert), default=default, help=f"{text} (default: {shown})"
+        )
+    parser.add_argument("--steps", metavar="N", type=_whole, help="steps per batch (default: about a quarter second)")
+    parser.add_argument(
+        "--seconds", metavar="S", type=_positive, default=10.0, help="time budget per configuration (default: 10)"
+    )
+    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("runs/bench"), help="(default: runs/bench)")
+    parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, seconds: a look only")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure, write the files, print the table; exit code 1 if a configuration failed."""
+    from ..bench import chart, table
+    from ..bench.collect import collect
+    from ..report import write_json
+
+    laws, sizes, threads, batches = arguments.laws, arguments.sizes, arguments.threads, 5
+    if arguments.quick:
+        laws, sizes, threads, batches = laws[:1], [8], threads[:1], 3
+    if arguments.arch == "cuda":
+        threads = threads[:1]
+    out: Path = arguments.out
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    configurations = grid(
+        arguments.kinds,
+        laws,
+        sizes,
+        threads,
+        contacts=tuple(arguments.contact),
+        arch=arguments.arch,
+        steps=arguments.steps,
+        seconds=1.0 if arguments.quick else arguments.seconds,
+        batches=batches,
+    )
+    report = collect(configurations, lambda text: print(f"  {text}", flush=True), extras=not arguments.quick)
+    write_json(out / "bench.json", report)
+    table.write_csv(out / "bench.csv", report["rows"])
+    drawn = chart.draw(out / "bench.png", report)
+    print(*table.lines(report), sep="\n")
+    print(f"\nfiles in {out}" + ("" if drawn else " (no chart: nothing was measured)"))
+    others = [*report.get("bar", ()), *report.get("start", ())]
+    return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
+
+
+def _list(convert: Callable[[str], Any]) -> Callable[[str], list[Any]]:
+    def read(text: str) -> list[Any]:
+        return list(dict.fromkeys(convert(part.strip()) for part in text.split(",")))
+
+    return read
+
+
+def _among(known: tuple[str, ...]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in known:
+            raise argparse.ArgumentTypeError(f"{text!r}: use {', '.join(known)}")
+        return text
+
+    return read
+
+
+def _whole(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: give whole numbers, 1 or more")
+    return int(text)
+
+
+def _positive(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r}: give a positive number of seconds")
+    return number

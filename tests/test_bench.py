@@ -1,0 +1,181 @@
+"""`tcontact bench`: rows carry their errors, failures keep a row, yardsticks do the same work. No times are judged."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from conftest import THREADS
+
+import tcontact as tc
+from tcontact.bench import accuracy, blocks, chart, collect, parts, reference, small, table, timing
+from tcontact.bench.configuration import Configuration, grid
+from tcontact.bench.measure import measure
+from tcontact.cli import main
+from tcontact.report import plain
+
+TINY = Configuration("hex8", "linear", 2, THREADS, ("none", "normal", "full"), steps=4, seconds=0.01, batches=3)
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """The rows of a cube of two cells an edge that refuses full removal. By way of JSON, as from a process."""
+    build = blocks.block
+
+    def refusing(kind, law, size, contact="none", **options):
+        if contact == "full":
+            raise tc.InputError("removal", contact, "not with this cube")
+        return build(kind, law, size, contact, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(blocks, "block", refusing)
+        return json.loads(json.dumps(plain(measure(TINY))))["rows"]
+
+
+def report(rows):
+    return {"machine": collect.machine(), "rows": rows}
+
+
+def test_every_contact_gives_a_row_and_a_refused_one_keeps_its_reason(rows):
+    assert [(row["contact"], row["ok"]) for row in rows] == [("none", True), ("normal", True), ("full", False)]
+    assert rows[2]["reason"] == "InputError: removal = 'full': not with this cube"
+    assert "rate" not in rows[2]
+    assert {"kind", "law", "size", "threads", "arch", "cells"} <= set(rows[2])
+
+
+def test_speeds_come_with_the_errors_of_the_same_run(rows):
+    for row in rows[:2]:
+        assert 0.0 < row["force_error"] <= 1e-13
+        assert row["elastic_error"] <= 1e-13
+        assert row["update_error"] <= 1e-13
+        assert 0.0 < row["energy_error"] < 0.1
+        for name in ("rate", "plain_rate", "kernel_rate", "copy_bytes_per_s", "ratio_to_plain", "roofline_share"):
+            found = row[name]
+            assert 0.0 < found["low"] <= found["first_quartile"] <= found["median"], name
+            assert found["median"] <= found["third_quartile"] <= found["high"] < np.inf, name
+            assert found["batches"] >= TINY.batches
+        assert row["bytes_per_cell"] == sum(row["memory_bytes"].values()) / TINY.cells
+    assert "ledger_share" in rows[0]
+    assert "contact_share" not in rows[0]
+    assert rows[1]["contact_share"]["high"] <= 1.0
+    assert rows[1]["sweeps"] >= 10.0
+    assert 0.0 <= rows[1]["static_residual"] <= 1e-4
+
+
+def test_yardsticks_do_the_same_work(rows):
+    assert rows[0]["plain_error"] <= 1e-13
+    assert rows[0]["scipy_error"] <= 1e-13
+    assert rows[0]["scipy_bytes_per_cell"] > rows[0]["plain_bytes_per_cell"] > 0.0
+    # X, u, v, m, node_info and a force in and out at each of 27 nodes; 8 corners a cell
+    assert rows[0]["step_bytes_per_cell"] == pytest.approx(32.0 + 27 / 8 * (24 + 48 + 48 + 8 + 4 + 48))
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("law", ["neo-hookean", "linear", "st-venant-kirchhoff"])
+def test_reference_force_is_the_slope_of_its_energy(kind, law):
+    scene, u = blocks.shaken(kind, law, 2)
+    mesh, lame = scene.bodies[0].mesh, (0.7, 0.4)
+    way = np.random.default_rng(1).uniform(-1.0, 1.0, u.shape)
+    step = 1e-5 * np.abs(u).max()
+    up, down = (reference.force(kind, law, lame, mesh.nodes, mesh.cells, u + s * way)[1] for s in (step, -step))
+    force = reference.force(kind, law, lame, mesh.nodes, mesh.cells, u)[0]
+    assert (up - down) / (2 * step) == pytest.approx(np.sum(force * way), rel=1e-6)
+    if law == "linear":
+        tangent = reference.cell_stiffness(kind, lame, mesh.nodes[mesh.cells[0]])
+        assert tangent == pytest.approx(tangent.T, abs=1e-14)
+
+
+def test_an_error_in_the_step_shows(monkeypatch):
+    exact = reference.force
+
+    def other(*arguments):
+        force, energy = exact(*arguments)
+        return force * (1.0 + 1e-7), energy * (1.0 - 1e-6)
+
+    monkeypatch.setattr(reference, "force", other)
+    errors = accuracy.step_errors("tet4", "neo-hookean", 2)
+    assert errors["force_error"] == pytest.approx(1e-7, rel=1e-2)
+    assert errors["elastic_error"] == pytest.approx(1e-6, rel=1e-2)
+
+
+def test_turn_by_turn():
+    order = []
+    works = {name: lambda name=name: order.append(name) or float(len(order)) for name in "abc"}
+    taken = timing.rounds(works, 0.0, 3)
+    assert "".join(order) == "abcbcacab"
+    assert list(taken["a"]) == [1.0, 6.0, 8.0]
+    assert timing.spread(taken["a"])["median"] == 6.0
+
+
+def test_parts_exist_where_the_scene_has_them(rows):
+    alone, touching = set(rows[0]["parts_s"]), set(rows[1]["parts_s"])
+    assert {"force and update", "history row", "history", "guards", "loop"} <= alone
+    assert not any("solve" in part or "contact" in part for part in alone)
+    assert touching - alone >= {"contact load", "boundary nodes", "static solve: residual", "static solve: sweeps"}
+    assert alone | touching <= {*parts.OF_A_BODY, *parts.OF_THE_RUN, "loop"}
+
+
+def test_bar_of_a_hundred_cells_is_judged_by_its_exact_solution(monkeypatch):
+    monkeypatch.setattr(small, "RUNS", 1)
+    found = small.bar("cpu", THREADS)
+    assert found["force_error"] <= 0.07
+    assert found["energy_error"] <= 5e-3
+    assert found["steps"] > 400
+
+
+def test_a_process_that_dies_gives_rows_with_its_reason(rows, monkeypatch, tmp_path):
+    configurations = grid(["hex8"], ["linear"], [2], [1, 2], contacts=TINY.contacts)
+    answers = iter([{"rows": [dict(row, threads=1) for row in rows]}, {"failed": "exit code -9: no message"}])
+    monkeypatch.setattr(collect, "run_worker", lambda task, options, cache=None: next(answers))
+    monkeypatch.setattr(collect, "compile_seconds", lambda *key: {"compile_cold_s": 2.0, "compile_warm_s": 0.5})
+    said = []
+    found = collect.collect(configurations, said.append, extras=False)
+    assert [row["ok"] for row in found["rows"]] == [True, True, False, False, False, False]
+    assert {row["reason"] for row in found["rows"][3:]} == {"exit code -9: no message"}
+    text = "\n".join(table.lines(found))
+    assert text.count("FAILED hex8 linear 2^3") == 4
+    assert "exit code -9" in text
+    assert "2.0 / 0.5" in text
+    table.write_csv(tmp_path / "bench.csv", found["rows"])
+    with (tmp_path / "bench.csv").open(newline="", encoding="utf-8") as file:
+        kept = list(csv.DictReader(file))
+    assert len(kept) == 6
+    assert float(kept[0]["rate.median"]) == rows[0]["rate"]["median"]
+    assert kept[5]["reason"] == "exit code -9: no message"
+    assert chart.draw(tmp_path / "bench.png", found)
+    assert not chart.draw(tmp_path / "none.png", report(found["rows"][3:]))
+
+
+@pytest.mark.parametrize("missing", ["force_error", "energy_error"])
+def test_no_speed_is_printed_without_its_errors(rows, missing):
+    table.lines(report(rows))
+    with pytest.raises(KeyError):
+        table.lines(report([{name: value for name, value in rows[0].items() if name != missing}]))
+
+
+def test_a_real_process_answers_and_says_what_is_wrong():
+    assert collect.run_worker("bar", {"arch": "cpu", "threads": 0})["failed"].startswith("InputError: threads = 0")
+
+
+def test_command_writes_numbers_table_and_chart(tmp_path, capsys):
+    options = ["--quick", "--kinds", "tet4", "--contact", "none", "--steps", "4", "--seconds", "0.1"]
+    assert main(["bench", *options, "--out", str(tmp_path / "new")]) == 0
+    found = json.loads((tmp_path / "new" / "bench.json").read_text(encoding="utf-8"))
+    (row,) = found["rows"]
+    assert row["ok"]
+    assert row["cells"] == 6 * 8**3
+    assert row["compile_cold_s"] > 0.0
+    assert row["compile_warm_s"] is not None
+    assert (tmp_path / "new" / "bench.csv").exists()
+    assert (tmp_path / "new" / "bench.png").read_bytes()[:4] == b"\x89PNG"
+    printed = capsys.readouterr().out
+    for word in ("Mcell/s", "err f", "err E", "x plain", "compile s", "GB/s"):
+        assert word in printed
+
+
+@pytest.mark.parametrize(
+    "options", [["--kinds", "hex9"], ["--sizes", "0"], ["--seconds", "-1"], ["--contact", "some"], ["--threads", "x"]]
+)
+def test_bad_options_are_refused(options, capsys):
+    assert main(["bench", *options]) == 2
+    assert options[0] in capsys.readouterr().err
