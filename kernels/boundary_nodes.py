@@ -26,6 +26,14 @@ def row(values: ti.template(), s):
     return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
 
 
+@ti.func
+def hand_over(k, total, force: ti.template(), contact_force_out: ti.template()):
+    """The contact force of node k goes into the output and leaves the force of the node."""
+    for j in ti.static(range(3)):
+        contact_force_out[3 * k + j] = total[j]
+        force[3 * k + j] = force[3 * k + j] - total[j]
+
+
 @ti.kernel
 def kick_and_drift(
     nodes: INDEX,

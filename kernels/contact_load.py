@@ -11,7 +11,7 @@ import functools
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
-from .boundary_nodes import row, symmetric
+from .boundary_nodes import hand_over, row, symmetric
 from .local_contact import multipliers
 from .planes import gap, normal, position
 
@@ -39,9 +39,8 @@ def penalty_load(
                 overlap = ti.max(0.0, -gap(planes, p, x))
                 total += stiffness[k] * overlap * normal(planes, p)
                 sums[3] += 0.5 * stiffness[k] * overlap * overlap
+            hand_over(k, total, force, contact_force_out)
             for j in ti.static(range(3)):
-                contact_force_out[3 * k + j] = total[j]
-                force[3 * k + j] = force[3 * k + j] - total[j]
                 sums[j] += total[j]
             if total.norm() > 0.0:
                 sums[4] += 1.0
@@ -85,9 +84,8 @@ def make_impulse_load(slots: int):
                             normals[p, j] = direction[j]
                 impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
                 total = normals.transpose() @ impulses / span
+                hand_over(k, total, force, contact_force_out)
                 for j in ti.static(range(3)):
-                    contact_force_out[3 * k + j] = total[j]
-                    force[3 * k + j] = force[3 * k + j] - total[j]
                     sums[j] += total[j]
                 if total.norm() > 0.0:
                     sums[4] += 1.0

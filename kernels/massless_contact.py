@@ -9,7 +9,7 @@ import functools
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
-from .boundary_nodes import row
+from .boundary_nodes import hand_over, row
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, segment
 from .planes import normal, position
@@ -93,9 +93,8 @@ def make_contact_load(block: int, slots: int):
                 for p in ti.static(range(slots)):
                     total += pressing[p] * normal(planes, near[k * slots + p])
                     sums[3] += 0.5 * compliance[k] * pressing[p] * pressing[p]
+                hand_over(k, total, force, contact_force_out)
                 for j in ti.static(range(3)):
-                    contact_force_out[3 * k + j] = total[j]
-                    force[3 * k + j] = force[3 * k + j] - total[j]
                     sums[j] += total[j]
                 if total.norm() > 0.0:
                     sums[4] += 1.0
