@@ -19,7 +19,7 @@ from .local_contact import multipliers
 from .massless_node import basis_of, block_of, constraints, largest, segment, unbalanced
 from .planes import position
 
-STALLED = 0.7  # sweeps that leave more than this share of the residual have met its rounding
+STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 
 
@@ -203,7 +203,7 @@ def make_solve(block: int, slots: int):
                     left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
                     residual = ti.max(residual, largest(left))
                 residual /= stats[0]
-                if residual > STALLED * before:
+                if residual > STALLED * before and residual <= stats[5]:
                     stalled = 1
             longest = 0.0
             for k in range(count):

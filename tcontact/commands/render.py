@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
     out = arguments.out or path.parent
     options = {key: value for key in ("field", "size", "view") if (value := getattr(arguments, key)) is not None}
-    written = render_frames(path, out, **options)
+    written = render_frames(path, out, **options, title=_case(path.parent / "summary.json"))
     for stale in set((out / "frames").glob("frame-*.png")) - set(written):
         stale.unlink()  # of an earlier, longer series
     for picture in written:
@@ -39,6 +40,14 @@ def run(arguments: argparse.Namespace) -> int:
             print(picture)
     print(out / "frames")
     return 0
+
+
+def _case(summary: Path) -> str | None:
+    """Name of the case that left this summary, None if there is none."""
+    try:
+        return str(json.loads(summary.read_text(encoding="utf-8"))["case"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _size(text: str) -> tuple[int, int]:

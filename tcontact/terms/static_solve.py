@@ -48,7 +48,7 @@ class StaticSolve:
         assert contact.basis is not None
         graph, block = contact.graph, contact.block
         self.term, self.basis, self.compliance = term, basis, compliance
-        self.law, self.linear = material.law, material.linear
+        self.law, self.linear, self.removal = material.law, material.linear, contact.removal
         self.least_sweeps = model.sweeps
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.aim = AIM if model.tolerance is None else model.tolerance
@@ -202,7 +202,8 @@ class StaticSolve:
             if self.law == "st_venant_kirchhoff":
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
             return text
-        return text + "; use removal='normal', a smaller step or a larger tolerance"
+        removal = "" if self.removal == "normal" else "removal='normal', "
+        return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the solve."""
