@@ -24,23 +24,6 @@ class ContactTerm:
 
     name = "contact"
 
-    @property
-    def sweeps(self) -> int:
-        """Gauss-Seidel sweeps that led to the present state."""
-        return 0
-
-    @property
-    def trouble(self) -> str | None:
-        """What is wrong with the present state, if anything is."""
-        return None
-
-    def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
-        """Prepare the start; velocity [k, 3] [m/s] of the contact nodes, dt [s] the first step."""
-
-    def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
-        """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
-        return None
-
     def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
         from ..kernels.planes import nearest_planes, smallest_gap
 
@@ -63,6 +46,23 @@ class ContactTerm:
         self._gap = arrays.zeros(1)
         self._nearest = Prepared(nearest_planes)
         self._smallest_gap = Prepared(smallest_gap)
+
+    @property
+    def sweeps(self) -> int:
+        """Gauss-Seidel sweeps that led to the present state."""
+        return 0
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the present state, if anything is."""
+        return None
+
+    def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+        """Prepare the start; velocity [k, 3] [m/s] of the contact nodes, dt [s] the first step."""
+
+    def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
+        """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
+        return None
 
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""
