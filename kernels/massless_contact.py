@@ -37,7 +37,7 @@ def make_predict(block: int, slots: int):
         u: ARRAY,
         last: ARRAY,
     ):
-        """u is advanced in place; last [k * block]: increment of the step before in, massless displacement out."""
+        """u is advanced in place; last [k * block]: massless displacement one level back, before and after."""
         ti.loop_config(serialize=True)
         for k in range(nodes.shape[0]):
             node = nodes[k]

@@ -111,7 +111,7 @@ class Run:
         steps = max(1, int(np.ceil(end / self.dt)))
         due = (
             list(np.round(np.linspace(0, steps, frames)[:-1]) * self.dt) if frames > 1 else []
-        )  # the last row comes anyway
+        )  # the last comes anyway
         first_dt, before, time, row_number, output = self.dt, 0.0, 0.0, 0, 0.0
         compiled = started
         with interrupts() as interrupted:
@@ -156,7 +156,7 @@ class Run:
         gap = float(row[PLACE["gap_min"]][0])
         held = any(len(state.plan.support_rows) for state in self.states)
         exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
-        if held and exact and gap < -1e-6 * max(abs(float(state.plan.reference.max())) for state in self.states):
+        if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def _watch(self, row: np.ndarray, number: int) -> None:

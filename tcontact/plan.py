@@ -11,6 +11,7 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
+from .errors import InputError
 from .lumped_mass import cell_masses, node_areas
 from .packing import slab_order
 from .redistribution import redistribute
@@ -111,6 +112,8 @@ class Plan:
 
 def plan(scene: Scene) -> Plan:
     """Decide what exists for the scene. Raises `InputError` where the contact set cannot be made massless."""
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give a tcontact.Scene")
     return Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
 
 

@@ -22,6 +22,8 @@ def check_folder(out: Any) -> Path:
         folder = Path(out)
     except TypeError as error:
         raise InputError("out", out, "give a folder name or None") from error
+    if "\0" in str(folder):
+        raise InputError("out", out, "a folder name has no null characters")
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "this is a file; give a folder")
     if (folder / FILE).exists():
@@ -31,11 +33,18 @@ def check_folder(out: Any) -> Path:
     return folder
 
 
+def make_folder(folder: Path) -> None:
+    """Make the output folder, before time is spent on the run. Raises `InputError` where that is impossible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+
+
 class Recorder:
     """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells."""
 
     def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
         self.states = states
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0

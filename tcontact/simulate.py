@@ -13,7 +13,7 @@ from .errors import InputError
 from .loop import Run
 from .plan import plan
 from .progress import ProgressBar
-from .recorder import Recorder, check_folder
+from .recorder import Recorder, check_folder, make_folder
 from .result import Result
 from .scene import Scene
 from .schemes import scheme_of
@@ -45,10 +45,14 @@ def simulate(
     scheme = scheme_of(scheme)
     validate.whole("frames", frames, 0)
     validate.whole("history_every", history_every, 1)
+    if not isinstance(progress, bool):
+        raise InputError("progress", progress, "use True or False")
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
     planned = plan(scene)
     runtime.start(arch, threads)
+    if folder is not None:
+        make_folder(folder)
     run = Run(scene, planned, scheme, displacement, velocity, history_every)
     recorder = None if folder is None else Recorder(folder, scene, run.states, " + ".join(planned.terms))
     with ProgressBar(scene.duration, "simulate", progress) as bar:
@@ -56,9 +60,10 @@ def simulate(
     if recorder is not None and folder is not None:
         from .report import run_attributes, write_history, write_json
 
-        recorder.close(result.history, run_attributes(result))
+        attributes = run_attributes(result)
+        recorder.close(result.history, attributes)
         write_history(folder / "history.csv", result.history)
-        write_json(folder / "summary.json", run_attributes(result))
+        write_json(folder / "summary.json", attributes)
     return result
 
 
@@ -83,7 +88,7 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
         raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
     ends = np.cumsum(counts)[:-1]
-    positions, velocities = np.split(initial.position, ends), np.split(initial.velocity, ends)
+    positions, velocities = np.split(initial.position, ends), np.split(initial.velocity.copy(), ends)
     for body, speeds in zip(scene.bodies, velocities, strict=True):
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]

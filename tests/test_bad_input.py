@@ -207,3 +207,23 @@ def test_a_folder_with_another_run_and_a_file_are_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     refused(lambda: run(out=tmp_path / "file"))
     assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["file/below", "null\0byte"])
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path, name):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(tc.InputError) as caught:
+        run(out=str(tmp_path / name), frames=2)
+    assert caught.value.field == "out"
+    assert caught.value.remedy
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_what_is_no_scene_is_refused_by_the_plan_too():
+    with pytest.raises(tc.InputError, match=r"tcontact\.Scene"):
+        tc.plan("scene")
+
+
+def test_progress_is_true_or_false():
+    with pytest.raises(tc.InputError, match="progress"):
+        run(progress="bar")

@@ -118,3 +118,14 @@ def test_supports_on_turned_bodies_are_along_the_axes_of_space():
     result = simulate(tc.Scene(bodies=[body], duration=1e-3))
     nodes = mesh.nodes_of("zmax")
     assert np.allclose(result.position[nodes, 1] - mesh.nodes[nodes, 1], 0.5 * result.time, rtol=1e-12)
+
+
+def test_a_run_from_an_end_state_leaves_that_state_alone():
+    """Supports overwrite velocities of the new run, never of the result it starts from."""
+    mesh, mat = block("hex8", (2, 2, 2), (0.1, 0.1, 0.1), shake=0.0), material("linear")
+    flying = tc.Body(mesh, mat, velocity=(1.0, 2.0, 3.0))
+    first = simulate(tc.Scene(bodies=[flying], duration=1e-5, contact=None))
+    before = first.velocity.copy()
+    held = tc.Body(mesh, mat, supports=[tc.Support("zmin", "xyz")])
+    simulate(tc.Scene(bodies=[held], duration=1e-5, contact=None), initial=first)
+    assert np.array_equal(first.velocity, before)
