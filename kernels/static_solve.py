@@ -2,11 +2,11 @@
 
     f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
 
-linearised at the predicted state, K_KK d = f_ext - f + lambda nu, and solved for the increment d by block Gauss-Seidel
-over the nodes colour by colour, each node's own contact problem exactly. The surface is small: one thread, same bits.
+A measure of the contact cells gives f_K at the present state (`assemble`); `judge` says what is left to do; a
+linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py), then x_K += B d.
 
-stats [8]: 0 F_ref, 1 static residual (relative), 2 sweeps of this step, 3 smallest pivot of K_kk over its trace,
-4 largest trace of K_kk, 5 the residual that the rounding of displacements and gaps alone can make.
+`stats` and `settings` are numbered by the names below; a residual is relative to F_ref, the largest sum over the cells
+of a node of |f_cell,k|. One thread: the surface is small, and the bits are the same on any number of threads.
 """
 
 import functools
@@ -15,21 +15,80 @@ import taichi as ti
 
 from .arguments import ARRAY, INDEX
 from .boundary_nodes import row
-from .local_contact import multipliers
-from .massless_node import basis_of, block_of, constraints, largest, segment, unbalanced
+from .internal_force import keep_vectors
+from .lanes import SWEEP_LANES as LANES
+from .massless_node import basis_of, block_of, constraints, largest, unbalanced
 from .planes import position
+from .static_bundles import Nodes, System
+from .static_control import (
+    BEFORE,
+    DONE,
+    F_REF,
+    LEAST_FORCE,
+    LINEARISE,
+    MEASURE,
+    NEXT,
+    PIVOT,
+    RESIDUAL,
+    ROUNDING,
+    STALE,
+    STIFFEST,
+    SWEEP,
+    TODO,
+    judge,
+)
+from .sweeps import move, sweep
 
-STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 
 
+@ti.func
+def assemble(nodes: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
+    """Right sides B^t (f_ext - f), constraints and static residual of the contact nodes; clears the rows it reads."""
+    stats = ti.static(system.stats)
+    scale = system.settings[LEAST_FORCE]
+    residual = 0.0
+    rounding = 0.0
+    for k in range(nodes.nodes.shape[0]):
+        node = nodes.nodes[k]
+        x = position(nodes.reference, k, nodes.u, node)
+        moved = row(nodes.u, node).norm() * stats[STIFFEST]
+        if nodes.compliance[k] > 0.0:
+            moved += x.norm() / nodes.compliance[k]
+        rounding = ti.max(rounding, EPSILON * moved)
+        force = ti.Vector.zero(ti.f64, 3)
+        magnitude = 0.0
+        for i in range(system.corner_start[k], system.corner_start[k + 1]):
+            part = row(system.rows, system.corner_rows[i])
+            for j in ti.static(range(3)):
+                system.rows[3 * system.corner_rows[i] + j] = 0.0
+            force += part
+            magnitude += part.norm()
+        scale = ti.max(scale, magnitude)
+        b = basis_of(nodes.basis, k, block)
+        right = b.transpose() @ (row(nodes.load, k) - force)
+        normals, gaps = constraints(nodes.planes, nodes.near, k, b, x, block, slots)
+        rest = unbalanced(0.0 - right, normals, gaps, nodes.active[k], nodes.compliance[k], block, slots)
+        residual = ti.max(residual, largest(rest))
+        for j in ti.static(range(block)):
+            system.right[k * block + j] = right[j]
+        for p in ti.static(range(slots)):
+            system.gaps[k * slots + p] = gaps[p]
+            for j in ti.static(range(block)):
+                system.normals[(k * slots + p) * block + j] = normals[p, j]
+    stats[F_REF] = scale
+    stats[BEFORE] = stats[RESIDUAL]
+    stats[RESIDUAL] = residual / scale
+    stats[ROUNDING] = rounding / scale
+
+
 @functools.cache
-def make_assemble(block: int, slots: int):
-    """Out-of-balance force of every contact node at the present state, and the static residual of the last solve."""
+def make_equilibrium(block: int, slots: int):
+    """After a measure or a fresh tangent: what there is to do until the next of either; stats[NEXT] says which."""
 
     @ti.kernel
-    def assemble(
-        nodes: INDEX,
+    def equilibrium(
+        node_list: INDEX,
         basis: ARRAY,
         planes: ARRAY,
         near: INDEX,
@@ -39,71 +98,92 @@ def make_assemble(block: int, slots: int):
         compliance: ARRAY,
         active: INDEX,
         corner_start: INDEX,
-        corners: INDEX,
-        minus_cell_force: ARRAY,
-        least_force: ti.f64,
-        right_out: ARRAY,
-        stats_out: ARRAY,
+        corner_rows: INDEX,
+        rows: ARRAY,
+        lane_start: INDEX,
+        lane_node: INDEX,
+        column: INDEX,
+        values: ARRAY,
+        inverse: ARRAY,
+        stiffness: ARRAY,
+        settings: ARRAY,
+        right: ARRAY,
+        gaps: ARRAY,
+        normals: ARRAY,
+        push: ARRAY,
+        increment: ARRAY,
+        stats: ARRAY,
+        first: ti.i32,
+        tangent_is_fresh: ti.i32,
     ):
-        """right_out [k * block] = B^t (f_ext - f)."""
+        nodes = ti.static(Nodes(node_list, basis, planes, near, reference, u, load, compliance, active))
+        system = ti.static(
+            System(
+                corner_start,
+                corner_rows,
+                rows,
+                lane_start,
+                lane_node,
+                column,
+                values,
+                inverse,
+                stiffness,
+                settings,
+                right,
+                gaps,
+                normals,
+                push,
+                increment,
+                stats,
+            )
+        )
         ti.loop_config(serialize=True)
         for _ in range(1):
-            scale = least_force
-            residual = 0.0
-            rounding = 0.0
-            for k in range(nodes.shape[0]):
-                moved = row(u, nodes[k]).norm() * stats_out[4]
-                if compliance[k] > 0.0:
-                    moved += position(reference, k, u, nodes[k]).norm() / compliance[k]
-                rounding = ti.max(rounding, EPSILON * moved)
-                force = ti.Vector.zero(ti.f64, 3)
-                magnitude = 0.0
-                for i in range(corner_start[k], corner_start[k + 1]):
-                    part = -row(minus_cell_force, corners[i])
-                    force += part
-                    magnitude += part.norm()
-                scale = ti.max(scale, magnitude)
-                b = basis_of(basis, k, block)
-                right = b.transpose() @ (row(load, k) - force)
-                normals, gaps = constraints(planes, near, k, b, position(reference, k, u, nodes[k]), block, slots)
-                rest = unbalanced(-right, normals, gaps, active[k], compliance[k], block, slots)
-                residual = ti.max(residual, largest(rest))
-                for j in ti.static(range(block)):
-                    right_out[k * block + j] = right[j]
-            stats_out[0] = scale
-            stats_out[1] = residual / scale
-            stats_out[5] = rounding / scale
+            if tangent_is_fresh == 0:
+                assemble(nodes, system, block, slots)
+                judge(stats, settings, first)
+            else:
+                stats[STALE] = 0.0
+            stats[NEXT] = DONE
+            if stats[TODO] != DONE:
+                if stats[STALE] == 1.0:
+                    stats[NEXT] = LINEARISE
+                else:
+                    sweep(nodes, system, block, slots)
+                    move(nodes, system, block)
+                    if stats[TODO] == SWEEP:
+                        stats[NEXT] = MEASURE
 
-    return assemble
+    return keep_vectors(equilibrium)
 
 
 @functools.cache
 def make_blocks(block: int):
-    """K_KK from the pair stiffnesses of the cells, and the inverse of its diagonal blocks."""
+    """K_KK from the pair stiffnesses of the cells, in the order of the sweeps, and its inverted diagonal blocks."""
 
     @ti.kernel
     def blocks(
         row_start: INDEX,
         entry_start: INDEX,
         entry_pairs: INDEX,
+        entry_place: INDEX,
         pair_values: ARRAY,
         values_out: ARRAY,
         inverse_out: ARRAY,
+        stiffness_out: ARRAY,
         stats_out: ARRAY,
     ):
-        """values_out [e, block, block], inverse_out [k, block, block]; an unused component has stiffness 1."""
-        for e in range(entry_start.shape[0] - 1):
-            total = ti.Matrix.zero(ti.f64, block, block)
-            for i in range(entry_start[e], entry_start[e + 1]):
-                total += block_of(pair_values, entry_pairs[i], block)
-            for i, j in ti.static(ti.ndrange(block, block)):
-                values_out[(e * block + i) * block + j] = total[i, j]
+        """The first entry of a row is the diagonal; an unused component has stiffness 1 (in units of the trace)."""
         ti.loop_config(serialize=True)
         for _ in range(1):
             weakest = 1.0
             stiffest = 0.0
             for k in range(row_start.shape[0] - 1):
-                diagonal = block_of(values_out, row_start[k], block)
+                for e in range(row_start[k] + 1, row_start[k + 1]):
+                    total = summed(entry_start, entry_pairs, pair_values, e, block)
+                    for i, j in ti.static(ti.ndrange(block, block)):
+                        values_out[entry_place[e] + (i * block + j) * LANES] = total[i, j]
+                diagonal = summed(entry_start, entry_pairs, pair_values, row_start[k], block)
                 trace = diagonal.trace()
                 stiffest = ti.max(stiffest, trace)
                 filled = diagonal
@@ -120,100 +200,16 @@ def make_blocks(block: int):
                 inverse = filled.inverse()
                 for i, j in ti.static(ti.ndrange(block, block)):
                     inverse_out[(k * block + i) * block + j] = inverse[i, j]
-            stats_out[3] = weakest
-            stats_out[4] = stiffest
+                stiffness_out[k] = trace
+            stats_out[PIVOT] = weakest
+            stats_out[STIFFEST] = stiffest
 
     return blocks
 
 
-@functools.cache
-def make_solve(block: int, slots: int):
-    """Gauss-Seidel sweeps until the residual of the linearised problem is small, then x_K += B d.
-
-    Down to `tolerance` it may take most_sweeps, on to the smaller `aim` only polishing_sweeps: where compression makes
-    K_KK lose definiteness, endless sweeps would follow the unstable mode. No node moves further than `reach` [m]; from
-    gaps >= 0 a part of a feasible increment is feasible.
-    """
-
-    @ti.kernel
-    def solve(
-        nodes: INDEX,
-        basis: ARRAY,
-        planes: ARRAY,
-        near: INDEX,
-        reference: ARRAY,
-        compliance: ARRAY,
-        row_start: INDEX,
-        column: INDEX,
-        values: ARRAY,
-        inverse: ARRAY,
-        right: ARRAY,
-        sweeps: ti.i32,
-        polishing_sweeps: ti.i32,
-        most_sweeps: ti.i32,
-        aim: ti.f64,
-        tolerance: ti.f64,
-        reach: ti.f64,
-        u: ARRAY,
-        increment: ARRAY,
-        active_out: INDEX,
-        stats: ARRAY,
-    ):
-        """Adds the sweeps it took to stats[2]; stats[1] becomes the residual of the linearised problem."""
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            count = nodes.shape[0]
-            for i in range(count * block):
-                increment[i] = 0.0
-            done, wanted = 0, sweeps
-            residual, stalled = 1e300, 0
-            while (done < polishing_sweeps and residual > aim and stalled == 0) or (
-                done < most_sweeps and residual > ti.max(tolerance, stats[5])
-            ):
-                before = residual
-                for _sweep in range(wanted):
-                    for k in range(count):
-                        rest = segment(right, k, block)
-                        for e in range(row_start[k] + 1, row_start[k + 1]):
-                            rest -= block_of(values, e, block) @ segment(increment, column[e], block)
-                        b = basis_of(basis, k, block)
-                        x = position(reference, k, u, nodes[k])
-                        normals, gaps = constraints(planes, near, k, b, x, block, slots)
-                        flexible = block_of(inverse, k, block)
-                        free = flexible @ rest
-                        pressing = multipliers(free, normals, gaps, flexible, compliance[k], slots)
-                        d = free + flexible @ (normals.transpose() @ pressing)
-                        mask = 0
-                        for p in ti.static(range(slots)):
-                            if pressing[p] > 0.0:
-                                mask += 1 << p
-                        active_out[k] = mask
-                        for j in ti.static(range(block)):
-                            increment[k * block + j] = d[j]
-                done += wanted
-                wanted = 10
-                residual = 0.0
-                for k in range(count):
-                    rest = -segment(right, k, block)
-                    for e in range(row_start[k], row_start[k + 1]):
-                        rest += block_of(values, e, block) @ segment(increment, column[e], block)
-                    b = basis_of(basis, k, block)
-                    x = position(reference, k, u, nodes[k]) + b @ segment(increment, k, block)
-                    normals, gaps = constraints(planes, near, k, b, x, block, slots)
-                    left = unbalanced(rest, normals, gaps, active_out[k], compliance[k], block, slots)
-                    residual = ti.max(residual, largest(left))
-                residual /= stats[0]
-                if residual > STALLED * before and residual <= stats[5]:
-                    stalled = 1
-            longest = 0.0
-            for k in range(count):
-                longest = ti.max(longest, segment(increment, k, block).norm())
-            part = ti.min(1.0, reach / ti.max(longest, 1e-300))
-            for k in range(count):
-                move = part * (basis_of(basis, k, block) @ segment(increment, k, block))
-                for j in ti.static(range(3)):
-                    u[3 * nodes[k] + j] = u[3 * nodes[k] + j] + move[j]
-            stats[1] = residual
-            stats[2] = stats[2] + done
-
-    return solve
+@ti.func
+def summed(entry_start: ti.template(), entry_pairs: ti.template(), pair_values: ti.template(), e, block: ti.template()):
+    total = ti.Matrix.zero(ti.f64, block, block)
+    for i in range(entry_start[e], entry_start[e + 1]):
+        total += block_of(pair_values, entry_pairs[i], block)
+    return total

@@ -51,15 +51,6 @@ def corner(values: ti.template(), a):
     return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
 
 
-@ti.kernel
-def gather_cells(cell_nodes: INDEX, u: ARRAY, cell_u_out: ARRAY, cell_v_out: ARRAY):
-    """Displacements of the contact cells, corner by corner; the velocities are cleared to receive -f."""
-    for i in range(cell_nodes.shape[0]):
-        for j in ti.static(range(3)):
-            cell_u_out[3 * i + j] = u[3 * cell_nodes[i] + j]
-            cell_v_out[3 * i + j] = 0.0
-
-
 @functools.cache
 def make_surface_tangent(law: str, block: int, plain: bool):
     """plain: every basis is the identity, the blocks are A_ab itself."""
@@ -69,8 +60,9 @@ def make_surface_tangent(law: str, block: int, plain: bool):
     def surface_tangent(
         shape_gradients: ARRAY,
         weights: ARRAY,
-        cell_reference: ARRAY,
-        cell_u: ARRAY,
+        cell_nodes: INDEX,
+        reference: ARRAY,
+        u: ARRAY,
         pair_start: INDEX,
         pair_corners: INDEX,
         pair_nodes: INDEX,
@@ -84,17 +76,17 @@ def make_surface_tangent(law: str, block: int, plain: bool):
         for cell in range(pair_start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
-            first = 3 * cell * corners
+            first = cell * corners
             for i in range(pair_start[cell] * block * block, pair_start[cell + 1] * block * block):
                 pair_values_out[i] = 0.0
             for q in range(weights.shape[0]):
                 jacobian = ti.Matrix.zero(ti.f64, 3, 3)
                 slope = ti.Matrix.zero(ti.f64, 3, 3)
                 for a in range(corners):
-                    at, here = 3 * (q * corners + a), first + 3 * a
+                    at, here, origin = 3 * (q * corners + a), 3 * cell_nodes[first + a], 3 * cell_nodes[first]
                     for i, j in ti.static(ti.ndrange(3, 3)):
-                        jacobian[i, j] += cell_reference[here + i] * shape_gradients[at + j]
-                        slope[i, j] += (cell_u[here + i] - cell_u[first + i]) * shape_gradients[at + j]
+                        jacobian[i, j] += reference[here + i] * shape_gradients[at + j]
+                        slope[i, j] += (u[here + i] - u[origin + i]) * shape_gradients[at + j]
                 inverse = jacobian.inverse()
                 volume = weights[q] * jacobian.determinant()
                 m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope @ inverse, volume * lam, volume * mu)

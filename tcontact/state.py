@@ -24,14 +24,14 @@ class BodyState:
         order = plan.node_order
         self.u = arrays.put(displacement[order])
         self.start_velocity = velocity[order]
-        self.internal_force = InternalForce(plan, plan.cells, plan.reference, plan.lumped, plan.boundary)
+        self.internal_force = InternalForce(plan)
         self.reference = self.internal_force.reference
         self.listed: BoundaryNodes | None = None
         self.supports: Supports | None = None
         self.contact: ContactTerm | None = None
         if len(plan.boundary):
             self.listed = BoundaryNodes(plan, self.internal_force.special_force)
-            self.contact = make_contact(scene, plan, self.listed)
+            self.contact = make_contact(scene, plan, self.listed, self.internal_force)
         if self.listed is not None and len(plan.support_rows):
             self.supports = Supports(plan, self.listed)
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -50,7 +50,7 @@ class BodyState:
     def begin_contact(self, dt: float) -> None:
         """Bring massless nodes to equilibrium at the start."""
         if self.contact is not None and self.plan.contact is not None:
-            self.contact.begin(self.u, self.start_velocity[self.plan.contact.nodes], dt)
+            self.contact.begin(self.u, self.v, self.start_velocity[self.plan.contact.nodes], dt)
 
     def measure(self) -> None:
         """What row n needs from before the drift of the boundary nodes."""

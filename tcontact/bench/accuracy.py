@@ -19,7 +19,7 @@ def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
     """
     scene, displacement = blocks.shaken(kind, law, min(size, LARGEST))
     body = plan(scene).bodies[0]
-    term = InternalForce(body, body.cells, body.reference, body.lumped, np.zeros(0, dtype=np.int64))
+    term = InternalForce(body)
     start = displacement[body.node_order]
     u, v = arrays.put(start), arrays.zeros(start.size)
     kick, drift = 1e-6, 2e-6

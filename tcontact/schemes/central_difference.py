@@ -64,4 +64,4 @@ class CentralDifference:
         if body.listed is not None:
             body.listed.advance(body.reference, u, v, before / 2, after / 2, after)
         if body.contact is not None and after > 0.0:
-            body.contact.close(u, before, after)
+            body.contact.close(u, v, before, after)

@@ -10,6 +10,7 @@ from ..launch import Prepared
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
+from .internal_force import InternalForce
 
 MOST_SLOTS = 3  # planes that can hold one node at a time
 
@@ -57,7 +58,7 @@ class ContactTerm:
         """What is wrong with the present state, if anything is."""
         return None
 
-    def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+    def begin(self, u: arrays.Array, v: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Prepare the start; velocity [k, 3] [m/s] of the contact nodes, dt [s] the first step."""
 
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
@@ -67,7 +68,7 @@ class ContactTerm:
     def load(self, u: arrays.Array, v: arrays.Array, span: float) -> None:
         """Contact forces at the present u; they leave the force of the boundary nodes. span: time of the kick [s]."""
 
-    def close(self, u: arrays.Array, before: float, after: float) -> None:
+    def close(self, u: arrays.Array, v: arrays.Array, before: float, after: float) -> None:
         """Place what has no mass after the drift; before, after [s]: the steps before and after level n."""
 
     def find_planes(self, u: arrays.Array) -> None:
@@ -85,7 +86,7 @@ class ContactTerm:
         return [item for item in vars(self).values() if hasattr(item, "shape")]
 
 
-def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> ContactTerm | None:
+def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes, force: InternalForce) -> ContactTerm | None:
     """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
     from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
 
@@ -96,7 +97,7 @@ def make_contact(scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> Contact
     if isinstance(scene.contact, MasslessContact):
         from .massless_contact import MasslessContactTerm
 
-        return MasslessContactTerm(scene, plan, listed)
+        return MasslessContactTerm(scene, plan, listed, force)
     if isinstance(scene.contact, PenaltyContact):
         from .penalty_contact import PenaltyContactTerm
 

@@ -11,6 +11,7 @@ from ..plan import BodyPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
 from .contact import ContactTerm
+from .internal_force import InternalForce
 from .static_solve import StaticSolve
 
 
@@ -19,7 +20,7 @@ class MasslessContactTerm(ContactTerm):
 
     name = "massless-contact"
 
-    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, listed: BoundaryNodes, force: InternalForce) -> None:
         from ..kernels.massless_contact import make_contact_load, make_predict
 
         super().__init__(scene, plan, listed)
@@ -35,7 +36,7 @@ class MasslessContactTerm(ContactTerm):
         self.basis = arrays.put(self.massless)
         self.compliance = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.last = arrays.zeros(len(contact.nodes) * block)
-        self.static_solve = StaticSolve(plan, model, self, self.basis, self.compliance)
+        self.static_solve = StaticSolve(plan, model, self, force, self.basis, self.compliance)
         self._predict = Prepared(make_predict(block, self.slots))
         self._load = Prepared(make_contact_load(block, self.slots))
 
@@ -49,11 +50,11 @@ class MasslessContactTerm(ContactTerm):
         """What is wrong with the present state, if anything is."""
         return None if self.static_solve.converged else self.static_solve.message
 
-    def begin(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+    def begin(self, u: arrays.Array, v: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Static solve at the start; the first prediction then goes on with the given velocity [k, 3] of K."""
         self.find_planes(u)
         self._project(u, 0.0, 0.0)
-        self.static_solve.equilibrate(u)
+        self.static_solve.equilibrate(u, v)
         now = self.displacement(u)
         arrays.set_values(self.last, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
 
@@ -84,11 +85,11 @@ class MasslessContactTerm(ContactTerm):
             self.totals,
         )
 
-    def close(self, u: arrays.Array, before: float, after: float) -> None:
+    def close(self, u: arrays.Array, v: arrays.Array, before: float, after: float) -> None:
         """x_K^{n+1}: predicted by extrapolation, then brought to equilibrium with x_J^{n+1}."""
         self.find_planes(u)
         self._project(u, after / before if before > 0.0 else 1.0, after * (before + after) / 2)
-        self.static_solve.equilibrate(u)
+        self.static_solve.equilibrate(u, v)
 
     def _project(self, u: arrays.Array, ratio: float, fall_time: float) -> None:
         """Extrapolate; fall_time [s^2] times gravity is what free flight adds."""

@@ -1,8 +1,4 @@
-"""The contact-touching cells: their corner forces and the stiffness between contact nodes.
-
-Every contact cell gets corners of its own, so that the force pass of the body, compiled once, hands out forces cell by
-cell: their sum is the force on a contact node, the sum of their sizes its reference force F_ref (METHOD 2).
-"""
+"""The contact-touching cells: their corner forces and the stiffness between contact nodes."""
 
 from __future__ import annotations
 
@@ -17,19 +13,21 @@ from .internal_force import InternalForce
 
 
 class SurfaceCells:
-    """minus_force [cells, corners, 3]: minus corner forces of the last `measure`; pair_values: K_ab of the pairs."""
+    """corner_rows: force row of every corner in K, in the order of `graph.corners`; pair_values: K_ab of the pairs."""
 
-    def __init__(self, plan: BodyPlan, graph: ContactGraph, basis: np.ndarray, block: int) -> None:
-        from ..kernels.surface_cells import gather_cells, make_surface_tangent
+    def __init__(
+        self, plan: BodyPlan, force: InternalForce, graph: ContactGraph, basis: np.ndarray, block: int
+    ) -> None:
+        from ..kernels.surface_cells import make_surface_tangent
 
         cells = plan.cells[graph.cells]
-        own = np.arange(cells.size).reshape(cells.shape)
-        points = plan.reference[cells].reshape(-1, 3)
-        self.force = InternalForce(plan, own, points, np.ones(cells.size), np.zeros(0, dtype=np.int64))
-        self.cell_nodes = arrays.put(cells.reshape(-1))
-        self.cell_u = arrays.zeros(3 * cells.size)
-        self.minus_force = arrays.zeros(3 * cells.size)
+        self.force = force
         self.corner_count = cells.shape[1]
+        assert force.surface is not None
+        self.corner_rows = arrays.put(
+            force.surface.rows(graph.corners // cells.shape[1], graph.corners % cells.shape[1])
+        )
+        self.cell_nodes = arrays.put(cells.reshape(-1))
         _values, gradients, weights = shape_functions(plan.body.mesh.kind)
         self.shape_gradients = arrays.put(gradients)
         self.weights = arrays.put(weights)
@@ -38,21 +36,16 @@ class SurfaceCells:
         self.pair_nodes = arrays.put(graph.pair_nodes)
         self.pair_values = arrays.zeros(len(graph.pair_nodes) * block * block)
         plain = bool(block == 3 and (basis == np.eye(3)).all())
-        self._gather = Prepared(gather_cells)
         self._tangent = Prepared(make_surface_tangent(plan.body.material.law, block, plain))
 
-    def measure(self, u: arrays.Array) -> None:
-        """Corner forces at displacement u of the body."""
-        self._gather(self.cell_nodes, u, self.cell_u, self.minus_force)
-        self.force.minus_force(self.cell_u, self.minus_force)
-
-    def linearise(self, basis: arrays.Array) -> None:
-        """Pair stiffnesses at the displacement of the last `measure`."""
+    def linearise(self, basis: arrays.Array, u: arrays.Array) -> None:
+        """Pair stiffnesses at displacement u."""
         self._tangent(
             self.shape_gradients,
             self.weights,
+            self.cell_nodes,
             self.force.reference,
-            self.cell_u,
+            u,
             self.pair_start,
             self.pair_corners,
             self.pair_nodes,
@@ -64,5 +57,5 @@ class SurfaceCells:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the contact cells."""
-        own = [self.cell_nodes, self.cell_u, self.minus_force, self.pair_start, self.pair_corners, self.pair_nodes]
-        return [*own, self.pair_values, *self.force.owned()]
+        own = [self.corner_rows, self.cell_nodes, self.pair_start, self.pair_corners, self.pair_nodes]
+        return [*own, self.pair_values]
