@@ -30,8 +30,8 @@ from .lanes import TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
-CELL_SUMS = 2
-NODE_SUMS = 10
+CELL_SUMS = 2  # elastic energy, smallest det F
+NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 
 
 @ti.func

@@ -11,14 +11,14 @@ import taichi as ti
 
 # numbers of `stats`
 F_REF, RESIDUAL, SWEEPS, PIVOT, STIFFEST, ROUNDING = 0, 1, 2, 3, 4, 5
-BEFORE, CONTRACTION, STALE, TODO, NEXT = 6, 7, 8, 9, 10
-STATS = 11
+BEFORE, CONTRACTION, STALE, TODO, NEXT, CONVERGED = 6, 7, 8, 9, 10, 11
+STATS = 12
 # numbers of `settings`
 LEAST_SWEEPS, POLISHING_SWEEPS, MOST_SWEEPS, AIM, TOLERANCE, LEFT, REACH, LEAST_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
 LINEAR, RELAXATION, MOST_IN_ALL = 8, 9, 10
 SETTINGS = 11
 # values of stats[TODO] and stats[NEXT]
-DONE, MEASURE, LINEARISE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0, 4.0
+DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 
 USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
 SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one

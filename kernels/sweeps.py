@@ -38,19 +38,19 @@ FEWEST = 2  # sweeps of a linearisation
 
 
 @ti.func
-def prepare(nodes: ti.template(), system: ti.template(), block: ti.template()):
+def prepare(touching: ti.template(), system: ti.template(), block: ti.template()):
     """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single plane."""
-    for k in range(nodes.nodes.shape[0]):
+    for k in range(touching.nodes.shape[0]):
         normal = segment(system.normals, k, block)
         push = block_of(system.inverse, k, block) @ normal
-        give = normal.dot(push) + nodes.compliance[k]
+        give = normal.dot(push) + touching.give[k]
         for j in ti.static(range(block)):
             system.push[k * (block + 1) + j] = push[j]
         system.push[k * (block + 1) + block] = ti.select(give > 0.0, 1.0 / ti.max(give, 1e-300), 0.0)
 
 
 @ti.func
-def update(nodes: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
+def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
     """The node's own contact problem, solved exactly for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
     old = segment(system.increment, k, block)
     flexible = block_of(system.inverse, k, block)
@@ -75,23 +75,23 @@ def update(nodes: ti.template(), system: ti.template(), k, rest, block: ti.templ
         )
         gaps = ti.Vector([system.gaps[k * slots + p] for p in ti.static(range(slots))])
         if (gaps + normals @ free).min() < 0.0:
-            pressing = multipliers(free, normals, gaps, flexible, nodes.compliance[k], slots)
+            pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
             d = free + flexible @ (normals.transpose() @ pressing)
             for p in ti.static(range(slots)):
                 if pressing[p] > 0.0:
                     mask += 1 << p
-    nodes.active[k] = mask
+    touching.active[k] = mask
     change = d - old
     defect = system.stiffness[k] * largest(change)
-    if nodes.compliance[k] > 0.0 and mask > 0:
-        defect += change.norm() / nodes.compliance[k]
+    if touching.give[k] > 0.0 and mask > 0:
+        defect += change.norm() / touching.give[k]
     for j in ti.static(range(block)):
         system.increment[k * block + j] = d[j]
     return defect
 
 
 @ti.func
-def sweep_once(nodes: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
+def sweep_once(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
     """One pass over the nodes, colour by colour; returns the largest defect [N]."""
     defect = 0.0
     for pack in range(system.lane_start.shape[0] - 1):
@@ -108,22 +108,22 @@ def sweep_once(nodes: ti.template(), system: ti.template(), block: ti.template()
             k = system.lane_node[pack * LANES + lane]
             if k >= 0:
                 own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
-                defect = ti.max(defect, update(nodes, system, k, own, block, slots))
+                defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
 
 @ti.func
-def sweep(nodes: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
+def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
     """Sweeps until the linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
 
     Down to the tolerance a solve may take MOST_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where compression
     makes K_KK lose definiteness, endless sweeps would follow the unstable mode.
     """
     stats, settings = ti.static(system.stats, system.settings)
-    for i in range(nodes.nodes.shape[0] * block):
+    for i in range(touching.nodes.shape[0] * block):
         system.increment[i] = 0.0
     if ti.static(slots == 1):
-        prepare(nodes, system, block)
+        prepare(touching, system, block)
     least, aim = settings[LEAST_SWEEPS], settings[AIM]
     if settings[LINEAR] == 0.0:
         if stats[TODO] == LAST_SWEEP:
@@ -139,7 +139,7 @@ def sweep(nodes: ti.template(), system: ti.template(), block: ti.template(), slo
         or (done < settings[MOST_SWEEPS] and residual > bound)
     ):
         before = residual
-        residual = sweep_once(nodes, system, block, slots) / stats[F_REF]
+        residual = sweep_once(touching, system, block, slots) / stats[F_REF]
         done += 1.0
         if residual > STALLED * before and residual <= stats[ROUNDING]:
             stalled = 1
@@ -149,14 +149,14 @@ def sweep(nodes: ti.template(), system: ti.template(), block: ti.template(), slo
 
 
 @ti.func
-def move(nodes: ti.template(), system: ti.template(), block: ti.template()):
+def move(u: ti.template(), touching: ti.template(), system: ti.template(), block: ti.template()):
     """x_K += B d; no node further than the reach: from gaps >= 0 a part of a feasible increment is feasible."""
     longest = 0.0
-    for k in range(nodes.nodes.shape[0]):
+    for k in range(touching.nodes.shape[0]):
         longest = ti.max(longest, segment(system.increment, k, block).norm())
     part = ti.min(1.0, system.settings[REACH] / ti.max(longest, 1e-300))
-    for k in range(nodes.nodes.shape[0]):
-        step = part * (basis_of(nodes.basis, k, block) @ segment(system.increment, k, block))
+    for k in range(touching.nodes.shape[0]):
+        step = part * (basis_of(touching.basis, k, block) @ segment(system.increment, k, block))
         for j in ti.static(range(3)):
-            place = 3 * nodes.nodes[k] + j
-            nodes.u[place] = nodes.u[place] + step[j]
+            place = 3 * touching.nodes[k] + j
+            u[place] = u[place] + step[j]

@@ -20,7 +20,7 @@ class Prepared:
     """
 
     def __init__(self, kernel: Callable[..., None]) -> None:
-        self._kernel = kernel
+        self.kernel = kernel
         self._ready: tuple[Any, Any, Any] | None = None
         self._arrays: dict[int, tuple[Any, tuple[Any, ...]]] = {}
         self._ordinary = False
@@ -29,7 +29,7 @@ class Prepared:
 
     def __call__(self, *arguments: Any) -> None:
         if self._ready is None:
-            self._kernel(*arguments)
+            self.kernel(*arguments)
             if not self._ordinary:
                 self._prepare(arguments)
             return
@@ -69,7 +69,7 @@ class Prepared:
         try:
             from taichi.lang import impl
 
-            primal = self._kernel._primal  # type: ignore[attr-defined]
+            primal = self.kernel._primal  # type: ignore[attr-defined]
             program = impl.get_runtime().prog
             inner = primal.compiled_kernels[primal.ensure_compiled(*arguments)]
             compiled = program.compile_kernel(program.config(), program.get_device_caps(), inner)

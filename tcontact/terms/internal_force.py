@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 
 import numpy as np
@@ -34,8 +35,7 @@ class InternalForce:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
             packs = self.surface.packs
         self.step = make_step(kind, material.law)
-        self.kernel = Prepared(self.step)
-        self.surface_kernel = Prepared(self.step)
+        self.kernel: Callable[..., None] = Prepared(self.step)
         self.gravity = plan.gravity
         self.lame = (material.lame_lambda, material.lame_mu)
         self.connectivity = arrays.put(packs.connectivity)
@@ -60,15 +60,16 @@ class InternalForce:
         loaded: bool = True,
     ) -> None:
         """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
+        self.set_steps(kick_before, kick_after, drift, loaded=loaded)
+        self.kernel(0, CHUNKS, CHUNKS, *self.arguments(u, v))
+
+    def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
+        """The parameters of the next pass."""
         gravity = self.gravity if loaded else np.zeros(3)
         arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.lame]))
-        self.kernel(0, CHUNKS, CHUNKS, *self._arrays(u, v))
 
-    def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
-        """Corner forces dW/du of the contact cells at u, added to their own rows; nothing moves."""
-        self.surface_kernel(CHUNKS, 2 * CHUNKS, 0, *self._arrays(u, v))
-
-    def _arrays(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
+    def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
+        """The arrays of the pass, as in kernels/bundles.Body."""
         first = (self.connectivity, self.chunks, self.info, self.reference, self.mass, self.parameters)
         return (*first, u, v, self.rows, self.special_force, self.node_sums, self.cell_sums)
 
@@ -76,18 +77,19 @@ class InternalForce:
         """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
         other = copy(self)
         other.info = arrays.put(arrays.get(self.info) & CHUNK_BITS)
-        other.kernel = Prepared(self.step)
+        other.parameters = arrays.put(arrays.get(self.parameters))
+        other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
         return other
 
     def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
         """out += -f(u) / mass at ordinary nodes; u stays as it is."""
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
-    def sums(self) -> tuple[np.ndarray, float, float]:
-        """Sums over ordinary nodes [10], elastic energy [J] and smallest det F of the last pass."""
+    def sums(self) -> np.ndarray:
+        """Sums over ordinary nodes (10), elastic energy [J] and smallest det F of the last pass [12]."""
         nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
         cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
-        return nodes.sum(axis=0), float(cells[:, 0].sum()), float(cells[:, 1].min())
+        return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min()])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
