@@ -44,7 +44,8 @@ class Touching(NamedTuple):
 
     all_nodes, all_reference: the whole contact set; give [k]: penalty stiffness kappa A_k, or its inverse for massless
     nodes (0 = exact); force [k, 3]: the contact force; active [k]: bit mask of the planes that hold a massless node;
-    basis [k, 3, block]: its massless components; last [k, block]: their displacement one level back.
+    basis [k, 3, block]: its massless components; last [k, block]: their displacement one level back; heir_start [k+1],
+    heirs: boundary nodes that take what the static solve leaves unbalanced.
     """
 
     nodes: Any
@@ -59,6 +60,8 @@ class Touching(NamedTuple):
     basis: Any
     active: Any
     last: Any
+    heir_start: Any
+    heirs: Any
 
 
 class System(NamedTuple):

@@ -22,7 +22,7 @@ import taichi as ti
 
 from . import tensor3
 
-CORNERS = {"hex8": 8, "tet4": 4}
+CORNERS = {"hex8": 8, "affine-hex8": 8, "tet4": 4}
 GAUSS = 1.0 / 3.0**0.5
 
 
@@ -69,17 +69,22 @@ def tet_corner_forces(q):
 
 
 @ti.func
-def point_force(g, a, lam, mu, law: ti.template()):
-    """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
-
-    g[c][j] = du_c/dr_j, a[c][j] = dX_c/dr_j; lam, mu times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress and
-    energy are linear in them. A variant with stored geometry replaces the three lines that use a.
-    """
+def geometry(a):
+    """[cof A, cof A / det A, det A] of a[c][j] = dX_c/dr_j."""
     m = tensor3.cofactor(a)
     d = tensor3.determinant(a, m)
-    h = tensor3.scaled(1.0 / d, tensor3.product_transposed(g, m))
-    answer = law(h, lam, mu)
-    return [tensor3.product(answer[0], m), d * answer[1], answer[2]]
+    return [m, tensor3.scaled(1.0 / d, m), d]
+
+
+@ti.func
+def point_force(g, shape, lam, mu, law: ti.template()):
+    """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
+
+    g[c][j] = du_c/dr_j, shape: its `geometry`; lam, mu times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress
+    and energy are linear in them.
+    """
+    answer = law(tensor3.product_transposed(g, shape[1]), lam, mu)
+    return [tensor3.product(answer[0], shape[0]), shape[2] * answer[1], answer[2]]
 
 
 @ti.func
@@ -92,14 +97,19 @@ def hex_gradients(c, r2, r3, r23):
 
 
 @ti.func
-def hex_force(x, u, lam, mu, law: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k].
+def affine_gradients(c, r2, r3, r23):
+    """The same for a parallelepiped: A is constant, and the compiler takes what follows from it out of the loop."""
+    return [[c[0], c[1], c[2]], [c[0], c[1], c[2]]]
+
+
+@ti.func
+def hex_points(mode_x, mode_u, lam, mu, law: ti.template(), jacobian_of: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] from the modes of x and u.
 
     Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
+    jacobian_of: A of one component at two points from its modes.
     """
-    mode_x = [hex_modes(x[c]) for c in range(3)]
-    mode_u = [hex_modes(u[c]) for c in range(3)]
-    zero = x[0][0] * 0.0
+    zero = mode_x[0][0] * 0.0
     mode_f = [[zero for _ in range(7)] for _ in range(3)]
     energy = zero
     change = zero + 1e300
@@ -108,10 +118,11 @@ def hex_force(x, u, lam, mu, law: ti.template()):
         r2 = GAUSS * (2.0 * (line & 1) - 1.0)
         r3 = GAUSS * (2.0 * (line >> 1) - 1.0)
         r23 = r2 * r3
-        a = [hex_gradients(mode_x[c], r2, r3, r23) for c in range(3)]
         g = [hex_gradients(mode_u[c], r2, r3, r23) for c in range(3)]
-        low = point_force([g[c][0] for c in range(3)], [a[c][0] for c in range(3)], scaled_lam, scaled_mu, law)
-        high = point_force([g[c][1] for c in range(3)], [a[c][1] for c in range(3)], scaled_lam, scaled_mu, law)
+        a = [jacobian_of(mode_x[c], r2, r3, r23) for c in range(3)]
+        lower, upper = geometry([a[c][0] for c in range(3)]), geometry([a[c][1] for c in range(3)])
+        low = point_force([g[c][0] for c in range(3)], lower, scaled_lam, scaled_mu, law)
+        high = point_force([g[c][1] for c in range(3)], upper, scaled_lam, scaled_mu, law)
         energy += low[1] + high[1]
         change = ti.min(change, ti.min(low[2], high[2]))
         for c in ti.static(range(3)):
@@ -130,12 +141,28 @@ def hex_force(x, u, lam, mu, law: ti.template()):
 
 
 @ti.func
+def hex_force(x, u, lam, mu, law: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    return hex_points(
+        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], lam, mu, law, hex_gradients
+    )
+
+
+@ti.func
+def affine_hex_force(x, u, lam, mu, law: ti.template()):
+    """The same for a parallelepiped."""
+    return hex_points(
+        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], lam, mu, law, affine_gradients
+    )
+
+
+@ti.func
 def tet_force(x, u, lam, mu, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
-    answer = point_force(g, a, lam * (1.0 / 6.0), mu * (1.0 / 6.0), law)
+    answer = point_force(g, geometry(a), lam * (1.0 / 6.0), mu * (1.0 / 6.0), law)
     return [[tet_corner_forces(answer[0][c]) for c in range(3)], answer[1], answer[2]]
 
 
-FORCES = {"hex8": hex_force, "tet4": tet_force}
+FORCES = {"hex8": hex_force, "affine-hex8": affine_hex_force, "tet4": tet_force}

@@ -2,6 +2,9 @@
 
 x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of the obstacle
 lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
+
+What the static solve left unbalanced acts, like their loads, on the nodes that carry the mass of the contact nodes:
+momentum is exact at any residual.
 """
 
 import taichi as ti
@@ -63,6 +66,12 @@ def massless_load(
             total += pressing[p] * normal(touching.planes, touching.near[k * slots + p])
             sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
         hand_over(body, touching, k, total)
+        begin, end = touching.heir_start[k], touching.heir_start[k + 1]
+        share = (b @ rest) / ti.max(1.0, float(end - begin))
+        for i in range(begin, end):
+            for j in ti.static(range(3)):
+                place = 3 * touching.heirs[i] + j
+                body.special_force[place] = body.special_force[place] + share[j]
         for j in ti.static(range(3)):
             sums[j] += total[j]
         if total.norm() > 0.0:

@@ -164,6 +164,8 @@ def make_serial_step(
         basis: ARRAY,
         active: INDEX,
         last: ARRAY,
+        heir_start: INDEX,
+        heirs: INDEX,
         cell_nodes: INDEX,
         shape_gradients: ARRAY,
         weights: ARRAY,
@@ -225,6 +227,8 @@ def make_serial_step(
                 basis,
                 active,
                 last,
+                heir_start,
+                heirs,
             )
         )
         pairs = ti.static(

@@ -11,6 +11,7 @@ the safe side of the residual that is left.
 import taichi as ti
 
 from .lanes import SWEEP_LANES as LANES
+from .internal_force import MASK
 from .local_contact import multipliers
 from .massless_node import basis_of, block_of, largest, segment
 from .static_control import (
@@ -98,12 +99,15 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
-            there = [block * system.column[entry * LANES + lane] for lane in range(LANES)]
+            # the masks tell the compiler that further indices cannot overflow: whole vectors are loaded
+            here = (entry * LANES) & MASK
+            there = [(block * system.column[here + lane]) & MASK for lane in range(LANES)]
+            start = (entry * block * block * LANES) & MASK
             for j in ti.static(range(block)):
                 moved = ti.Vector([system.increment[i + j] for i in there])
                 for i in ti.static(range(block)):
-                    start = ((entry * block + i) * block + j) * LANES
-                    rest[i] += ti.Vector([system.values[start + lane] for lane in range(LANES)]) * moved
+                    first = (i * block + j) * LANES
+                    rest[i] += ti.Vector([system.values[start + (first + lane)] for lane in range(LANES)]) * moved
         for lane in ti.static(range(LANES)):
             k = system.lane_node[pack * LANES + lane]
             if k >= 0:

@@ -78,6 +78,27 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     )
 
 
+def heirs(cells: np.ndarray, reference: np.ndarray, boundary: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Who takes what the static solve leaves unbalanced: start [k+1] and rows of the boundary list, equal shares.
+
+    The first `count` boundary nodes are the contact nodes; heirs of one are the other boundary nodes in its cells (they
+    carry its mass), or the nearest one if there is none.
+    """
+    row = np.full(len(reference), -1)
+    row[boundary] = np.arange(len(boundary))
+    local = row[cells[(row[cells] >= 0).any(axis=1)]]
+    first, second = np.meshgrid(np.arange(cells.shape[1]), np.arange(cells.shape[1]), indexing="ij")
+    pairs = np.stack([local[:, first.ravel()].ravel(), local[:, second.ravel()].ravel()], axis=1)
+    pairs = np.unique(pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < count) & (pairs[:, 1] >= count)], axis=0)
+    alone = np.setdiff1d(np.arange(count), pairs[:, 0])
+    if len(alone) and len(boundary) > count:
+        others = reference[boundary[count:]]
+        nearest = [np.linalg.norm(others - reference[boundary[k]], axis=1).argmin() + count for k in alone]
+        pairs = np.concatenate([pairs, np.stack([alone, nearest], axis=1)])
+        pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    return _starts(pairs[:, 0], count), pairs[:, 1]
+
+
 def _starts(owner: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))])
 

@@ -11,7 +11,7 @@ import pytest
 import taichi as ti
 from scipy.optimize import nnls
 
-from tcontact.kernels.boundary_nodes import ARRAY
+from tcontact.kernels.arguments import ARRAY
 from tcontact.kernels.local_contact import multipliers
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..contact_graph import heirs
 from ..contact_models import MasslessContact
 from ..plan import BodyPlan
 from ..scene import Scene
@@ -34,6 +35,8 @@ class MasslessContactTerm(ContactTerm):
         self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
         self.last = arrays.zeros(len(contact.nodes) * self.block)
+        start, rows = heirs(plan.cells, plan.reference, plan.boundary, len(contact.nodes))
+        self.heir_start, self.heirs = arrays.put(start), arrays.put(rows)
         self.static_solve = StaticSolve(plan, model, force, self.slots)
 
     @property
@@ -58,7 +61,8 @@ class MasslessContactTerm(ContactTerm):
 
     def arguments(self) -> tuple[arrays.Array, ...]:
         """As in kernels/bundles: Touching, Pairs, System."""
-        return (*super().arguments(), self.basis, self.active, self.last, *self.static_solve.arguments())
+        own = (self.basis, self.active, self.last, self.heir_start, self.heirs, *self.static_solve.arguments())
+        return (*super().arguments(), *own)
 
     def owned(self) -> list[arrays.Array]:
         return [*super().owned(), *self.static_solve.owned()]

@@ -11,7 +11,6 @@ from .boundary_nodes import BoundaryNodes, Supports
 from .contact import ContactTerm
 from .internal_force import InternalForce
 
-TOUCHING, MASSLESS = 9, 29  # arrays of a contact term, and further ones of massless nodes
 MOST_ROWS = 256  # in one launch
 
 
@@ -97,7 +96,7 @@ class SerialStep:
 
 def _dummies(real: arrays.Array, whole: arrays.Array) -> tuple[arrays.Array, ...]:
     """Stand-ins for the arrays of Touching, Pairs and System."""
-    touching = (whole, real, whole, real, whole, real, real, real, real, real, whole, real)
+    touching = (whole, real, whole, real, whole, real, real, real, real, real, whole, real, whole, whole)
     pairs = (whole, real, real, whole, whole, whole, real, whole, whole, whole, whole)
     system = (whole, whole, whole, whole, whole, *(real,) * 10)
     return (*touching, *pairs, *system)
