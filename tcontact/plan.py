@@ -70,6 +70,11 @@ class BodyPlan:
         return result[np.argsort(self.node_order)]
 
     @property
+    def element(self) -> str:
+        """Name of the element its kernels are made for: the kind of its cells, "hex8-reduced" for one-point hexes."""
+        return self.body.element
+
+    @property
     def terms(self) -> tuple[str, ...]:
         """Names of the physics this body has."""
         names = ["internal-force"]
@@ -102,6 +107,11 @@ class Plan:
         if self.contact_term:
             found[self.contact_term] = None
         return (*found, "ledger")
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the history that only such a scene has."""
+        return ("hourglass",) if any(body.body.formulation == "reduced" for body in self.bodies) else ()
 
     def describe(self) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated."""

@@ -64,10 +64,11 @@ class BodyState:
     def row(self, time: float) -> np.ndarray:
         """The measured row of the last step (history.MEASURED)."""
         row = np.zeros(WIDTH)
-        nodes, elastic, jacobian = self.internal_force.sums()
+        nodes, elastic, jacobian, hourglass = self.internal_force.sums()
         row[PLACE["time"]] = time
         row[PLACE["elastic"]] = elastic
         row[PLACE["jacobian_min"]] = jacobian
+        row[PLACE["hourglass"]] = hourglass
         sums = np.zeros(8)
         if self.listed is not None:
             sums = self.listed.sums()

@@ -12,6 +12,7 @@ from ..packing import CHUNKS, WIDTHS, pack_cells
 from ..plan import BodyPlan
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
+CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), mass-weighted displacement (3)
 
 
@@ -29,7 +30,7 @@ class InternalForce:
     ) -> None:
         from ..kernels.internal_force import make_step
 
-        kind, material = plan.body.mesh.kind, plan.body.material
+        kind, material = plan.element, plan.body.material
         packs = pack_cells(cells, len(reference), WIDTHS[kind])
         self.step = make_step(kind, material.law)
         self.kernel = Prepared(self.step)
@@ -44,7 +45,7 @@ class InternalForce:
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(special))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        self.cell_sums = arrays.zeros(CHUNKS * 2)
+        self.cell_sums = arrays.zeros(CHUNKS * CELL_SUMS)
         self.parameters = arrays.zeros(8)
 
     def advance(
@@ -87,11 +88,11 @@ class InternalForce:
         """out += -f(u) / mass at ordinary nodes; u stays as it is."""
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
-    def sums(self) -> tuple[np.ndarray, float, float]:
-        """Sums over ordinary nodes [10], elastic energy [J] and smallest det F of the last pass."""
+    def sums(self) -> tuple[np.ndarray, float, float, float]:
+        """Sums over ordinary nodes [10], elastic energy [J], smallest det F, hourglass energy [J] of the last pass."""
         nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
-        cells = arrays.get(self.cell_sums).reshape(CHUNKS, 2)
-        return nodes.sum(axis=0), float(cells[:, 0].sum()), float(cells[:, 1].min())
+        cells = arrays.get(self.cell_sums).reshape(CHUNKS, CELL_SUMS)
+        return nodes.sum(axis=0), float(cells[:, 0].sum()), float(cells[:, 1].min()), float(cells[:, 2].sum())
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

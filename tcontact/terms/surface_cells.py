@@ -39,7 +39,12 @@ class SurfaceCells:
         self.pair_values = arrays.zeros(len(graph.pair_nodes) * block * block)
         plain = bool(block == 3 and (basis == np.eye(3)).all())
         self._gather = Prepared(gather_cells)
-        self._tangent = Prepared(make_surface_tangent(plan.body.material.law, block, plain))
+        if plan.body.formulation == "reduced":
+            from ..kernels.reduced_tangent import make_reduced_tangent
+
+            self._tangent = Prepared(make_reduced_tangent(plan.body.material.law, block))
+        else:
+            self._tangent = Prepared(make_surface_tangent(plan.body.material.law, block, plain))
 
     def measure(self, u: arrays.Array) -> None:
         """Corner forces at displacement u of the body."""
