@@ -109,7 +109,7 @@ def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int):
-    """Cell phase of a kind ("hex8", "hex8-reduced", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a memoised ti.func.
+    """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
     cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride); a kernel that calls
     it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a serial loop over steps stride = 1.

@@ -15,9 +15,11 @@ meshes too, so patches carry uniform stress. What H does not see, in each of the
     kappa = HOURGLASS (lam + 2 mu) (b:b) / (8 V),     b:b = sum over k of |b_k|^2
 
 All of it lives in the reference state: q is zero for every linear field, finite rotations too, and turns with the body.
-HOURGLASS is the share of the stiffness of the highest mode that the mean gradient sees, (lam + 2 mu) (b:b)/V, that an
-hourglass mode gets (sum over k of gamma_ak^2 = 8). About 1/12 gives cubes with Poisson's ratio 0.3 the energy of pure
-bending; above about 1/3 the stable step would suffer.
+HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
+modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
+hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft
+(full hexes: 56, 16, 5 % too stiff), and with longer cells no stiffer than full hexes. The stable step stays that of full
+hexes or above up to about 0.1; 1/3 costs 5 %, 1/2 costs 20 %. Much smaller values make the static solve slow.
 """
 
 import taichi as ti

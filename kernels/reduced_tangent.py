@@ -17,12 +17,13 @@ from .reduced_hex import HOURGLASS
 from .surface_cells import TANGENTS, corner
 
 CORNERS = 8
-MODES = (  # r1 r2, r1 r3, r2 r3, r1 r2 r3 at the corners in VTK order
-    (1, -1, 1, -1, 1, -1, 1, -1),
-    (1, -1, -1, 1, -1, 1, 1, -1),
-    (1, 1, -1, -1, -1, -1, 1, 1),
-    (-1, 1, -1, 1, 1, -1, 1, -1),
-)
+
+
+@ti.func
+def hourglass_modes(a):
+    """(r1 r2, r1 r3, r2 r3, r1 r2 r3) at corner a in VTK order."""
+    r1, r2, r3 = 2.0 * (((a + 1) >> 1) & 1) - 1.0, 2.0 * ((a >> 1) & 1) - 1.0, 2.0 * (a >> 2) - 1.0
+    return ti.Vector([r1 * r2, r1 * r3, r2 * r3, r1 * r2 * r3])
 
 
 @functools.cache
@@ -49,13 +50,14 @@ def make_reduced_tangent(law: str, block: int):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
             gammas = ti.Vector.zero(ti.f64, 4 * CORNERS)
-            first = 3 * cell * corners
+            first = cell * corners
             volume = 0.0
             for q in range(weights.shape[0]):
                 jacobian = ti.Matrix.zero(ti.f64, 3, 3)
                 for a in range(corners):
-                    for i, j in ti.static(ti.ndrange(3, 3)):
-                        jacobian[i, j] += cell_reference[first + 3 * a + i] * shape_gradients[3 * (q * corners + a) + j]
+                    jacobian += corner(cell_reference, first + a).outer_product(
+                        corner(shape_gradients, q * corners + a)
+                    )
                 weight = weights[q] * jacobian.determinant()
                 volume += weight
                 turned = weight * jacobian.inverse().transpose()
@@ -66,25 +68,24 @@ def make_reduced_tangent(law: str, block: int):
             slope = ti.Matrix.zero(ti.f64, 3, 3)
             twist = ti.Matrix.zero(ti.f64, 4, 3)
             square = 0.0
-            for a in ti.static(range(CORNERS)):
-                here = first + 3 * a
+            for a in range(corners):
+                g = corner(slopes, a) / volume
+                square += g.dot(g)
+                slope += (corner(cell_u, first + a) - corner(cell_u, first)).outer_product(g)
+                arm = corner(cell_reference, first + a) - corner(cell_reference, first)
+                twist += hourglass_modes(a).outer_product(arm)
                 for j in ti.static(range(3)):
-                    slopes[3 * a + j] /= volume
-                    square += slopes[3 * a + j] * slopes[3 * a + j]
-                    for i in ti.static(range(3)):
-                        slope[i, j] += (cell_u[here + i] - cell_u[first + i]) * slopes[3 * a + j]
-                    for h in ti.static(range(4)):
-                        twist[h, j] += MODES[h][a] * (cell_reference[here + j] - cell_reference[first + j])
+                    slopes[3 * a + j] = g[j]
             kappa = HOURGLASS * (lam + 2.0 * mu) * volume * square / 8.0
             m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope, volume * lam, volume * mu)
-            for a in ti.static(range(CORNERS)):
+            for a in range(corners):
                 g = corner(slopes, a)
                 mg = m @ g
-                gamma = twist @ g
+                gamma = hourglass_modes(a) - twist @ g
                 for j in ti.static(range(3)):
                     moved[3 * a + j] = mg[j]
                 for h in ti.static(range(4)):
-                    gammas[4 * a + h] = MODES[h][a] - gamma[h]
+                    gammas[4 * a + h] = gamma[h]
             for p in range(pair_start[cell], pair_start[cell + 1]):
                 left, right = pair_corners[2 * p], pair_corners[2 * p + 1]
                 ga, gb = corner(slopes, left), corner(slopes, right)

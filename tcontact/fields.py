@@ -1,4 +1,4 @@
-"""Fields for pictures and files, one value a cell, with numpy: at the centre, or of the mean gradient of one-point hexes."""
+"""Fields for pictures and files with numpy, one value a cell: at its centre, in one-point hexes the mean."""
 
 from __future__ import annotations
 

@@ -13,10 +13,11 @@ CONTACTS = ("none", "normal", "full")
 
 @dataclass(frozen=True)
 class Configuration:
-    """One process: a cube of size^3 hexes (one-point hexes, six tets for each), timed without contact and with it, turn by turn.
+    """One process: a cube of size^3 hexes (or six tets for each), timed without contact and with it, turn by turn.
 
-    contacts: of "none", "normal" and "full" (removal of the massless contact on one face); threads: CPU threads;
-    steps: per batch, None = chosen; seconds: time budget; batches: at least so many of each kind of work.
+    kind: of KINDS, hex8-reduced = one-point hexes; contacts: of "none", "normal" and "full" (removal of the massless
+    contact on one face); threads: CPU threads; steps: per batch, None = chosen; seconds: time budget; batches: at least
+    so many of each kind of work.
     """
 
     kind: str

@@ -1,12 +1,12 @@
 """One-point hexes, as a textbook has them: mean B by quadrature, gamma vectors, a stiffness per hourglass mode.
 
-    G_k = 1/V int grad N_k dV,   gamma_a = h_a - sum over k of (h_a,k x_k) . G,   W = V W(H) + kappa/2 sum |gamma_a u|^2
-    kappa = share (lam + 2 mu) V (G:G) / 8
+G_k = 1/V int grad N_k dV,   gamma_a = h_a - sum over k of (h_a,k x_k) . G,   W = V W(H) + kappa/2 sum |gamma_a u|^2
+kappa = share (lam + 2 mu) V (G:G) / 8
 """
 
 import numpy as np
 
-from oracle.cells import HEX_CORNERS, Quadrature, quadrature
+from oracle.cells import HEX_CORNERS, Quadrature, assemble, cell_force, cell_tangent, energy, quadrature
 
 r, s, t = HEX_CORNERS.T
 HOURGLASS_MODES = np.array([r * s, r * t, s * t, r * s * t])
@@ -37,27 +37,19 @@ class ReducedHex:
 
     def energy(self, u):
         """Stored energy, hourglass energy included [J]."""
-        from oracle.cells import energy
-
         return energy(self.point, self.law, u) + self.hourglass_energy(u)
 
     def cell_force(self, u):
         """Internal force of each cell on its nodes [m, 8, 3] [N]."""
-        from oracle.cells import cell_force
-
         stiff = self.kappa[:, None, None] * self.hourglass(u)
         return cell_force(self.point, self.law, u) + np.einsum("mha,mhi->mai", self.gamma, stiff)
 
     def force(self, u):
         """f(u) = dW/du [n, 3] [N]."""
-        from oracle.cells import assemble
-
         return assemble(self.point.cells, self.cell_force(u), len(u))
 
     def tangent(self, u):
         """df/du [3n, 3n], dense."""
-        from oracle.cells import cell_tangent
-
         blocks = cell_tangent(self.point, self.law, u)
         blocks += np.einsum("m,mha,mhb,ij->maibj", self.kappa, self.gamma, self.gamma, np.eye(3))
         cells, size = self.point.cells, u.size
