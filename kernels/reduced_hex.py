@@ -18,7 +18,7 @@ All of it lives in the reference state: q is zero for every linear field, finite
 HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
 modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
 hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft
-(full hexes: 56, 16, 5 % too stiff); with cells longer than thick it is too stiff, as full hexes are, by less. The stable
+(full hexes: 56, 16, 5 % too stiff); with cells longer than thick it is too stiff, like full hexes but less. The stable
 step is that of full hexes or more up to about 0.1; 1/3 costs 5 %, 1/2 costs 20 %. Smaller values cost the static solve
 sweeps (0.02: a fifth more).
 """
