@@ -11,6 +11,9 @@ SIMD values (`keep_vectors`), so nothing depends on what a loop vectoriser makes
 rows in chunk order, clears them for the next step and moves. Chunks and node ranges are fixed in number: same bits on
 any number of threads.
 
+Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
+there the corner forces stay apart and no node sums them.
+
 `params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
 `cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
 part of the elastic energy that is hourglass energy [J] (0 for elements without).
@@ -28,8 +31,8 @@ from .lanes import TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
-CELL_SUMS = 3
-NODE_SUMS = 10
+CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
+NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 
 
 @ti.func
@@ -44,10 +47,10 @@ def node_phase(
     special_force: ti.template(),
     node_sums: ti.template(),
     params: ti.template(),
+    ranges,
     stride: ti.template(),
 ):
     """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range."""
-    ranges = chunk_table.shape[0] // TABLE
     for s in range(ranges * stride):
         if s % stride == 0:
             part = s // stride
@@ -111,8 +114,9 @@ def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(
 def make_cell_phase(kind: str, law: str, width: int):
     """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
-    cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums, params, stride); a kernel that calls
-    it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a serial loop over steps stride = 1.
+    cell_phase(first, end, connectivity, chunk_table, position, u, rows, cell_sums, params, stride) for the chunks
+    first..end; a kernel that calls it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a
+    serial loop over steps stride = 1.
     """
     corners = elements.CORNERS[kind]
     force_of = elements.FORCES[kind]
@@ -121,8 +125,9 @@ def make_cell_phase(kind: str, law: str, width: int):
 
     @ti.func
     def cell_phase(
+        first,
+        end,
         connectivity: ti.template(),
-        cell_count: ti.template(),
         chunk_table: ti.template(),
         position: ti.template(),
         u: ti.template(),
@@ -131,10 +136,11 @@ def make_cell_phase(kind: str, law: str, width: int):
         params: ti.template(),
         stride: ti.template(),
     ):
-        for s in range(chunk_table.shape[0] // TABLE * stride):
+        for s in range((end - first) * stride):
             if s % stride == 0:
-                chunk = s // stride
+                chunk = first + s // stride
                 base = 3 * chunk_table[chunk * TABLE + 2]
+                cell_end, own = chunk_table[chunk * TABLE + 3], chunk_table[chunk * TABLE + 4]
                 lam, mu = params[6], params[7]
                 lanes = ti.Vector(lane_numbers)
                 zero = ti.Vector([0.0 for _ in range(width)])
@@ -148,7 +154,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                     x = [[corner[k][c] for k in range(corners)] for c in range(3)]
                     y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell without stiffness
-                    weight = ti.select(lanes + pack * width < cell_count, one, zero)
+                    weight = ti.select(lanes + pack * width < cell_end, one, zero)
                     answer = force_of(x, y, lam * weight, mu * weight, law_of)
                     energy += answer[1]
                     change = ti.min(change, answer[2])
@@ -156,7 +162,8 @@ def make_cell_phase(kind: str, law: str, width: int):
                         hourglass += answer[3]
                     for k in ti.static(range(corners)):
                         for lane in ti.static(range(width)):
-                            row = (3 * connectivity[start + k * width + lane] + base) & MASK
+                            place = start + k * width + lane
+                            row = (3 * ti.select(own == 1, place, connectivity[place]) + base) & MASK
                             old = [rows[row + c] for c in range(3)]
                             for c in ti.static(range(3)):
                                 rows[row + c] = old[c] + answer[0][c][k][lane]
@@ -197,15 +204,18 @@ def keep_vectors(kernel):
 def make_step(kind: str, law: str, width: int | None = None):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
 
-    step(connectivity, cell_count, chunk_table, node_info, position, mass, params, u, v, rows, special_force_out,
-    node_sums_out, cell_sums_out); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
+    special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts (0: no nodes); index
+    arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
     """
     cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind])
 
     @ti.kernel
     def step(
+        first: ti.i32,
+        end: ti.i32,
+        ranges: ti.i32,
         connectivity: INDEX,
-        cell_count: ti.i32,
         chunk_table: INDEX,
         node_info: INDEX,
         position: ARRAY,
@@ -218,7 +228,7 @@ def make_step(kind: str, law: str, width: int | None = None):
         node_sums_out: ARRAY,
         cell_sums_out: ARRAY,
     ):
-        cell_phase(connectivity, cell_count, chunk_table, position, u, rows, cell_sums_out, params, GRAIN)
+        cell_phase(first, end, connectivity, chunk_table, position, u, rows, cell_sums_out, params, GRAIN)
         node_phase(
             chunk_table,
             node_info,
@@ -230,6 +240,7 @@ def make_step(kind: str, law: str, width: int | None = None):
             special_force_out,
             node_sums_out,
             params,
+            ranges,
             GRAIN,
         )
 

@@ -41,7 +41,7 @@ def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
             right = ti.Vector.zero(ti.f64, slots)
             for p in ti.static(range(slots)):
                 if (mask >> p) & 1 == 1:
-                    right[p] = -start[p]
+                    right[p] = 0.0 - start[p]
                     if coupling[p, p] > 0.0:
                         for q in ti.static(range(slots)):
                             if (mask >> q) & 1 == 1:
@@ -52,7 +52,7 @@ def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
             rest = start + coupling @ guess
             for _ in range(REFINEMENTS):
                 for p in ti.static(range(slots)):
-                    right[p] = ti.select((mask >> p) & 1 == 1 and coupling[p, p] > 0.0, -rest[p], 0.0)
+                    right[p] = ti.select((mask >> p) & 1 == 1 and coupling[p, p] > 0.0, 0.0 - rest[p], 0.0)
                 guess += solve @ right
                 rest = start + coupling @ guess
             violation = 0.0

@@ -58,7 +58,7 @@ def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.tem
             slack[p] = 0.0
             for j in ti.static(range(block)):
                 rows[p, j] = normals[p, j]
-    pressing = multipliers(-out_of_balance, rows, slack, ti.Matrix.identity(ti.f64, block), 0.0, slots)
+    pressing = multipliers(0.0 - out_of_balance, rows, slack, ti.Matrix.identity(ti.f64, block), 0.0, slots)
     return pressing, out_of_balance - normals.transpose() @ pressing
 
 
@@ -67,7 +67,7 @@ def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.temp
     """What stays unbalanced [block], with the contact force that the gap of a penalty really gives."""
     _pressing, rest = balance(out_of_balance, normals, active, block, slots)
     if compliance > 0.0:
-        rest = out_of_balance - normals.transpose() @ (ti.max(-gaps, 0.0) / compliance)
+        rest = out_of_balance - normals.transpose() @ (ti.max(0.0 - gaps, 0.0) / compliance)
     return rest
 
 

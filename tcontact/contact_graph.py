@@ -14,14 +14,14 @@ import numpy as np
 class ContactGraph:
     """Contact nodes are numbered 0..k-1 colour by colour; an entry is a block (row node, column node) of K_KK.
 
-    nodes [k]: node ids; colours: number of colours; cells [c]: contact-touching cells;
+    nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: contact-touching cells;
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: per cell its pairs of corners in K and their numbers;
     row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1], entry_pairs [p]: the
     pairs that add up to an entry; corner_start [k+1], corners [..]: the cell corners (cell * width + corner) of a node.
     """
 
     nodes: np.ndarray
-    colours: int
+    colour_start: np.ndarray
     cells: np.ndarray
     pair_start: np.ndarray
     pair_corners: np.ndarray
@@ -32,6 +32,11 @@ class ContactGraph:
     entry_pairs: np.ndarray
     corner_start: np.ndarray
     corners: np.ndarray
+
+    @property
+    def colours(self) -> int:
+        """Number of colours."""
+        return len(self.colour_start)
 
 
 def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> ContactGraph:
@@ -59,7 +64,7 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     by_node = np.argsort(corner_node, kind="stable")
     return ContactGraph(
         nodes=nodes,
-        colours=int(colour.max(initial=0)) + 1,
+        colour_start=_starts(colour, int(colour.max(initial=0)) + 1)[:-1],
         cells=touched,
         pair_start=_starts(cell, len(touched)),
         pair_corners=corners,

@@ -63,47 +63,46 @@ class History:
         self.largest_work = 0.0
         self._origin: np.ndarray | None = None
 
-    def add(self, row: np.ndarray) -> None:
-        """Add the measured row of the next step."""
+    def add(self, rows: np.ndarray) -> None:
+        """Add the measured rows [m, WIDTH] of the next m steps."""
+        count = len(rows)
         if self._last is None:
-            self._origin = row.copy()
-        else:
-            half = 0.5 * (row[0] - self._last[0])
-            force, support = PLACE["contact_force"], PLACE["support_force"]
-            power = PLACE["support_power"]
-            self._running[:3] += half * (self._last[force] + row[force])
-            self._running[3:6] += half * (self._last[support] + row[support])
-            self._running[6] += half * (self._last[power] + row[power])[0]
-        self._last = row
-        work = self.work(row)
-        self.reference_energy = max(self.reference_energy, float(row[1] + row[2]))
-        self.largest_work = max(self.largest_work, abs(work))
-        if self.steps % self.every == 0:
-            self._store(row)
-        self.steps += 1
-
-    def work(self, row: np.ndarray) -> float:
-        """External work since the start [J]."""
+            self._origin = rows[0].copy()
+            self._last = rows[0]
+        table = np.concatenate([self._last[None], rows])
+        half = 0.5 * np.diff(table[:, :1], axis=0)
+        both = table[:-1] + table[1:]
+        places = (PLACE["contact_force"], PLACE["support_force"], PLACE["support_power"])
+        added = np.concatenate([half * both[:, place] for place in places], axis=1)
+        running = np.cumsum(np.concatenate([self._running[None], added]), axis=0)[1:]
+        self._running = running[-1]
+        self._last = rows[-1].copy()
         assert self._origin is not None
-        place = PLACE["load_work"]
-        return float(row[place][0] - self._origin[place][0] + self._running[6])
+        place = PLACE["load_work"].start
+        work = rows[:, place] - self._origin[place] + running[:, 6]
+        self.reference_energy = float(np.fmax(self.reference_energy, (rows[:, 1] + rows[:, 2]).max()))
+        self.largest_work = float(np.fmax(self.largest_work, np.abs(work).max()))
+        kept = np.flatnonzero((self.steps + np.arange(count)) % self.every == 0)
+        self._store(rows[kept], running[kept])
+        self.steps += count
 
     def budget(self) -> float:
         """Energy the run may hold: what it started with and what was put into it [J]."""
         assert self._origin is not None
         return float(self._origin[1] + self._origin[2] + self._origin[3]) + self.largest_work
 
-    def _store(self, row: np.ndarray) -> None:
-        if self.count == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
-        self._rows[self.count, :WIDTH] = row
-        self._rows[self.count, WIDTH:] = self._running
-        self.count += 1
+    def _store(self, rows: np.ndarray, running: np.ndarray) -> None:
+        end = self.count + len(rows)
+        if end > len(self._rows):
+            self._rows = np.concatenate([self._rows, np.zeros((max(end, len(self._rows)), WIDTH + 7))])
+        self._rows[self.count : end, :WIDTH] = rows
+        self._rows[self.count : end, WIDTH:] = running
+        self.count = end
 
     def finish(self) -> None:
         """Keep the last row even when rows are thinned."""
         if self._last is not None and (self.steps - 1) % self.every != 0:
-            self._store(self._last)
+            self._store(self._last[None], self._running[None])
 
     def columns(self) -> dict[str, np.ndarray]:
         """The public history: name -> array [rows] or [rows, 3]."""

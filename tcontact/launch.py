@@ -1,7 +1,8 @@
 """Launch a kernel again and again at little cost.
 
 Taichi's ordinary call costs 11 us and 5 us per array. `Prepared` fills the launch context itself, through interfaces
-that Taichi does not promise to keep: if any of them is missing it stays with the ordinary call.
+that Taichi does not promise to keep: if any of them is missing it stays with the ordinary call. A context whose arrays
+are NumPy memory is kept: a launch with the same arrays only sets the numbers, 2 to 4 us in all however many arrays.
 """
 
 from __future__ import annotations
@@ -19,21 +20,27 @@ class Prepared:
     """
 
     def __init__(self, kernel: Callable[..., None]) -> None:
-        self._kernel = kernel
+        self.kernel = kernel
         self._ready: tuple[Any, Any, Any] | None = None
         self._arrays: dict[int, tuple[Any, tuple[Any, ...]]] = {}
         self._ordinary = False
+        self._context: Any = None  # the last one, if it may be used again
+        self._filled: tuple[Any, ...] = ()
 
     def __call__(self, *arguments: Any) -> None:
         if self._ready is None:
-            self._kernel(*arguments)
+            self.kernel(*arguments)
             if not self._ordinary:
                 self._prepare(arguments)
             return
         make, compiled, launch = self._ready
-        context = make()
-        known = self._arrays
+        filled, context = self._filled, self._context
+        if context is None:
+            filled, context = (None,) * len(arguments), make()
+        known, keep = self._arrays, True
         for index, value in enumerate(arguments):
+            if value is filled[index] and type(value) is np.ndarray:
+                continue
             kind = type(value)
             if kind is float:
                 context.set_arg_float((index,), value)
@@ -46,6 +53,8 @@ class Prepared:
                 context.set_arg_external_array_with_shape((index,), *found[1])
             else:
                 context.set_arg_ndarray((index,), value.arr)
+                keep = False
+        self._filled, self._context = (arguments, context) if keep else ((), None)
         launch(compiled, context)
 
     def _remember(self, array: np.ndarray) -> tuple[Any, tuple[Any, ...]]:
@@ -60,7 +69,7 @@ class Prepared:
         try:
             from taichi.lang import impl
 
-            primal = self._kernel._primal  # type: ignore[attr-defined]
+            primal = self.kernel._primal  # type: ignore[attr-defined]
             program = impl.get_runtime().prog
             inner = primal.compiled_kernels[primal.ensure_compiled(*arguments)]
             compiled = program.compile_kernel(program.config(), program.get_device_caps(), inner)

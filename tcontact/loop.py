@@ -123,14 +123,19 @@ class Run:
                 after = 0.0 if final else self.dt
                 frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
                 snapshot = Snapshot(self.states, before, after, self.dt) if final or frame else None
-                for state in self.states:
-                    self.scheme.step(state, before, after)
-                rows = [state.row(time) for state in self.states]
-                row = _total(rows)
-                self.history.add(row)
+                many = 1
+                if snapshot is None and before == after:
+                    many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
+                done = self._step(before, after, many)
+                times = np.cumsum([time, *[after] * (done - 1)])
+                rows = [state.rows(times) for state in self.states]
+                table = _total(rows)
+                self.history.add(table)
+                row, time = table[-1], float(times[-1])
+                row_number += done - 1
                 if row_number == 0:
                     compiled, output = perf_counter(), 0.0
-                stop = self.guards.check(row, rows, self.history, self.over_limit)
+                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     recorder.frame(time, *snapshot.fields())
@@ -150,6 +155,24 @@ class Run:
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
         return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+
+    def _step(self, before: float, after: float, many: int) -> int:
+        """One step of every body, or up to `many` of a small one; returns how many."""
+        if many == 1:
+            for state in self.states:
+                self.scheme.step(state, before, after)
+            return 1
+        stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
+        return self.scheme.step(self.states[0], before, after, many, **stop_at)
+
+    def _rows_until(self, span: float, number: int) -> int:
+        """Rows from row `number` on that can be done at once: none of them a frame, the end or due for a look."""
+        if len(self.states) > 1:
+            return 1
+        rows = min(self.states[0].rows_at_once, int(span / self.dt))
+        if any(self.guards.nonlinear):
+            rows = min(rows, self._next_check - number + 1)
+        return max(1, rows)
 
     def _warn_held(self, row: np.ndarray) -> None:
         """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
@@ -220,13 +243,13 @@ class Run:
 
 
 def _total(rows: list[np.ndarray]) -> np.ndarray:
-    """The row of all bodies together."""
+    """The rows of all bodies together."""
     if len(rows) == 1:
         return rows[0]
     total = np.sum(rows, axis=0)
-    total[0] = rows[0][0]
-    for name, pick in (("gap_min", min), ("jacobian_min", min), ("sweeps", max), ("static_residual", max)):
+    total[:, 0] = rows[0][:, 0]
+    for name, pick in (("gap_min", np.min), ("jacobian_min", np.min), ("sweeps", np.max), ("static_residual", np.max)):
         place = PLACE[name].start
-        total[place] = pick(row[place] for row in rows)
-    assert len(total) == WIDTH
+        total[:, place] = pick([row[:, place] for row in rows], axis=0)
+    assert total.shape[1] == WIDTH
     return total

@@ -7,7 +7,7 @@ spans. low and high never fall from chunk to chunk: every chunk between a node's
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 from .kernels.lanes import CHUNKS, TABLE, WIDTHS
 
-__all__ = ["CHUNKS", "TABLE", "WIDTHS", "CellPacks", "pack_cells", "slab_order"]
+__all__ = ["CHUNKS", "TABLE", "WIDTHS", "CellPacks", "OwnRows", "append_own_rows", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
 
@@ -26,7 +26,8 @@ class CellPacks:
 
     connectivity [packs * corners * width] int32: node of (pack, corner, lane); the last pack is filled up by repeating
     the last cell, without weight: the kernel counts to cell_count;
-    chunk_table [chunks * 4] int32: first pack, end pack, row base, 0; row of a node in a chunk = base + node;
+    chunk_table [chunks * TABLE] int32: first pack, end pack, row base, end of its cells (pack * width + lane), 0; row of
+    a node in a chunk = base + node;
     node_info [nodes] int32: bits 0-3 first chunk that touches the node, 4-7 last one, 8.. number of the special node
     + 1 (0 = ordinary); first > last for a node without cells. row_count: rows in all (3 force components each).
     """
@@ -105,6 +106,7 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
     table = np.zeros((chunks, TABLE), dtype=np.int32)
     table[:, 0], table[:, 1] = bounds[:-1], bounds[1:]
     table[:, 2] = np.where(span > 0, offset[:-1] - low, 0)
+    table[:, 3] = count
     orphan = last < 0
     first[orphan], last[orphan] = 1, 0
     return CellPacks(
@@ -119,6 +121,39 @@ def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, c
         node_count=node_count,
         row_count=int(offset[-1]),
     )
+
+
+@dataclass(frozen=True)
+class OwnRows:
+    """Packs appended to those of a body: some of its cells once more, every corner with a row of its own."""
+
+    packs: CellPacks
+    first_row: int
+    width: int
+    corners: int
+
+    def rows(self, cell: IntArray, corner: IntArray) -> IntArray:
+        """Row of a corner of the cell with this place in the list."""
+        lane = cell % self.width
+        return self.first_row + ((cell // self.width) * self.corners + corner) * self.width + lane
+
+
+def append_own_rows(packs: CellPacks, cells: NDArray[np.integer]) -> OwnRows:
+    """Append the listed cells [c, corners] as chunks that own their rows; the chunks before stay as they are."""
+    more = pack_cells(cells, packs.node_count, packs.width, packs.chunks)
+    table = more.chunk_table.reshape(-1, TABLE).copy()
+    lanes = packs.corners * packs.width
+    table[:, :2] += packs.pack_count
+    table[:, 2] = packs.row_count - packs.pack_count * lanes
+    table[:, 3] += packs.pack_count * packs.width
+    table[:, 4] = 1
+    joined = replace(
+        packs,
+        connectivity=np.concatenate([packs.connectivity, more.connectivity]),
+        chunk_table=np.concatenate([packs.chunk_table, table.ravel()]),
+        row_count=packs.row_count + more.pack_count * lanes,
+    )
+    return OwnRows(joined, packs.row_count, packs.width, packs.corners)
 
 
 def slab_order(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

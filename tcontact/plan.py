@@ -18,6 +18,9 @@ from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
 
+# up to so many cells a body takes many steps per launch on one thread: waking threads would cost more than they save
+SMALL = {"hex8": 2000, "hex8-reduced": 4000, "tet4": 10000}
+
 
 @dataclass(frozen=True)
 class ContactPlan:
@@ -61,6 +64,11 @@ class BodyPlan:
     support_axes: np.ndarray
     speeds: np.ndarray
     contact: ContactPlan | None
+
+    @property
+    def small(self) -> bool:
+        """Whether the body takes many steps per launch."""
+        return len(self.cells) <= SMALL[self.element]
 
     @property
     def mass(self) -> np.ndarray:

@@ -9,8 +9,9 @@ from .history import PLACE, WIDTH
 from .plan import BodyPlan
 from .scene import Scene
 from .terms.boundary_nodes import BoundaryNodes, Supports
-from .terms.contact import ContactTerm, make_contact
+from .terms.contact import make_contact
 from .terms.internal_force import InternalForce
+from .terms.serial_step import SerialStep
 
 
 class BodyState:
@@ -24,19 +25,16 @@ class BodyState:
         order = plan.node_order
         self.u = arrays.put(displacement[order])
         self.start_velocity = velocity[order]
-        self.internal_force = InternalForce(plan, plan.cells, plan.reference, plan.lumped, plan.boundary)
-        self.reference = self.internal_force.reference
-        self.listed: BoundaryNodes | None = None
-        self.supports: Supports | None = None
-        self.contact: ContactTerm | None = None
-        if len(plan.boundary):
-            self.listed = BoundaryNodes(plan, self.internal_force.special_force)
-            self.contact = make_contact(scene, plan, self.listed)
-        if self.listed is not None and len(plan.support_rows):
-            self.supports = Supports(plan, self.listed)
+        self.internal_force = InternalForce(plan)
+        self.listed = BoundaryNodes(plan, self.internal_force.special_force) if len(plan.boundary) else None
+        self.supports = Supports(plan) if len(plan.support_rows) else None
+        self.contact = make_contact(scene, plan, self.listed, self.internal_force)
+        self.serial: SerialStep | None = None
+        if self.listed is not None or self.contact is not None or plan.small:
+            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact)
+            if plan.small:
+                self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
-        self._support = (np.zeros(3), 0.0)
-        self._gap = np.inf
 
     def _massive(self, velocity: np.ndarray) -> np.ndarray:
         """The velocity without its massless components."""
@@ -48,43 +46,64 @@ class BodyState:
         return result
 
     def begin_contact(self, dt: float) -> None:
-        """Bring massless nodes to equilibrium at the start."""
-        if self.contact is not None and self.plan.contact is not None:
-            self.contact.begin(self.u, self.start_velocity[self.plan.contact.nodes], dt)
+        """Bring massless nodes to equilibrium at the start; dt [s]: the first step."""
+        if self.serial is not None and self.contact is not None and self.contact.kernel == "massless":
+            assert self.plan.contact is not None
+            self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, dt)
+            self.contact.start_velocity(self.u, self.start_velocity[self.plan.contact.nodes], dt)
 
-    def measure(self) -> None:
-        """What row n needs from before the drift of the boundary nodes."""
-        if self.supports is not None:
-            self._support = self.supports.react()
-        if self.contact is not None:
-            self._gap = self.contact.gap_min(self.u)
-            self._contact = np.array(arrays.get(self.contact.totals))
-            self._sweeps = self.contact.sweeps
+    @property
+    def rows_at_once(self) -> int:
+        """Most rows that one call of `advance` does."""
+        return 1 if self.serial is None else self.serial.rows_at_once
 
-    def row(self, time: float) -> np.ndarray:
-        """The measured row of the last step (history.MEASURED)."""
-        row = np.zeros(WIDTH)
-        nodes, elastic, jacobian, hourglass = self.internal_force.sums()
-        row[PLACE["time"]] = time
-        row[PLACE["elastic"]] = elastic
-        row[PLACE["jacobian_min"]] = jacobian
-        row[PLACE["hourglass"]] = hourglass
-        sums = np.zeros(8)
-        if self.listed is not None:
-            sums = self.listed.sums()
-        row[PLACE["kinetic"]] = nodes[0] + sums[0]
-        row[PLACE["momentum"]] = nodes[1:4] + sums[1:4]
-        row[PLACE["angular_momentum"]] = nodes[4:7] + sums[4:7]
-        row[PLACE["load_work"]] = nodes[7:10] @ self.plan.gravity + sums[7]
-        row[PLACE["support_force"]], row[PLACE["support_power"]] = self._support
-        row[PLACE["gap_min"]] = self._gap
+    def advance(
+        self,
+        kick_before: float,
+        kick_after: float,
+        drift: float,
+        steps: tuple[float, float],
+        rows: int = 1,
+        jacobian: float = -np.inf,
+        energy: float = np.inf,
+    ) -> int:
+        """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
+
+        steps [s]: before and after level n; rows, jacobian, energy: see `SerialStep.run`. Returns the rows done.
+        """
+        force, serial = self.internal_force, self.serial
+        if serial is None or not self.plan.small:
+            force.advance(self.u, self.v, kick_before, kick_after, drift)
+            start = 0 if serial is None else serial.names.BOUNDARY
+        else:
+            force.set_steps(kick_before, kick_after, drift)
+            start = serial.names.PASS
+        if serial is None:
+            return 1
+        return serial.run(start, self.u, self.v, *steps, rows, jacobian, energy)
+
+    def rows(self, times: np.ndarray) -> np.ndarray:
+        """The measured rows [n, WIDTH] (history.MEASURED) of the last `advance`, at the given times [s]."""
+        if self.serial is None:
+            raw = np.concatenate([self.internal_force.sums(), np.zeros(20)])[None]
+        else:
+            raw = self.serial.rows(len(times))
+        rows = np.zeros((len(times), WIDTH))
+        nodes, cells, listed, support, contact = np.split(raw, (10, 13, 21, 25), axis=1)
+        rows[:, PLACE["time"]] = times[:, None]
+        for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
+            rows[:, PLACE[name]] = cells[:, column : column + 1]
+        rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
+        rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
+        rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
+        rows[:, PLACE["load_work"]] = (nodes[:, 7:10] @ self.plan.gravity + listed[:, 7])[:, None]
+        rows[:, PLACE["support_force"]], rows[:, PLACE["support_power"]] = support[:, :3], support[:, 3:]
+        rows[:, PLACE["gap_min"]] = np.inf
         if self.contact is not None:
-            row[PLACE["contact_force"]] = self._contact[:3]
-            row[PLACE["contact"]] = self._contact[3]
-            row[PLACE["contact_nodes"]] = self._contact[4]
-            row[PLACE["static_residual"]] = self._contact[5]
-            row[PLACE["sweeps"]] = self._sweeps
-        return row
+            rows[:, PLACE["contact_force"]] = contact[:, :3]
+            for column, name in enumerate(("contact", "contact_nodes", "static_residual", "gap_min", "sweeps"), 3):
+                rows[:, PLACE[name]] = contact[:, column : column + 1]
+        return rows
 
     def displacement(self) -> np.ndarray:
         """Displacement [n, 3] in the user's numbering."""
@@ -128,6 +147,8 @@ class BodyState:
     def memory(self) -> dict[str, int]:
         """Bytes by term."""
         result = {"state": arrays.size_in_bytes([self.u, self.v])}
+        if self.serial is not None:
+            result["state"] += arrays.size_in_bytes(self.serial.owned())
         for term in (self.internal_force, self.listed, self.supports, self.contact):
             if term is not None:
                 result[term.name] = arrays.size_in_bytes(term.owned())

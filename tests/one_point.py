@@ -38,15 +38,13 @@ class Force:
 
     def __init__(self, body):
         self.plan = tc.plan(tc.Scene(bodies=[body], duration=1.0)).bodies[0]
-        self.term = InternalForce(
-            self.plan, self.plan.cells, self.plan.reference, self.plan.lumped, np.zeros(0, dtype=np.int64)
-        )
+        self.term = InternalForce(self.plan)
 
     def __call__(self, u):
         """dW/du [n, 3]; afterwards energy, jacobian and hourglass (energy) are those of u."""
         answer = arrays.zeros(u.size)
         self.term.minus_force(arrays.put(np.ascontiguousarray(u[self.plan.node_order]).ravel()), answer)
-        _, self.energy, self.jacobian, self.hourglass = self.term.sums()
+        self.energy, self.jacobian, self.hourglass = self.term.sums()[10:]
         force = np.empty_like(u)
         force[self.plan.node_order] = -np.array(arrays.get(answer)).reshape(-1, 3) * self.plan.lumped[:, None]
         return force

@@ -149,7 +149,7 @@ def test_cold_sweeps_do_not_grow_with_the_mesh(kind, sweeps, sizes):
     assert cold(kind, 8, 3) > 1e-5  # it is the sweeps that do it
 
 
-def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
+def test_sweeps_are_a_minimum_and_go_on_until_the_tolerance():
     scene = thrown(
         "linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full", sweeps=2, tolerance=1e-11)
     )
@@ -157,7 +157,6 @@ def test_sweeps_are_a_minimum_and_go_on_in_tens_until_the_tolerance():
     sweeps = result.history["sweeps"]
     assert sweeps.min() >= 2
     assert sweeps.max() > 12
-    assert not np.any((sweeps - 2) % 10)
     assert result.history["static_residual"].max() <= 2e-11
 
 

@@ -51,17 +51,10 @@ class CentralDifference:
         """Static solve of the start; dt [s]: the first step."""
         body.begin_contact(dt)
 
-    def step(self, body: BodyState, before: float, after: float) -> None:
+    def step(self, body: BodyState, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
 
-        before, after [s]: the steps that end and start at level n; 0 before the first and after the last row.
+        before, after [s]: the steps that end and start at level n; 0 before the first and after the last row. A small
+        body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows done.
         """
-        u, v = body.u, body.v
-        body.internal_force.advance(u, v, before / 2, after / 2, after)  # ordinary nodes move in the same pass
-        if body.contact is not None:
-            body.contact.load(u, v, (before + after) / 2 if after > 0.0 else before)
-        body.measure()
-        if body.listed is not None:
-            body.listed.advance(body.reference, u, v, before / 2, after / 2, after)
-        if body.contact is not None and after > 0.0:
-            body.contact.close(u, before, after)
+        return body.advance(before / 2, after / 2, after, (before, after), rows, **stop_at)

@@ -1,4 +1,4 @@
-"""The static solve that places the massless contact nodes (METHOD 2): Newton outside, projected Gauss-Seidel inside."""
+"""The static solve that places the massless contact nodes (METHOD 2): its system, its settings, its verdict."""
 
 from __future__ import annotations
 
@@ -6,198 +6,112 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
-from ..launch import Prepared
+from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
-from .contact import ContactTerm
-from .surface_cells import SurfaceCells
+from ..sweep_order import sweep_order
+from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-8  # the sweeps then go on to here if they can: what is unbalanced is lost to the momentum
 LEFT = 1e-8  # what the last use of a tangent may leave of the residual of a nonlinear law
-USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
-SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one
-MORE_SWEEPS = 5  # at least this many in the further linearisations of a step
 POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per linearisation of a nonlinear law
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
+RELAXATION = 1.0
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
 class StaticSolve:
-    """Brings the massless nodes of a contact term to equilibrium with the rest of the body.
+    """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
 
-    basis [k, 3, block] and compliance [k] = 1/(kappa A) (0 = exact) are the term's; `active` is the bit mask of the
-    planes that hold each node, `stats` what kernels/static_solve.py says.
-    """
-
-    def __init__(
-        self,
-        plan: BodyPlan,
-        model: MasslessContact,
-        term: ContactTerm,
-        basis: arrays.Array,
-        compliance: arrays.Array,
-    ) -> None:
-        from ..kernels import static_solve
+    def __init__(self, plan: BodyPlan, model: MasslessContact, force: InternalForce, slots: int) -> None:
+        from ..kernels import static_control as names
 
         contact, material = plan.contact, plan.body.material
         assert contact is not None
         assert contact.graph is not None
-        assert contact.basis is not None
+        assert force.surface is not None
         graph, block = contact.graph, contact.block
-        self.term, self.basis, self.compliance = term, basis, compliance
-        self.law, self.linear, self.removal = material.law, material.linear, contact.removal
-        self.least_sweeps = model.sweeps
+        self.names = names
+        self.law, self.removal = material.law, contact.removal
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        self.aim = AIM if model.tolerance is None else model.tolerance
-        self.left = LEFT if model.tolerance is None else 0.0
+        count, order = len(contact.nodes), sweep_order(graph, block)
+        cells = plan.cells[graph.cells]
+        _values, gradients, weights = shape_functions(plan.body.mesh.kind)
+        self._pairs = [
+            arrays.put(values)
+            for values in (
+                cells.reshape(-1),
+                gradients,
+                weights,
+                graph.pair_start,
+                graph.pair_corners,
+                graph.pair_nodes,
+                np.zeros(len(graph.pair_nodes) * block * block),
+                graph.row_start,
+                graph.entry_start,
+                graph.entry_pairs,
+                order.entry_place,
+            )
+        ]
+        width = cells.shape[1]
+        self.stats = arrays.put(self._start())
+        self._system = [
+            arrays.put(graph.corner_start),
+            arrays.put(force.surface.rows(graph.corners // width, graph.corners % width)),
+            arrays.put(order.lane_start),
+            arrays.put(order.lane_node),
+            arrays.put(order.column),
+            arrays.zeros(order.column.size * block * block),  # values
+            arrays.zeros(count * block * block),  # inverse
+            arrays.zeros(count),  # stiffness
+            arrays.zeros(count * block),  # right
+            arrays.zeros(count * slots),  # gaps
+            arrays.zeros(count * slots * block),  # normals
+            arrays.zeros(count * (block + 1) if slots == 1 else 1),  # push
+            arrays.zeros(count * block),  # increment
+            arrays.put(self._settings(plan, model, float(contact.areas.mean()), graph.cells)),
+            self.stats,
+        ]
+
+    def _start(self) -> np.ndarray:
+        stats = np.zeros(self.names.STATS)
+        stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
+        return stats
+
+    def _settings(self, plan: BodyPlan, model: MasslessContact, area: float, cells: np.ndarray) -> np.ndarray:
+        material, names = plan.body.material, self.names
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
-        self.least_force = LEAST_FORCE * stiffness * float(contact.areas.mean())
-        self.reach = 1e300 if material.linear else REACH * shortest_edge(plan.reference, plan.cells[graph.cells])
-        self.cells = SurfaceCells(plan, graph, contact.basis, block)
+        settings = np.zeros(names.SETTINGS)
+        settings[names.LEAST_SWEEPS] = model.sweeps
+        settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
+        settings[names.MOST_SWEEPS] = MOST_SWEEPS if material.linear else POLISHING_SWEEPS
+        settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
+        settings[names.TOLERANCE] = self.tolerance
+        settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
+        settings[names.REACH] = 1e300
+        if not material.linear:
+            settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
+        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * area
+        settings[names.LINEAR] = 1.0 if material.linear else 0.0
+        settings[names.RELAXATION] = RELAXATION if model.penalty is None else 1.0
+        return settings
 
-        count = len(contact.nodes)
-        self.row_start = arrays.put(graph.row_start)
-        self.column = arrays.put(graph.column)
-        self.entry_start = arrays.put(graph.entry_start)
-        self.entry_pairs = arrays.put(graph.entry_pairs)
-        self.corner_start = arrays.put(graph.corner_start)
-        self.corners = arrays.put(graph.corners)
-        self.active = arrays.put(np.zeros(count, dtype=np.int32))
-        self.right = arrays.zeros(count * block)
-        self.increment = arrays.zeros(count * block)
-        self.values = arrays.zeros(len(graph.column) * block * block)
-        self.inverse = arrays.zeros(count * block * block)
-        self.stats = arrays.zeros(8)
-        self._assemble = Prepared(static_solve.make_assemble(block, term.slots))
-        self._blocks = Prepared(static_solve.make_blocks(block))
-        self._solve = Prepared(static_solve.make_solve(block, term.slots))
-        self.stale = True  # no tangent yet, or one that has lost its use
-        self.sweeps = 0
-        self.converged = True
-        self.message = ""
+    def _stat(self, number: int) -> float:
+        return float(arrays.get(self.stats)[number])
 
-    def equilibrate(self, u: arrays.Array) -> None:
-        """Move the massless nodes of u to equilibrium; a linear law is done after one linearisation.
-
-        Other laws are measured again at the new state. A tangent is kept, from step to step too, while each use of it
-        makes the residual much smaller; once the next use would leave too little to matter, that use is the last.
-        Where K_KK is not definite (buckling under strong compression) progress is slow: below the tolerance it is
-        enough then, above it each few sweeps get their own linearisation and go down in energy.
-        """
-        stats = arrays.get(self.stats)
-        stats[2] = 0.0
-        arrays.set_values(self.stats, stats)
-        residual = self._measure(u)
-        sweeps = self.least_sweeps
-        while True:
-            if self.stale:
-                self._linearise()
-            before, residual = residual, self._sweep(u, sweeps)
-            sweeps = min(sweeps, MORE_SWEEPS)
-            if self.linear:
-                break
-            residual = self._measure(u)
-            contraction = min(1.0, residual / max(before, self.aim))
-            self.stale = contraction > USED_UP
-            if residual <= self._bound():
-                enough = residual <= max(self.aim, self._rounding())
-                if enough or contraction * residual <= self.left or (contraction > SLOW and self.left > 0.0):
-                    if residual > self.aim:
-                        self._sweep(u, sweeps)
-                    break
-            if not np.isfinite(residual) or self._swept() >= LINEARISATIONS * MOST_SWEEPS:
-                break
-        self.converged = residual <= self._bound() and not self._lost()
-        self.sweeps = self._swept()
-        if not self.converged:
-            self.message = self._explain(residual)
-
-    def _measure(self, u: arrays.Array) -> float:
-        """Out-of-balance forces at u; returns the static residual for the active set of the last sweep."""
-        self.cells.measure(u)
-        term = self.term
-        self._assemble(
-            term.nodes,
-            self.basis,
-            term.planes,
-            term.near,
-            term.reference,
-            u,
-            term.listed.load,
-            self.compliance,
-            self.active,
-            self.corner_start,
-            self.corners,
-            self.cells.minus_force,
-            self.least_force,
-            self.right,
-            self.stats,
-        )
-        return float(arrays.get(self.stats)[1])
-
-    def _linearise(self) -> None:
-        """K_KK at the displacement of the last measure."""
-        self.cells.linearise(self.basis)
-        self._blocks(
-            self.row_start,
-            self.entry_start,
-            self.entry_pairs,
-            self.cells.pair_values,
-            self.values,
-            self.inverse,
-            self.stats,
-        )
-        self.stale = False
-
-    def _sweep(self, u: arrays.Array, sweeps: int) -> float:
-        """Solve for the increment and add it to u; returns the residual of the linearised problem."""
-        term = self.term
-        self._solve(
-            term.nodes,
-            self.basis,
-            term.planes,
-            term.near,
-            term.reference,
-            self.compliance,
-            self.row_start,
-            self.column,
-            self.values,
-            self.inverse,
-            self.right,
-            sweeps,
-            POLISHING_SWEEPS,
-            MOST_SWEEPS if self.linear else POLISHING_SWEEPS,
-            self.aim,
-            self.tolerance,
-            self.reach,
-            u,
-            self.increment,
-            self.active,
-            self.stats,
-        )
-        return float(arrays.get(self.stats)[1])
-
-    def _lost(self) -> bool:
-        """St Venant-Kirchhoff in compression beyond its limit: a node's own tangent is not positive definite."""
-        return self.law == "st_venant_kirchhoff" and not float(arrays.get(self.stats)[3]) > 0.0
-
-    def _swept(self) -> int:
-        return int(arrays.get(self.stats)[2])
-
-    def _rounding(self) -> float:
-        return float(arrays.get(self.stats)[5])
-
-    def _bound(self) -> float:
-        return max(self.tolerance, self._rounding())
-
-    def _explain(self, residual: float) -> str:
-        pivot = float(arrays.get(self.stats)[3])
+    @property
+    def trouble(self) -> str | None:
+        """Why the last solve did not converge; None if it did."""
+        if self._stat(self.names.CONVERGED) == 1.0:
+            return None
+        residual = self._stat(self.names.RESIDUAL)
         text = "the static solve of the contact nodes stopped at a residual of"
         text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
-        if not pivot > 0.0:
+        if not self._stat(self.names.PIVOT) > 0.0:
             text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
             if self.law == "st_venant_kirchhoff":
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
@@ -205,7 +119,10 @@ class StaticSolve:
         removal = "" if self.removal == "normal" else "removal='normal', "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
+    def arguments(self) -> tuple[arrays.Array, ...]:
+        """As in kernels/bundles: Pairs, System."""
+        return (*self._pairs, *self._system)
+
     def owned(self) -> list[arrays.Array]:
         """Arrays of the solve."""
-        own = [self.row_start, self.column, self.entry_start, self.entry_pairs, self.corner_start, self.corners]
-        return [*own, self.active, self.right, self.increment, self.values, self.inverse, *self.cells.owned()]
+        return [*self._pairs, *self._system]

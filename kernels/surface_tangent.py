@@ -15,7 +15,6 @@ import functools
 
 import taichi as ti
 
-from .arguments import ARRAY, INDEX
 from .massless_node import basis_of
 
 MOST_CORNERS = 8
@@ -51,61 +50,41 @@ def corner(values: ti.template(), a):
     return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
 
 
-@ti.kernel
-def gather_cells(cell_nodes: INDEX, u: ARRAY, cell_u_out: ARRAY, cell_v_out: ARRAY):
-    """Displacements of the contact cells, corner by corner; the velocities are cleared to receive -f."""
-    for i in range(cell_nodes.shape[0]):
-        for j in ti.static(range(3)):
-            cell_u_out[3 * i + j] = u[3 * cell_nodes[i] + j]
-            cell_v_out[3 * i + j] = 0.0
-
-
 @functools.cache
 def make_surface_tangent(law: str, block: int, plain: bool):
-    """plain: every basis is the identity, the blocks are A_ab itself."""
+    """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity."""
     tangent = TANGENTS[law]
 
-    @ti.kernel
-    def surface_tangent(
-        shape_gradients: ARRAY,
-        weights: ARRAY,
-        cell_reference: ARRAY,
-        cell_u: ARRAY,
-        pair_start: INDEX,
-        pair_corners: INDEX,
-        pair_nodes: INDEX,
-        basis: ARRAY,
-        corners: ti.i32,
-        lam: ti.f64,
-        mu: ti.f64,
-        pair_values_out: ARRAY,
-    ):
-        """shape_gradients [q, corners, 3]; pair_values_out [pairs, block, block]."""
-        for cell in range(pair_start.shape[0] - 1):
+    @ti.func
+    def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
+        lam, mu = body.params[6], body.params[7]
+        corners = pairs.cell_nodes.shape[0] // (pairs.start.shape[0] - 1)
+        for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
-            first = 3 * cell * corners
-            for i in range(pair_start[cell] * block * block, pair_start[cell + 1] * block * block):
-                pair_values_out[i] = 0.0
-            for q in range(weights.shape[0]):
+            first = cell * corners
+            for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+                pairs.values[i] = 0.0
+            for q in range(pairs.weights.shape[0]):
                 jacobian = ti.Matrix.zero(ti.f64, 3, 3)
                 slope = ti.Matrix.zero(ti.f64, 3, 3)
                 for a in range(corners):
-                    at, here = 3 * (q * corners + a), first + 3 * a
+                    at = 3 * (q * corners + a)
+                    here, origin = 3 * pairs.cell_nodes[first + a], 3 * pairs.cell_nodes[first]
                     for i, j in ti.static(ti.ndrange(3, 3)):
-                        jacobian[i, j] += cell_reference[here + i] * shape_gradients[at + j]
-                        slope[i, j] += (cell_u[here + i] - cell_u[first + i]) * shape_gradients[at + j]
+                        jacobian[i, j] += body.position[here + i] * pairs.shape_gradients[at + j]
+                        slope[i, j] += (body.u[here + i] - body.u[origin + i]) * pairs.shape_gradients[at + j]
                 inverse = jacobian.inverse()
-                volume = weights[q] * jacobian.determinant()
+                volume = pairs.weights[q] * jacobian.determinant()
                 m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope @ inverse, volume * lam, volume * mu)
                 for a in range(corners):
-                    g = inverse.transpose() @ corner(shape_gradients, q * corners + a)
+                    g = inverse.transpose() @ corner(pairs.shape_gradients, q * corners + a)
                     mg = m @ g
                     for j in ti.static(range(3)):
                         slopes[3 * a + j] = g[j]
                         moved[3 * a + j] = mg[j]
-                for p in range(pair_start[cell], pair_start[cell + 1]):
-                    left, right = pair_corners[2 * p], pair_corners[2 * p + 1]
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
                     ga, gb = corner(slopes, left), corner(slopes, right)
                     a, b = corner(moved, left), corner(moved, right)
                     same = ga.dot(t @ gb)
@@ -117,10 +96,10 @@ def make_surface_tangent(law: str, block: int, plain: bool):
                             if ti.static(law == "st_venant_kirchhoff"):
                                 value += ga.dot(gb) * r[i, j]
                             place = (p * 3 + i) * 3 + j
-                            pair_values_out[place] = pair_values_out[place] + value  # "+=" would be an atomic
+                            pairs.values[place] = pairs.values[place] + value  # "+=" would be an atomic
                     else:
-                        basis_a = basis_of(basis, pair_nodes[2 * p], block)
-                        basis_b = basis_of(basis, pair_nodes[2 * p + 1], block)
+                        basis_a = basis_of(basis, pairs.nodes[2 * p], block)
+                        basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
                         aa, ab = basis_a.transpose() @ a, basis_a.transpose() @ b
                         ba, bb = basis_b.transpose() @ a, basis_b.transpose() @ b
                         shared = same * (basis_a.transpose() @ basis_b)
@@ -129,6 +108,6 @@ def make_surface_tangent(law: str, block: int, plain: bool):
                         for i, j in ti.static(ti.ndrange(block, block)):
                             value = shared[i, j] + c1 * ab[i] * ba[j] + c2 * aa[i] * bb[j]
                             place = (p * block + i) * block + j
-                            pair_values_out[place] = pair_values_out[place] + value
+                            pairs.values[place] = pairs.values[place] + value
 
     return surface_tangent

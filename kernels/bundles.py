@@ -1,0 +1,108 @@
+"""The arrays of a step under names. A kernel lists them one by one; functions pass them on in these bundles."""
+
+from typing import Any, NamedTuple
+
+
+class Body(NamedTuple):
+    """The force pass (internal_force.py): index arrays of the packs, reference position, mass, state and sums."""
+
+    connectivity: Any
+    chunk_table: Any
+    node_info: Any
+    position: Any
+    mass: Any
+    params: Any
+    u: Any
+    v: Any
+    rows: Any
+    special_force: Any
+    node_sums: Any
+    cell_sums: Any
+
+
+class Listed(NamedTuple):
+    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext, sums."""
+
+    nodes: Any
+    mass: Any
+    inverse_mass: Any
+    load: Any
+    sums: Any
+
+
+class Supported(NamedTuple):
+    """Prescribed components: place in the list of boundary nodes, axis, velocity [m/s]; sums: reaction, power."""
+
+    slots: Any
+    axes: Any
+    speeds: Any
+    sums: Any
+
+
+class Touching(NamedTuple):
+    """Contact nodes k and planes: planes, near [k, slots], reference [k, 3] as in planes.py; sums of CONTACT_SUMS.
+
+    all_nodes, all_reference: the whole contact set; give [k]: penalty stiffness kappa A_k, or its inverse for massless
+    nodes (0 = exact); force [k, 3]: the contact force; active [k]: bit mask of the planes that hold a massless node;
+    basis [k, 3, block]: its massless components; last [k, block]: their displacement one level back.
+    """
+
+    nodes: Any
+    planes: Any
+    near: Any
+    reference: Any
+    all_nodes: Any
+    all_reference: Any
+    give: Any
+    force: Any
+    sums: Any
+    basis: Any
+    active: Any
+    last: Any
+
+
+class System(NamedTuple):
+    """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
+
+    corner_start [k+1], corner_rows: force rows of the cell corners of a node; lane_start [packs+1],
+    lane_node [packs, lanes], column [entries, lanes], values [entries, block, block, lanes];
+    inverse [k, block, block] of the diagonal blocks, stiffness [k]: their trace; right, increment [k, block];
+    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single plane;
+    settings and stats: static_control.py.
+    """
+
+    corner_start: Any
+    corner_rows: Any
+    lane_start: Any
+    lane_node: Any
+    column: Any
+    values: Any
+    inverse: Any
+    stiffness: Any
+    right: Any
+    gaps: Any
+    normals: Any
+    push: Any
+    increment: Any
+    settings: Any
+    stats: Any
+
+
+class Pairs(NamedTuple):
+    """Stiffness between the contact nodes of a cell, and where it goes in the system (tcontact/contact_graph.py).
+
+    cell_nodes [c, corners]; shape_gradients [q, corners, 3], weights [q]; start [c+1], corners, nodes [p, 2],
+    values [p, block, block]; row_start [k+1], entry_start [e+1], entry_pairs, entry_place [e].
+    """
+
+    cell_nodes: Any
+    shape_gradients: Any
+    weights: Any
+    start: Any
+    corners: Any
+    nodes: Any
+    values: Any
+    row_start: Any
+    entry_start: Any
+    entry_pairs: Any
+    entry_place: Any

@@ -1,0 +1,316 @@
+"""What a step does beside the parallel force pass, and whole steps of small bodies, in one launch on one thread.
+
+    pass       cells and ordinary nodes: kick, drift            (internal_force.py)
+    boundary   contact load, reactions, kick and drift of the boundary nodes, a raw row of sums
+    place      massless nodes: predicted, then measured and solved until they are in equilibrium
+
+A large body starts at `boundary` after its parallel pass and does one row; a small one starts at `pass` and does many.
+One loop over cells serves passes and measures: every turn of the outer loop is one of the two and what follows it.
+The loop ends early at a row that a guard has to look at.
+
+`control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
+contact sums (8) of every row.
+"""
+
+import functools
+
+import taichi as ti
+
+from .arguments import ARRAY, INDEX
+from .boundary_nodes import SUMS, SUPPORT_SUMS, kick_and_drift, support_reactions
+from .bundles import Body, Listed, Pairs, Supported, System, Touching
+from .contact_load import CONTACT_SUMS, impulse_load, penalty_load
+from .internal_force import CELL_SUMS, NODE_SUMS, keep_vectors, make_cell_phase, node_phase
+from .lanes import CHUNKS, WIDTHS
+from .massless_contact import massless_load, predict
+from .planes import nearest_planes, smallest_gap
+from .static_control import CONVERGED, MEASURE, NEXT
+from .static_control import SWEEPS as SWEEPS_DONE
+from .static_solve import make_resolve
+
+# numbers of `control`
+START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT, ROWS_DONE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+CONTROL = 9
+# values of control[START]
+PASS, BOUNDARY, PLACE, PRODUCT = 0, 1, 2, 3
+MEASURING, STOP = 4, 5
+RAW = NODE_SUMS + CELL_SUMS + SUMS + SUPPORT_SUMS + CONTACT_SUMS
+
+
+@ti.func
+def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template(), supported: ti.template(),
+            touching: ti.template()):  # fmt: skip
+    """All sums of a row, side by side."""
+    place = number * RAW
+    for j in ti.static(range(NODE_SUMS)):
+        total = 0.0
+        for part in range(CHUNKS):
+            total += body.node_sums[part * NODE_SUMS + j]
+        raw[place + j] = total
+    place += NODE_SUMS
+    elastic, least, hourglass = 0.0, 1e300, 0.0
+    for chunk in range(CHUNKS):
+        elastic += body.cell_sums[chunk * CELL_SUMS]
+        least = ti.min(least, body.cell_sums[chunk * CELL_SUMS + 1])
+        hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
+    raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
+    place += CELL_SUMS
+    for j in range(SUMS):
+        raw[place + j] = listed.sums[j]
+    place += SUMS
+    for j in range(SUPPORT_SUMS):
+        raw[place + j] = supported.sums[j]
+    place += SUPPORT_SUMS
+    for j in range(CONTACT_SUMS):
+        raw[place + j] = touching.sums[j]
+
+
+@ti.func
+def suspicious(raw: ti.template(), number, control: ti.template()):
+    """1 at a row that a guard has to look at: not finite, an inverted cell, much energy."""
+    place = number * RAW
+    energy = raw[place] + raw[place + NODE_SUMS] + raw[place + NODE_SUMS + CELL_SUMS]
+    calm = energy <= control[ENERGY_LIMIT] and raw[place + NODE_SUMS + 1] > control[JACOBIAN_LIMIT]
+    return ti.select(calm, 0, 1)
+
+
+@functools.cache
+def make_serial_step(
+    kind: str,
+    law: str,
+    contact: str | None,
+    block: int,
+    slots: int,
+    plain: bool,
+    listed_nodes: bool,
+    supports: bool,
+    passes: bool,
+):
+    """Kernel for a kind and law with these terms, memoised.
+
+    contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
+    supports: whether there are any; passes: with the loop over cells (always for massless contact).
+    """
+    touches = contact is not None
+    cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
+    resolve = make_resolve(kind, law, block, slots, plain) if contact == "massless" else None
+
+    @ti.func
+    def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),
+                 system: ti.template(), control: ti.template()):  # fmt: skip
+        planes = int(control[PLANES])
+        if ti.static(contact == "massless"):
+            touching.sums[7] = system.stats[SWEEPS_DONE]
+            massless_load(body, listed, touching, system.stats, block, slots)
+        if ti.static(contact == "penalty"):
+            penalty_load(body, touching, planes)
+        if ti.static(contact == "impulse"):
+            if planes > slots:
+                nearest_planes(touching, body.u, planes)
+            before, after = control[BEFORE], control[AFTER]
+            span = ti.select(after > 0.0, 0.5 * (before + after), before)
+            impulse_load(body, listed, touching, span, slots)
+        if ti.static(touches):
+            touching.sums[6] = smallest_gap(touching, body.u, planes)
+        if ti.static(supports):
+            support_reactions(body, listed, supported)
+        if ti.static(listed_nodes):
+            kick_and_drift(body, listed)
+
+    @ti.func
+    def place(body: ti.template(), touching: ti.template(), control: ti.template(), start):
+        planes = int(control[PLANES])
+        if planes > slots:
+            nearest_planes(touching, body.u, planes)
+        before, after = control[BEFORE], control[AFTER]
+        ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
+        time = 0.5 * after * (before + after)
+        if start == PLACE:
+            ratio, time = 0.0, 0.0
+        fall = time * ti.Vector([body.params[3], body.params[4], body.params[5]])
+        predict(body, touching, ratio, fall, control[EXACT], block, slots)
+
+    @ti.kernel
+    def serial_step(
+        connectivity: INDEX,
+        chunk_table: INDEX,
+        node_info: INDEX,
+        position: ARRAY,
+        mass: ARRAY,
+        params: ARRAY,
+        u: ARRAY,
+        v: ARRAY,
+        rows: ARRAY,
+        special_force: ARRAY,
+        node_sums: ARRAY,
+        cell_sums: ARRAY,
+        boundary_nodes: INDEX,
+        tensor_mass: ARRAY,
+        inverse_mass: ARRAY,
+        load: ARRAY,
+        boundary_sums: ARRAY,
+        support_slots: INDEX,
+        support_axes: INDEX,
+        support_speeds: ARRAY,
+        support_sums: ARRAY,
+        contact_nodes: INDEX,
+        planes: ARRAY,
+        near: INDEX,
+        reference: ARRAY,
+        all_nodes: INDEX,
+        all_reference: ARRAY,
+        give: ARRAY,
+        contact_force: ARRAY,
+        contact_sums: ARRAY,
+        basis: ARRAY,
+        active: INDEX,
+        last: ARRAY,
+        cell_nodes: INDEX,
+        shape_gradients: ARRAY,
+        weights: ARRAY,
+        pair_start: INDEX,
+        pair_corners: INDEX,
+        pair_nodes: INDEX,
+        pair_values: ARRAY,
+        row_start: INDEX,
+        entry_start: INDEX,
+        entry_pairs: INDEX,
+        entry_place: INDEX,
+        corner_start: INDEX,
+        corner_rows: INDEX,
+        lane_start: INDEX,
+        lane_node: INDEX,
+        column: INDEX,
+        values: ARRAY,
+        inverse: ARRAY,
+        stiffness: ARRAY,
+        right: ARRAY,
+        gaps: ARRAY,
+        normals: ARRAY,
+        push: ARRAY,
+        increment: ARRAY,
+        settings: ARRAY,
+        stats: ARRAY,
+        control: ARRAY,
+        raw_out: ARRAY,
+    ):
+        body = ti.static(
+            Body(
+                connectivity,
+                chunk_table,
+                node_info,
+                position,
+                mass,
+                params,
+                u,
+                v,
+                rows,
+                special_force,
+                node_sums,
+                cell_sums,
+            )
+        )
+        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, boundary_sums))
+        supported = ti.static(Supported(support_slots, support_axes, support_speeds, support_sums))
+        touching = ti.static(
+            Touching(
+                contact_nodes,
+                planes,
+                near,
+                reference,
+                all_nodes,
+                all_reference,
+                give,
+                contact_force,
+                contact_sums,
+                basis,
+                active,
+                last,
+            )
+        )
+        pairs = ti.static(
+            Pairs(
+                cell_nodes,
+                shape_gradients,
+                weights,
+                pair_start,
+                pair_corners,
+                pair_nodes,
+                pair_values,
+                row_start,
+                entry_start,
+                entry_pairs,
+                entry_place,
+            )
+        )
+        system = ti.static(
+            System(
+                corner_start,
+                corner_rows,
+                lane_start,
+                lane_node,
+                column,
+                values,
+                inverse,
+                stiffness,
+                right,
+                gaps,
+                normals,
+                push,
+                increment,
+                settings,
+                stats,
+            )
+        )
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            state = int(control[START])
+            number, stop, first = 0, 0, 1
+            while state != STOP:
+                if ti.static(passes):
+                    if state == PASS or state == PRODUCT or state == MEASURING:
+                        chunk = ti.select(state == MEASURING, CHUNKS, 0)
+                        cell_phase(
+                            chunk, chunk + CHUNKS, connectivity, chunk_table, position, u, rows, cell_sums, params, 1
+                        )
+                    if state == PASS or state == PRODUCT:
+                        node_phase(
+                            chunk_table,
+                            node_info,
+                            position,
+                            u,
+                            v,
+                            mass,
+                            rows,
+                            special_force,
+                            node_sums,
+                            params,
+                            CHUNKS,
+                            1,
+                        )
+                if state == PASS or state == BOUNDARY:
+                    boundary(body, listed, supported, touching, system, control)
+                    log_row(raw_out, number, body, listed, supported, touching)
+                    stop = suspicious(raw_out, number, control)
+                    number += 1
+                again = 0  # go on with a measure
+                if ti.static(contact == "massless"):
+                    if state == MEASURING:
+                        resolve(body, listed, touching, pairs, system, first)
+                        first = 0
+                        if stats[NEXT] == MEASURE:
+                            again = 1
+                        elif stats[CONVERGED] == 0.0:
+                            stop = 1
+                    elif state == PLACE or (state != PRODUCT and control[AFTER] > 0.0):
+                        place(body, touching, control, state)
+                        again, first = 1, 1
+                if again == 1:
+                    state = MEASURING
+                elif stop == 1 or number >= int(control[ROWS]) or int(control[START]) != PASS:
+                    state = STOP
+                else:
+                    state = PASS
+            control[ROWS_DONE] = float(number)
+
+    return keep_vectors(serial_step)

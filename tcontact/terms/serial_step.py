@@ -1,0 +1,103 @@
+"""What a step does beside the parallel force pass, and whole steps of small bodies, in one launch (kernels/serial_step)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import arrays
+from ..launch import Prepared
+from ..plan import BodyPlan
+from .boundary_nodes import BoundaryNodes, Supports
+from .contact import ContactTerm
+from .internal_force import InternalForce
+
+TOUCHING, MASSLESS = 9, 29  # arrays of a contact term, and further ones of massless nodes
+MOST_ROWS = 256  # in one launch
+
+
+class SerialStep:
+    """The launch and its arrays; terms that the body does not have are not compiled and share two dummies."""
+
+    def __init__(
+        self,
+        plan: BodyPlan,
+        force: InternalForce,
+        listed: BoundaryNodes | None,
+        supports: Supports | None,
+        contact: ContactTerm | None,
+    ) -> None:
+        from ..kernels import serial_step as kernels
+
+        self.names = kernels
+        self.force = force
+        self.rows_at_once = MOST_ROWS if plan.small else 1
+        real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
+        own = None if contact is None else contact.arguments()
+        none = _dummies(real, whole)
+        parts: list[arrays.Array] = []
+        parts += (whole, real, real, real, real) if listed is None else listed.arguments()
+        parts += (whole, whole, real, real) if supports is None else supports.arguments()
+        parts += none if own is None else (*own, *none[len(own) :])
+        self.control = arrays.zeros(kernels.CONTROL)
+        self.raw = arrays.zeros(self.rows_at_once * kernels.RAW)
+        self._parts = (*parts, self.control, self.raw)
+        massless = contact is not None and contact.kernel == "massless"
+        self.kernel = kernels.make_serial_step(
+            plan.element,
+            plan.body.material.law,
+            None if contact is None else contact.kernel,
+            1 if contact is None else contact.block,
+            1 if contact is None else contact.slots,
+            contact is not None and contact.plain,
+            listed is not None,
+            supports is not None,
+            massless or plan.small,
+        )
+        self._launch = Prepared(self.kernel)
+        self._planes = 0 if contact is None else contact.plane_count
+        self._exact = 1.0 if contact is None or contact.exact else 0.0
+
+    def run(
+        self,
+        start: int,
+        u: arrays.Array,
+        v: arrays.Array,
+        before: float,
+        after: float,
+        rows: int = 1,
+        jacobian: float = -np.inf,
+        energy: float = np.inf,
+    ) -> int:
+        """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
+
+        before, after [s]: the steps that end and start at the present level. It stops after a row with a det F of at
+        most `jacobian`, an energy above `energy` [J] or a static solve that did not converge.
+        """
+        control = np.array([start, rows, before, after, self._planes, self._exact, jacobian, energy, 0.0])
+        arrays.set_values(self.control, control)
+        self._launch(*self.force.arguments(u, v), *self._parts)
+        return int(arrays.get(self.control)[self.names.ROWS_DONE])
+
+    def rows(self, count: int) -> np.ndarray:
+        """Raw rows [count, RAW] of the last run."""
+        return arrays.get(self.raw).reshape(-1, self.names.RAW)[:count]
+
+    def use_for_products(self) -> None:
+        """Let the force pass of the body go through this kernel, so that no other one is compiled."""
+        control = np.zeros(self.names.CONTROL)
+        control[self.names.START] = self.names.PRODUCT
+        parts = (*self._parts[:-2], arrays.put(control), self.raw)
+        launch = Prepared(self.kernel)
+        self.force.kernel = lambda _first, _end, _ranges, *body: launch(*body, *parts)
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of the launch itself."""
+        return [self.raw, self.control]
+
+
+def _dummies(real: arrays.Array, whole: arrays.Array) -> tuple[arrays.Array, ...]:
+    """Stand-ins for the arrays of Touching, Pairs and System."""
+    touching = (whole, real, whole, real, whole, real, real, real, real, real, whole, real)
+    pairs = (whole, real, real, whole, whole, whole, real, whole, whole, whole, whole)
+    system = (whole, whole, whole, whole, whole, *(real,) * 10)
+    return (*touching, *pairs, *system)
