@@ -20,7 +20,7 @@ modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes 
 hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft
 (full hexes: 56, 16, 5 % too stiff); with cells longer than thick it is too stiff, like full hexes but less. The stable
 step is that of full hexes or more up to about 0.1; 1/3 costs 5 %, 1/2 costs 20 %. Smaller values cost the static solve
-sweeps (0.02: a fifth more).
+sweeps (0.02: a third more, 0.01: twice as many).
 """
 
 import taichi as ti
