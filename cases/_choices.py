@@ -7,6 +7,7 @@ from typing import Literal
 import tcontact as tc
 
 Kind = Literal["hex8", "tet4"]
+Formulation = Literal["full", "reduced"]
 Law = Literal["neo-hookean", "linear", "st-venant-kirchhoff"]
 Contact = Literal["massless", "penalty", "impulse"]
 Removal = Literal["auto", "normal", "full"]

@@ -25,6 +25,7 @@ def scene(
     *,
     cells: int = 160,
     kind: choices.Kind = "hex8",
+    formulation: choices.Formulation = "full",
     law: choices.Law = "linear",
     young: float = 1e7,
     density: float = 1000.0,
@@ -42,8 +43,9 @@ def scene(
 ) -> tc.Scene:
     """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
 
-    SI units. width: of the bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h
-    (contact=penalty: None = 10); duration: None = until a quarter of the contact time after the bar has left.
+    SI units. formulation: full | reduced (one-point hexes); width: of the bar and its cells, None = length/8; penalty:
+    None = exact, else multiples of young/h (contact=penalty: None = 10); duration: None = until a quarter of the
+    contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
     for name, value in {"length": length, "speed": speed, "width": width, "cells": cells}.items():
@@ -57,7 +59,8 @@ def scene(
     )
     if duration is None:
         duration = gap / speed + 2.5 * length / material.wave_speed
-    bar = tc.Body(mesh, material, velocity=(0.0, 0.0, -speed), contact="zmin", name="bar")
+    velocity = (0.0, 0.0, -speed)
+    bar = tc.Body(mesh, material, velocity, contact="zmin", name="bar", formulation=formulation)
     return tc.Scene(bodies=[bar], obstacles=[tc.Plane()], duration=duration, contact=model)
 
 

@@ -33,6 +33,7 @@ def scene(
     *,
     cells: int = 16,
     kind: choices.Kind = "hex8",
+    formulation: choices.Formulation = "full",
     law: choices.Law = "neo-hookean",
     young: float = 1e7,
     poisson: float = 0.3,
@@ -52,8 +53,9 @@ def scene(
 ) -> tc.Scene:
     """A cube of cells^3 cells whose lowest point starts `gap` above the plane z = 0.
 
-    SI units, angles in degrees. penalty: None = exact contact, else a stiffness in multiples of young/h with h the size
-    of a cell (contact=penalty: None = 10); duration: None = long enough for the default cube to leave, as it lies.
+    SI units, angles in degrees. formulation: full | reduced (one-point hexes); penalty: None = exact contact, else a
+    stiffness in multiples of young/h with h the size of a cell (contact=penalty: None = 10); duration: None = long
+    enough for the default cube to leave, as it lies.
     """
     material = choices.material(law, young, poisson, density)
     for name, value in {"size": size, "speed": speed, "cells": cells}.items():
@@ -82,7 +84,8 @@ def scene(
         sweeps=sweeps,
         tolerance=tolerance,
     )
-    cube = tc.Body(mesh, material, velocity=(0.0, 0.0, -speed), contact=touching, name="cube")
+    velocity = (0.0, 0.0, -speed)
+    cube = tc.Body(mesh, material, velocity, contact=touching, name="cube", formulation=formulation)
     return tc.Scene(bodies=[cube], obstacles=[tc.Plane()], duration=duration, contact=model)
 
 

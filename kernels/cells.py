@@ -22,7 +22,6 @@ import taichi as ti
 
 from . import tensor3
 
-CORNERS = {"hex8": 8, "affine-hex8": 8, "tet4": 4}
 GAUSS = 1.0 / 3.0**0.5
 
 
@@ -163,6 +162,3 @@ def tet_force(x, u, lam, mu, law: ti.template()):
     g = [tet_derivatives(u[c]) for c in range(3)]
     answer = point_force(g, geometry(a), lam * (1.0 / 6.0), mu * (1.0 / 6.0), law)
     return [[tet_corner_forces(answer[0][c]) for c in range(3)], answer[1], answer[2]]
-
-
-FORCES = {"hex8": hex_force, "affine-hex8": affine_hex_force, "tet4": tet_force}

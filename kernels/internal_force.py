@@ -15,7 +15,8 @@ Chunks that own rows (the contact cells once more, for the static solve) give ea
 there the corner forces stay apart and no node sums them.
 
 `params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
-`cell_sums` [chunks*2]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too).
+`cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
+part of the elastic energy that is hourglass energy [J] (0 for elements without).
 `node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
 about the origin (3), sum m u (3). Special nodes hand out f in special_force [3*s+c] and are not moved.
 """
@@ -24,13 +25,13 @@ import functools
 
 import taichi as ti
 
-from . import cells, laws
+from . import elements, laws
 from .arguments import ARRAY, INDEX
 from .lanes import TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
-CELL_SUMS = 2  # elastic energy, smallest det F
+CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 
 
@@ -111,14 +112,14 @@ def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int):
-    """Cell phase of a kind ("hex8", "tet4") with a law (names in `laws.LAWS`), packed `width` wide: a memoised ti.func.
+    """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
     cell_phase(first, end, connectivity, chunk_table, position, u, rows, cell_sums, params, stride) for the chunks
     first..end; a kernel that calls it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a
     serial loop over steps stride = 1.
     """
-    corners = cells.CORNERS[kind]
-    force_of = cells.FORCES[kind]
+    corners = elements.CORNERS[kind]
+    force_of = elements.FORCES[kind]
     law_of = laws.LAWS[law]
     lane_numbers = list(range(width))
 
@@ -145,6 +146,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
                 energy = zero
+                hourglass = zero
                 change = zero + 1e300
                 for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
                     start = pack * (corners * width)
@@ -156,6 +158,8 @@ def make_cell_phase(kind: str, law: str, width: int):
                     answer = force_of(x, y, lam * weight, mu * weight, law_of)
                     energy += answer[1]
                     change = ti.min(change, answer[2])
+                    if ti.static(len(answer) > 3):
+                        hourglass += answer[3]
                     for k in ti.static(range(corners)):
                         for lane in ti.static(range(width)):
                             place = start + k * width + lane
@@ -165,6 +169,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                                 rows[row + c] = old[c] + answer[0][c][k][lane]
                 cell_sums[chunk * CELL_SUMS] = energy.sum()
                 cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
+                cell_sums[chunk * CELL_SUMS + 2] = hourglass.sum()
 
     return cell_phase
 

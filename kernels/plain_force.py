@@ -10,7 +10,7 @@ import functools
 
 import taichi as ti
 
-from . import cells, laws
+from . import cells, elements, laws, reduced_hex
 from .arguments import ARRAY, INDEX
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
@@ -62,6 +62,12 @@ def hex_force(x, u, lam, mu, law: ti.template()):
 
 
 @ti.func
+def reduced_hex_force(x, u, lam, mu, law: ti.template()):
+    """Corner forces [component][corner] of a one-point hex8."""
+    return reduced_hex.reduced_force(x, u, lam, mu, law)[0]
+
+
+@ti.func
 def tet_force(x, u, lam, mu, law: ti.template()):
     """Corner forces [component][corner] of a tet4."""
     return cells.tet_force(x, u, lam, mu, law)[0]
@@ -73,8 +79,8 @@ def make_plain_force(kind: str, law: str):
 
     plain_force(connectivity [cells*corners], position, params [8] as of the step kernel, u, force_out): adds dW/du.
     """
-    corners = cells.CORNERS[kind]
-    force_of = {"hex8": hex_force, "tet4": tet_force}[kind]
+    corners = elements.CORNERS[kind]
+    force_of = {"hex8": hex_force, "hex8-reduced": reduced_hex_force, "tet4": tet_force}[kind]
     law_of = laws.LAWS[law]
 
     @ti.kernel

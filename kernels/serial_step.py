@@ -8,8 +8,8 @@ A large body starts at `boundary` after its parallel pass and does one row; a sm
 One loop over cells serves passes and measures: every turn of the outer loop is one of the two and what follows it.
 The loop ends early at a row that a guard has to look at.
 
-`control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (2), boundary sums (8), reactions (4), contact
-sums (8) of every row.
+`control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
+contact sums (8) of every row.
 """
 
 import functools
@@ -48,11 +48,12 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
             total += body.node_sums[part * NODE_SUMS + j]
         raw[place + j] = total
     place += NODE_SUMS
-    elastic, least = 0.0, 1e300
+    elastic, least, hourglass = 0.0, 1e300, 0.0
     for chunk in range(CHUNKS):
         elastic += body.cell_sums[chunk * CELL_SUMS]
         least = ti.min(least, body.cell_sums[chunk * CELL_SUMS + 1])
-    raw[place], raw[place + 1] = elastic, least
+        hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
+    raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
     place += CELL_SUMS
     for j in range(SUMS):
         raw[place + j] = listed.sums[j]
@@ -92,7 +93,7 @@ def make_serial_step(
     """
     touches = contact is not None
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
-    resolve = make_resolve(law, block, slots, plain) if contact == "massless" else None
+    resolve = make_resolve(kind, law, block, slots, plain) if contact == "massless" else None
 
     @ti.func
     def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),

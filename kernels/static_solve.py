@@ -15,6 +15,7 @@ from .boundary_nodes import row
 from .lanes import SWEEP_LANES as LANES
 from .massless_node import basis_of, block_of, constraints, largest, unbalanced
 from .planes import position
+from .reduced_tangent import make_reduced_tangent
 from .static_control import (
     BEFORE,
     CONVERGED,
@@ -131,9 +132,9 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
 
 
 @functools.cache
-def make_resolve(law: str, block: int, slots: int, plain: bool):
+def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
     """resolve(body, listed, touching, pairs, system, first): what follows a measure; stats[NEXT] asks for more."""
-    tangent = make_surface_tangent(law, block, plain)
+    tangent = make_reduced_tangent(law, block) if kind == "hex8-reduced" else make_surface_tangent(law, block, plain)
 
     @ti.func
     def resolve(

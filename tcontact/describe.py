@@ -28,7 +28,7 @@ def describe(plan: Plan) -> str:
 
 def _body(body: BodyPlan) -> str:
     mesh = body.body.mesh
-    line = f"{body.label}: {mesh.cell_count} {mesh.kind} cells, {mesh.node_count} nodes, {body.body.material.law}"
+    line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -44,7 +44,7 @@ def _body(body: BodyPlan) -> str:
 
 def kernels(plan: Plan, body: BodyPlan) -> list[str]:
     """Names of the kernels a step of the body launches."""
-    names = [f"step({body.body.mesh.kind}, {body.body.material.law})"]
+    names = [f"step({body.element}, {body.body.material.law})"]
     if len(body.boundary):
         names.append("kick_and_drift")
     if len(body.support_rows):
@@ -52,7 +52,8 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
     if body.contact is not None:
         names.append("smallest_gap")
         if body.contact.graph is not None:
-            names += ["predict", "gather_cells", "assemble", "surface_tangent", "blocks", "solve", "contact_load"]
+            tangent = "surface_tangent" if body.body.formulation == "full" else "reduced_tangent"
+            names += ["predict", "gather_cells", "assemble", tangent, "blocks", "solve", "contact_load"]
         elif len(body.contact.nodes):
             names.append({"penalty-contact": "penalty_load"}.get(plan.contact_term or "", "impulse_load"))
     return names
@@ -85,7 +86,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
 
 
 def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
-    packs = pack_cells(cells, nodes, WIDTHS[body.body.mesh.kind])
+    packs = pack_cells(cells, nodes, WIDTHS[body.element])
     return packs.nbytes + nodes * 4 * REAL
 
 

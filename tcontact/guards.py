@@ -75,7 +75,7 @@ class Guards:
         return None
 
     def _worst(self, state: BodyState) -> str:
-        cell, value = worst_cell(state.plan.body.mesh, state.displacement())
+        cell, value = worst_cell(state.plan.body.mesh, state.displacement(), state.plan.body.formulation)
         centre = state.plan.body.mesh.nodes[state.plan.body.mesh.cells[cell]].mean(axis=0)
         place = ", ".join(f"{value:.4g}" for value in centre)
         return f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"

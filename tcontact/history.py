@@ -20,6 +20,7 @@ COLUMNS = (
     "sweeps",
     "static_residual",
 )
+# only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
 # what a step measures, in this order; the vectors take three places
 MEASURED = {
     "time": 1,
@@ -37,6 +38,7 @@ MEASURED = {
     "sweeps": 1,
     "static_residual": 1,
     "jacobian_min": 1,
+    "hourglass": 1,
 }
 _ends = np.cumsum(list(MEASURED.values()))
 PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
@@ -44,10 +46,14 @@ WIDTH = int(_ends[-1])
 
 
 class History:
-    """Rows of measured values; sums along time run over every step, also when rows are thinned."""
+    """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    def __init__(self, every: int) -> None:
+    extra: columns that only some scenes have, of those measured.
+    """
+
+    def __init__(self, every: int, extra: tuple[str, ...] = ()) -> None:
         self.every = every
+        self.extra = extra
         self.steps = 0
         self._rows = np.zeros((256, WIDTH + 7))  # measured, then impulse (3), support impulse (3), support work
         self.count = 0
@@ -118,4 +124,4 @@ class History:
         with np.errstate(invalid="ignore"):  # a run that blew up
             change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)
         result["energy_error"] = change / scale if scale > 0.0 else change
-        return {name: result[name] for name in COLUMNS}
+        return {name: result[name] for name in (*COLUMNS, *self.extra)}

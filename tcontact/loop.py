@@ -82,7 +82,7 @@ class Run:
         if all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
-        self.history = History(history_every)
+        self.history = History(history_every, planned.columns)
         self.warnings: list[str] = []
         self.guards = Guards(scene, self.states)
         self.over_limit = False

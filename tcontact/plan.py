@@ -19,7 +19,7 @@ from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
 
 # up to so many cells a body takes many steps per launch on one thread: waking threads would cost more than they save
-SMALL = {"hex8": 2000, "tet4": 10000}
+SMALL = {"hex8": 2000, "hex8-reduced": 4000, "tet4": 10000}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class BodyPlan:
     @property
     def small(self) -> bool:
         """Whether the body takes many steps per launch."""
-        return len(self.cells) <= SMALL[self.body.mesh.kind]
+        return len(self.cells) <= SMALL[self.element]
 
     @property
     def mass(self) -> np.ndarray:
@@ -76,6 +76,11 @@ class BodyPlan:
         result = self.lumped[:, None, None] * np.eye(3)
         result[self.boundary] = self.tensors
         return result[np.argsort(self.node_order)]
+
+    @property
+    def element(self) -> str:
+        """Name of the element its kernels are made for: the kind of its cells, "hex8-reduced" for one-point hexes."""
+        return self.body.element
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -110,6 +115,11 @@ class Plan:
         if self.contact_term:
             found[self.contact_term] = None
         return (*found, "ledger")
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the history that only such a scene has."""
+        return ("hourglass",) if any(body.body.formulation == "reduced" for body in self.bodies) else ()
 
     def describe(self) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated."""

@@ -74,7 +74,7 @@ class Recorder:
         size = np.linalg.norm(force, axis=1)
         pressure = np.where(area > 0.0, size / np.where(area > 0.0, area, 1.0), 0.0)
         stress = [
-            von_mises(state.plan.body.mesh, state.plan.body.material, displacement)
+            von_mises(state.plan.body.mesh, state.plan.body.material, displacement, state.plan.body.formulation)
             for state, displacement in zip(self.states, displacements, strict=True)
         ]
         self.file.append(

@@ -47,6 +47,8 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
+    if "hourglass" in result.history:
+        data["hourglass_share_max"] = hourglass_share(result.history)
     data["memory_bytes"] = dict(result.memory)
     data["terms"] = list(result.terms)
     data["warnings"] = list(result.warnings)
@@ -56,6 +58,12 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data["versions"] = versions()
     data |= {"arch": runtime.arch(), "threads": runtime.threads()}
     return plain(data)
+
+
+def hourglass_share(history: Mapping[str, np.ndarray]) -> float:
+    """Largest hourglass energy over the largest kinetic + elastic energy of the run."""
+    scale = float((history["kinetic"] + history["elastic"]).max())
+    return float(history["hourglass"].max()) / scale if scale > 0.0 else 0.0
 
 
 def summary(result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check]) -> dict[str, Any]:
@@ -131,9 +139,12 @@ def lines(data: Mapping[str, Any]) -> list[str]:
         "wall": f"{data['wall_s']:.2f} s, compile {data['compile_s']:.2f} s ({where})",
         "speed": f"{_number(data['cell_updates_per_s']) / 1e6:.3g} Mcell/s"
         f" at an energy error of {_number(data['energy_error_max']):.2e}",
+        "hourglass": f"at most {_number(data.get('hourglass_share_max')):.2e} of the largest kinetic + elastic energy",
         "scene": f"{data['cells']} cells, {data['nodes']} nodes, {memory:.3g} MB",
         "terms": ", ".join(data["terms"]),
     }
+    if "hourglass_share_max" not in data:
+        del rows["hourglass"]
     found = [f"{data['case']}: {data['reason']} at {si(_number(data['time']), 's', 4)} after {data['steps']} steps"]
     found += [f"  {name:<10}{text}" for name, text in rows.items()]
     if data["message"]:

@@ -20,7 +20,8 @@ class Result:
     first step);
     cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
-    history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS;
+    history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS, and
+    `hourglass` [J] where a body has one-point hexes: the part of `elastic` in their hourglass modes;
     warnings: what was warned about; scene: what was run.
     """
 

@@ -61,7 +61,8 @@ class Body:
     """A deformable body: mesh, material, initial velocity and what it may touch.
 
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
-    touch an obstacle, or None; supports: held and driven components; formulation: "full" integration.
+    touch an obstacle, or None; supports: held and driven components; formulation: "full"
+    integration, or "reduced": hexahedra with one point, the mean gradient, and a stiffness against hourglassing.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -79,7 +80,11 @@ class Body:
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         if not isinstance(self.material, Material):
             raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
-        validate.choice("Body.formulation", self.formulation, ("full",))
+        validate.choice("Body.formulation", self.formulation, ("full", "reduced"))
+        if self.formulation == "reduced" and self.mesh.kind != "hex8":
+            raise InputError(
+                "Body.formulation", self.formulation, f"a {self.mesh.kind} has one point already; leave it at 'full'"
+            )
         validate.later("Body.periodic", self.periodic)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")
@@ -95,6 +100,11 @@ class Body:
         object.__setattr__(self, "supports", tuple(supports))
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
+
+    @property
+    def element(self) -> str:
+        """Kind of the cells as their forces are computed: that of the mesh, or "hex8-reduced"."""
+        return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
 
     @cached_property
     def contact_faces(self) -> np.ndarray:

@@ -89,9 +89,10 @@ class BodyState:
         else:
             raw = self.serial.rows(len(times))
         rows = np.zeros((len(times), WIDTH))
-        nodes, cells, listed, support, contact = np.split(raw, (10, 12, 20, 24), axis=1)
+        nodes, cells, listed, support, contact = np.split(raw, (10, 13, 21, 25), axis=1)
         rows[:, PLACE["time"]] = times[:, None]
-        rows[:, PLACE["elastic"]], rows[:, PLACE["jacobian_min"]] = cells[:, :1], cells[:, 1:]
+        for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
+            rows[:, PLACE[name]] = cells[:, column : column + 1]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]

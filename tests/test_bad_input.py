@@ -114,6 +114,7 @@ WRONG = {
     "velocity callable shape": lambda: body(velocity=lambda nodes: nodes[:, 0]),
     "velocity callable fails": lambda: body(velocity=boom),
     "formulation": lambda: body(formulation="magic"),
+    "reduced tets": lambda: body(tc.box_mesh((1, 1, 1), (1, 1, 1), "tet4"), formulation="reduced"),
     "periodic": lambda: body(periodic="x"),
     "empty name": lambda: body(name=""),
     # obstacles

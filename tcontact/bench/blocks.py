@@ -32,12 +32,20 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
     contact: "none" = the same cube with nothing in its way, else the removal of its massless contact with a wall that
     it touches at the start.
     """
-    mesh = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=kind)
+    cells, formulation = _element(kind)
+    mesh = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
     touching = contact != "none"
-    body = Body(mesh, material(law), velocity=_velocity, contact="zmin" if touching else None, name="block")
+    facing = "zmin" if touching else None
+    body = Body(mesh, material(law), _velocity, contact=facing, name="block", formulation=formulation)
     if not touching:
         return Scene(bodies=[body], duration=duration)
     return Scene([body], [Plane()], duration, contact=MasslessContact(removal=contact))
+
+
+def _element(kind: str) -> tuple[str, str]:
+    """Kind of the mesh and formulation of an element such as "hex8-reduced"."""
+    cells, _, formulation = kind.partition("-")
+    return cells, formulation or "full"
 
 
 def _velocity(nodes: np.ndarray) -> np.ndarray:
@@ -49,7 +57,8 @@ def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.nda
     """A cube with every node moved at random by up to 0.15 of a cell, and random displacements [n, 3] of 0.05 [m]."""
     random = np.random.default_rng(seed)
     h = LENGTH / size
-    box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=kind)
+    cells, formulation = _element(kind)
+    box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
     nodes = box.nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
-    scene = Scene([Body(Mesh(nodes, box.cells, kind), material(law), name="shaken")], duration=1.0)
-    return scene, 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
+    body = Body(Mesh(nodes, box.cells, cells), material(law), name="shaken", formulation=formulation)
+    return Scene([body], duration=1.0), 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)

@@ -21,7 +21,8 @@ from .parts import parts_of_a_step
 from .plain_step import PlainStep, make_copy
 from .rows import rows_of
 
-BATCH = 3e6  # cell updates a batch, about, of hexes; five tets take as long as a hex
+BATCH = 3e6  # cell updates a batch, about, of hexes
+WEIGHT = {"hex8": 1, "hex8-reduced": 3, "tet4": 5}  # cells that take as long as a hex, about
 COMPARED = 5  # steps after which the plain step must stand where ours does
 
 
@@ -33,8 +34,9 @@ class WholeStep:
         self._options: dict[str, Any] = {"threads": configuration.threads, "arch": configuration.arch}
         few = self._run(blocks.block(configuration.kind, configuration.law, configuration.size, contact))
         if steps is None:
-            weight = 5 if configuration.kind == "tet4" else 1
-            steps = int(np.clip(weight * BATCH / configuration.cells, 10, max(10, 3 * configuration.size)))
+            steps = int(
+                np.clip(WEIGHT[configuration.kind] * BATCH / configuration.cells, 10, max(10, 3 * configuration.size))
+            )
         self.scene: Scene = replace(few.scene, duration=(steps - 0.5) * few.dt)
         self.dt = few.dt
 

@@ -62,7 +62,7 @@ class PlainStep:
         self.u, self.v = arrays.put(displacement), arrays.put(velocity)
         self.force = arrays.zeros(displacement.size)
         self.dt = dt
-        self._add_force = Prepared(make_plain_force(plan.body.mesh.kind, material.law))
+        self._add_force = Prepared(make_plain_force(plan.element, material.law))
         self._update = Prepared(make_plain_update())
 
     def step(self) -> None:

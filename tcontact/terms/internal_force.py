@@ -13,7 +13,7 @@ from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
-CELL_SUMS = 2  # elastic energy, smallest det F
+CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), mass-weighted displacement (3)
 
 
@@ -28,7 +28,7 @@ class InternalForce:
     def __init__(self, plan: BodyPlan) -> None:
         from ..kernels.internal_force import make_step
 
-        kind, material = plan.body.mesh.kind, plan.body.material
+        kind, material = plan.element, plan.body.material
         packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
         self.surface: OwnRows | None = None
         if plan.contact is not None and plan.contact.graph is not None:
@@ -86,10 +86,10 @@ class InternalForce:
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
     def sums(self) -> np.ndarray:
-        """Sums over ordinary nodes (10), elastic energy [J] and smallest det F of the last pass [12]."""
+        """Sums of the last pass [13]: ordinary nodes (10), elastic energy [J], smallest det F, hourglass energy [J]."""
         nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
         cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
-        return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min()])
+        return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

@@ -42,7 +42,7 @@ class SerialStep:
         self._parts = (*parts, self.control, self.raw)
         massless = contact is not None and contact.kernel == "massless"
         self.kernel = kernels.make_serial_step(
-            plan.body.mesh.kind,
+            plan.element,
             plan.body.material.law,
             None if contact is None else contact.kernel,
             1 if contact is None else contact.block,

@@ -1,0 +1,93 @@
+"""Stiffness between the contact nodes of one-point hexes (`reduced_hex`), hourglass stiffness included.
+
+    A_ab = V (A_ab of surface_tangent with the mean gradients G) + kappa (sum over modes h of gamma_ha gamma_hb) I
+    G_a = 1/V int grad N_a dV,   gamma_ha = h_a - sum over k of (h_k x_k) . G_a
+
+From the definitions, by quadrature, since only contact cells need it. Without the second part K_KK would be singular:
+a one-point hex does not feel its contact nodes move against each other in an hourglass pattern.
+"""
+
+import functools
+
+import taichi as ti
+
+from .massless_node import basis_of
+from .reduced_hex import HOURGLASS
+from .surface_tangent import TANGENTS, corner
+
+CORNERS = 8
+
+
+@ti.func
+def hourglass_modes(a):
+    """(r1 r2, r1 r3, r2 r3, r1 r2 r3) at corner a in VTK order."""
+    r1, r2, r3 = 2.0 * (((a + 1) >> 1) & 1) - 1.0, 2.0 * ((a >> 1) & 1) - 1.0, 2.0 * (a >> 2) - 1.0
+    return ti.Vector([r1 * r2, r1 * r3, r2 * r3, r1 * r2 * r3])
+
+
+@functools.cache
+def make_reduced_tangent(law: str, block: int):
+    """reduced_tangent(body, basis, pairs) fills pairs.values, as `surface_tangent` does for full integration."""
+    tangent = TANGENTS[law]
+
+    @ti.func
+    def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
+        lam, mu = body.params[6], body.params[7]
+        for cell in range(pairs.start.shape[0] - 1):
+            slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
+            gammas = ti.Vector.zero(ti.f64, 4 * CORNERS)
+            first = cell * CORNERS
+            origin = pairs.cell_nodes[first]
+            volume = 0.0
+            for q in range(pairs.weights.shape[0]):
+                jacobian = ti.Matrix.zero(ti.f64, 3, 3)
+                for a in range(CORNERS):
+                    x = corner(body.position, pairs.cell_nodes[first + a])
+                    jacobian += x.outer_product(corner(pairs.shape_gradients, q * CORNERS + a))
+                weight = pairs.weights[q] * jacobian.determinant()
+                volume += weight
+                turned = weight * jacobian.inverse().transpose()
+                for a in range(CORNERS):
+                    g = turned @ corner(pairs.shape_gradients, q * CORNERS + a)
+                    for j in ti.static(range(3)):
+                        slopes[3 * a + j] += g[j]
+            slope = ti.Matrix.zero(ti.f64, 3, 3)
+            twist = ti.Matrix.zero(ti.f64, 4, 3)
+            square = 0.0
+            for a in range(CORNERS):
+                g = corner(slopes, a) / volume
+                square += g.dot(g)
+                node = pairs.cell_nodes[first + a]
+                slope += (corner(body.u, node) - corner(body.u, origin)).outer_product(g)
+                arm = corner(body.position, node) - corner(body.position, origin)
+                twist += hourglass_modes(a).outer_product(arm)
+                for j in ti.static(range(3)):
+                    slopes[3 * a + j] = g[j]
+            kappa = HOURGLASS * (lam + 2.0 * mu) * volume * square / 8.0
+            m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope, volume * lam, volume * mu)
+            for a in range(CORNERS):
+                g = corner(slopes, a)
+                mg = m @ g
+                gamma = hourglass_modes(a) - twist @ g
+                for j in ti.static(range(3)):
+                    moved[3 * a + j] = mg[j]
+                for h in ti.static(range(4)):
+                    gammas[4 * a + h] = gamma[h]
+            for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                ga, gb = corner(slopes, left), corner(slopes, right)
+                a, b = corner(moved, left), corner(moved, right)
+                same = ga.dot(t @ gb)
+                for h in ti.static(range(4)):
+                    same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
+                value = same * ti.Matrix.identity(ti.f64, 3) + c1 * b.outer_product(a) + c2 * a.outer_product(b)
+                if ti.static(law == "st_venant_kirchhoff"):
+                    value += ga.dot(gb) * r
+                basis_a = basis_of(basis, pairs.nodes[2 * p], block)
+                basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
+                projected = basis_a.transpose() @ value @ basis_b
+                for i, j in ti.static(ti.ndrange(block, block)):
+                    pairs.values[(p * block + i) * block + j] = projected[i, j]
+
+    return reduced_tangent
