@@ -129,9 +129,9 @@ def total_force(result: Result) -> np.ndarray:
     force = result.history["contact_force"]
     normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
     with np.errstate(invalid="ignore"):
-        if normals and len(normals) == len(result.scene.obstacles):
-            if all(np.allclose(normal, normals[0]) for normal in normals):
-                return np.asarray(force @ normals[0])
+        flat = len(normals) == len(result.scene.obstacles) and normals
+        if flat and all(np.allclose(normal, normals[0]) for normal in normals):
+            return np.asarray(force @ normals[0])
         return np.asarray(np.linalg.norm(force, axis=1))
 
 

@@ -21,13 +21,21 @@ def add(subparsers: Any) -> None:
         description="Run methods x sizes x steps on a problem with a reference; leave study.json, study.csv and"
         " study.png in a folder. CASE hard-cases: run the register of hard cases and print its table.",
     )
-    parser.add_argument("case", metavar="CASE", help="a problem with a reference, or hard-cases; a wrong name lists them")
     parser.add_argument(
-        "--methods", metavar="A,B", type=_words, help="methods, see README (default: the problem's); or hard cases by name"
+        "case", metavar="CASE", help="a problem with a reference, or hard-cases; a wrong name lists them"
+    )
+    parser.add_argument(
+        "--methods",
+        metavar="A,B",
+        type=_words,
+        help="methods, see README (default: the problem's); or hard cases by name",
     )
     parser.add_argument("--sizes", metavar="N,M", type=_whole_list, help="cells (default: the problem's)")
     parser.add_argument(
-        "--steps", metavar="X,Y", type=_number_list, help="steps over the stable one, cfl (default: 0.9; hard cases: own)"
+        "--steps",
+        metavar="X,Y",
+        type=_number_list,
+        help="steps over the stable one, cfl (default: 0.9; hard cases: own)",
     )
     parser.add_argument(
         "--set", metavar="KEY=VALUE", action="append", default=[], help="set a parameter of the scene; repeatable"

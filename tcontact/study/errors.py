@@ -57,10 +57,7 @@ def hex_quadrature(mesh: Any, displacement: np.ndarray) -> tuple[np.ndarray, np.
         each = np.where(CORNERS == 1.0, place, 1.0 - place)  # [8, 3] factors of the shape functions
         shape = each.prod(axis=1)
         slope = np.stack(
-            [
-                np.where(CORNERS[:, d] == 1.0, 1.0, -1.0) * np.delete(each, d, axis=1).prod(axis=1)
-                for d in range(3)
-            ],
+            [np.where(CORNERS[:, d] == 1.0, 1.0, -1.0) * np.delete(each, d, axis=1).prod(axis=1) for d in range(3)],
             axis=1,
         )
         jacobian = np.einsum("mai,ad->mid", nodes, slope)

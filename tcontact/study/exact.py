@@ -16,7 +16,8 @@ class PenaltyWall:
     """A linear bar with poisson 0 strikes a wall that pushes back with kappa p per area, p the overlap.
 
     With V the speed of the struck end into the wall and s = kappa p the pressure on it, V + s/(rho c) arrives from the
-    bar and V - s/(rho c) leaves into it. The free end sends a wave back unchanged after T = 2L/c, so with a = kappa/(rho c)
+    bar and V - s/(rho c) leaves into it. The free end sends a wave back unchanged after T = 2L/c, so with
+    a = kappa/(rho c)
 
         p' + a p = v                              0 < t < T
         p' + a p = v (2 exp(-a (t - T)) - 1)      T < t < 2T

@@ -1,4 +1,4 @@
-"""The work-precision figure: error over wall time, a line per method, and the energy error of the same runs beside it."""
+"""The work-precision figure: error over wall time, a line per method; beside it the energy error of the same runs."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from ..contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
@@ -63,7 +64,7 @@ def method(name: str) -> Method:
                 break
             return Method(
                 name=name,
-                contact=lambda unit: build(number, unit),
+                contact=partial(build, number),
                 scheme=lambda cfl: SCHEMES[scheme](cfl=cfl),
             )
     raise InputError("--methods", name, f"use {', '.join(FAMILIES)} (D, K: numbers above 0), with @SCHEME if wanted")

@@ -9,7 +9,7 @@ LEVELS = tuple(round(m * 10.0**-k, 12) for k in range(7) for m in (1.0, 0.5, 0.2
 
 
 def best(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The run of least wall time among those with an error at or below each level; levels that none reaches are left out.
+    """The run of least wall time among those with an error at or below each level, down to the last level reached.
 
     A run that failed (stopped, or changed its energy by more than a tenth) is no candidate, however small its error.
     """

@@ -51,19 +51,18 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
     started = perf_counter()
     reference, about = prepare(study, say)
     rows: list[dict[str, Any]] = []
-    slowest: dict[str, float] = {}  # seconds per cell and step that a method took last
+    before: dict[str, tuple[float, dict[str, Any]]] = {}  # seconds and row of the method's last run
     for size in sorted(study.sizes):
         for cfl in sorted(study.cfls, reverse=True):
             for name in study.methods:
-                row = {"method": name, "size": size, "cfl": cfl}
-                left = np.inf if study.budget is None else study.budget - (perf_counter() - started)
-                if left <= 0.0 or slowest.get(name, 0.0) * size > left:
+                row: dict[str, Any] = {"method": name, "size": size, "cfl": cfl}
+                left: float = np.inf if study.budget is None else study.budget - (perf_counter() - started)
+                if left <= 0.0 or (name in before and _forecast(*before[name], size, cfl) > left):
                     rows.append(row | {"ok": False, "skipped": True, "failure": ""})
                     continue
                 begun = perf_counter()
                 row |= _one(study, method(name), size, cfl, reference)
-                # the next larger run of the method: at least twice per doubling of the size
-                slowest[name] = (perf_counter() - begun - row.get("compile_s", 0.0)) / size
+                before[name] = (perf_counter() - begun - row.get("compile_s", 0.0), row)
                 rows.append(row)
                 say(_said(row))
     main = next((row["error"] for row in rows if row.get("error")), "error")
@@ -94,6 +93,13 @@ def build(study: Study, chosen: Method, size: int) -> Any:
     if isinstance(model, MasslessContact) and isinstance(scene.contact, MasslessContact):
         model = replace(model, sweeps=scene.contact.sweeps, tolerance=scene.contact.tolerance)
     return replace(scene, contact=model)
+
+
+def _forecast(seconds: float, row: dict[str, Any], size: int, cfl: float) -> float:
+    """Seconds of a run of another size and cfl, from the last one: cells times steps."""
+    cells = row["cell_updates"] / row["steps"] if row.get("steps") else 1.0
+    dimensions = round(np.log(max(cells, 1.0)) / np.log(row["size"])) if row["size"] > 1 else 3
+    return float(seconds * (size / row["size"]) ** (dimensions + 1) * row["cfl"] / cfl)
 
 
 def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from tcontact.cases import cube_impact as case
 
-from .. import errors as err
 from ...smoothness import force_variation
+from .. import errors as err
 from . import cell_stiffness
 
 scene = case.scene

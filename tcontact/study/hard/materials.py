@@ -1,0 +1,74 @@
+"""Materials at their limits: near-incompressible bodies, shocks, a law beyond its ellipticity."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from tcontact.cases import bar_impact, cube_impact
+
+from ... import checks as ck
+from ...result import Result
+from ..hard_cases import HardCase, Run, sound
+from ..problems import wall_shock
+
+
+def cases() -> list[HardCase]:
+    """Poisson numbers near 1/2 with both removals; neo-Hookean shocks; St Venant-Kirchhoff beyond its limit."""
+    return [
+        *(_near_incompressible(nu, removal) for nu in (0.49, 0.499, 0.4999) for removal in ("normal", "full")),
+        *(_wall_shock(mach) for mach in (0.05, 0.1, 0.2)),
+        HardCase(
+            name="svk-beyond-its-limit",
+            hard="St Venant-Kirchhoff bar at 0.35 of its wave speed: the law has no solution beyond 0.266",
+            runs=lambda full: [
+                Run(
+                    bar_impact.scene(
+                        cells=160 if full else 20, law="st-venant-kirchhoff", speed=35.0, gap=1e-4, duration=2e-3
+                    )
+                )
+            ],
+            judge=lambda results: [],
+            expected=("stopped",),
+            says="StVenantKirchhoff loses ellipticity",
+            remedy="use NeoHookean",
+        ),
+    ]
+
+
+def _near_incompressible(poisson: float, removal: Literal["normal", "full"]) -> HardCase:
+    def runs(full: bool) -> list[Run]:
+        return [Run(cube_impact.scene(cells=8 if full else 4, poisson=poisson, removal=removal, duration=1.5e-3))]
+
+    may_stop = removal == "full"
+    return HardCase(
+        name=f"nu-{poisson:g}-{removal}",
+        hard=f"poisson {poisson:g}: K_KK is ill-conditioned ({removal} removal)",
+        runs=runs,
+        judge=lambda results: sound(results, energy=0.05, momentum=1e-4),
+        expected=("right", "stopped") if may_stop else ("right",),
+        says="removal='normal'",
+        remedy="removal='normal'" if may_stop else "",
+    )
+
+
+def _wall_shock(mach: float) -> HardCase:
+    return HardCase(
+        name=f"shock-{mach:g}",
+        hard=f"neo-Hookean block in uniaxial strain at {mach:g} of its wave speed: a shock",
+        runs=lambda full: [Run(wall_shock.scene(cells=160 if full else 40, mach=mach))],
+        judge=_shock,
+    )
+
+
+def _shock(results: list[Result]) -> list[ck.Check]:
+    (result,) = results
+    energy = result.history["energy"]
+    touched = len(energy) // 10
+    found = wall_shock.errors(result)
+    return [
+        ck.at_most(
+            "growth of the energy after the touch", (energy[touched:].max() - energy[touched]) / energy[0], 1e-3
+        ),
+        ck.at_most("plateau error", found["plateau_error"], 0.01),
+        *sound(results, energy=0.02),
+    ]
