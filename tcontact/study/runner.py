@@ -138,7 +138,10 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
     }
     if not result.ok:
         return row | {"failure": f"{result.reason}: {result.message}"}
-    found = study.problem.errors(result, *(() if reference is None else (reference,)))
+    try:
+        found = study.problem.errors(result, *(() if reference is None else (reference,)))
+    except InputError as error:
+        return row | {"ok": False, "failure": f"refused: {error}"}
     row |= {"error": next(iter(found)), "error_value": next(iter(found.values())), "errors": found}
     if not row["energy_error"] <= GROWN:
         change = result.history["energy"] - result.history["energy"][0]
