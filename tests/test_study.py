@@ -137,7 +137,19 @@ def test_every_problem_is_complete(name):
     for method in problem.METHODS:
         built = runner.build(study(name, methods=[method]), methods.method(method), 4)
         assert isinstance(built, tc.Scene)
+    assert problem.ERRORS
     assert hasattr(problem, "REFERENCE") or hasattr(problem, "reference")
+
+
+@pytest.mark.parametrize("name", problems.names())
+def test_every_problem_measures_the_errors_it_names(name, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    report = runner.collect(study(name, methods=problems.load(name).METHODS[:1], sizes=[4]))
+    (row,) = report["rows"]
+    assert row["ok"], row["failure"]
+    assert tuple(row["errors"]) == problems.load(name).ERRORS
+    assert set(report["pareto"]) == set(row["errors"])
+    assert report["error"] == problems.load(name).ERRORS[0]
 
 
 # the grid
@@ -194,7 +206,9 @@ def test_failures_are_rows_with_what_they_did():
     (failure,) = report["failures"]
     assert failure["method"] == "penalty-10"
     assert "gained" in failure["failure"]
-    assert {row["method"] for row in report["pareto"]} == {"massless-full"}  # a failure is never the best
+    assert {row["method"] for row in report["pareto"]["force_error"]} == {
+        "massless-full"
+    }  # a failure is never the best
     refused = runner.collect(study("penalty-wall", methods=["impulse"], sizes=[8]))
     assert refused["failures"][0]["failure"].startswith("refused")
     assert "FAILED" in "\n".join(table.lines(refused))
@@ -211,10 +225,10 @@ def test_a_budget_leaves_runs_out_by_name(monkeypatch):
 def test_pareto_names_the_cheapest_run_of_each_level():
     def row(method, wall, error, failure=""):
         values = {"size": 1, "cfl": 0.9, "energy_error": 0.0, "ok": True, "failure": failure}
-        return {"method": method, "wall_s": wall, "error_value": error} | values
+        return {"method": method, "wall_s": wall, "errors": {"x": error}} | values
 
     rows = [row("cheap", 1.0, 0.3), row("good", 2.0, 0.03), row("wild", 0.1, 0.01, "gained 80 %")]
-    found = {best["level"]: best["method"] for best in pareto.best(rows)}
+    found = {best["level"]: best["method"] for best in pareto.best(rows, "x")}
     assert found == {1.0: "cheap", 0.5: "cheap", 0.2: "good", 0.1: "good", 0.05: "good"}
 
 
@@ -269,6 +283,7 @@ def test_the_command_leaves_its_files_and_keeps_those_of_others(tmp_path, capsys
         (["bar-impact", "--set", "cfl=0.5"], "--steps"),
         (["bar-impact", "--sizes", "x"], "whole numbers"),
         (["bar-impact", "--full"], "hard-cases"),
+        (["bar-impact", "--error", "nothing"], "plateau_error"),
         (["hard-cases", "--sizes", "4"], "--full"),
         (["hard-cases", "--methods", "nothing"], "corner-first"),
     ],
@@ -306,5 +321,7 @@ def test_an_exact_answer_has_no_error():
     result = SimpleNamespace(
         scene=scene, history=history, time=time[-1], position=body.mesh.nodes + np.array((0, 0, moved))
     )
-    for name, value in bar_impact.errors(result).items():
+    found = bar_impact.errors(result)
+    assert found.pop("force_variation") == pytest.approx(1.0)
+    for name, value in found.items():
         assert value == pytest.approx(0.0, abs=1e-12), name

@@ -40,6 +40,9 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--set", metavar="KEY=VALUE", action="append", default=[], help="set a parameter of the scene; repeatable"
     )
+    parser.add_argument(
+        "--error", metavar="NAME", help="error that table and figure show (default: the problem's first)"
+    )
     parser.add_argument("--budget", metavar="SECONDS", type=_positive, help="leave out what would not be done in time")
     parser.add_argument("--full", action="store_true", help="hard cases at their full size (minutes)")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/study-CASE)")
@@ -80,6 +83,7 @@ def _study(arguments: argparse.Namespace) -> Any:
         parameters=wanted.scene,
         budget=arguments.budget,
         threads=arguments.threads,
+        error=arguments.error,
     )
 
     def go(out: Path) -> int:
@@ -100,7 +104,7 @@ def _study(arguments: argparse.Namespace) -> Any:
 def _hard_cases(arguments: argparse.Namespace) -> Any:
     from ..study import hard_cases
 
-    for option in ("sizes", "steps", "set"):
+    for option in ("sizes", "steps", "set", "error"):
         if getattr(arguments, option):
             raise InputError(f"--{option}", getattr(arguments, option), "hard cases have their own; use --full")
     chosen = hard_cases.choose(arguments.methods)

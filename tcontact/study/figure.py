@@ -15,24 +15,26 @@ def draw(path: Path, report: Mapping[str, Any]) -> bool:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows = [row for row in report["rows"] if isinstance(row.get("error_value"), float) and row["wall_s"] > 0.0]
+    name = report["error"]
+    measured = [row | {"error": row["errors"][name]} for row in report["rows"] if name in row.get("errors", {})]
+    rows = [row for row in measured if isinstance(row["error"], float) and row["wall_s"] > 0.0]
     if not rows:
         return False
     figure = Figure(figsize=(10.5, 5.0), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    for number, name in enumerate(dict.fromkeys(row["method"] for row in rows)):
+    for number, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
         colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
         for cfl in dict.fromkeys(row["cfl"] for row in rows):
-            mine = [row for row in rows if row["method"] == name and row["cfl"] == cfl]
-            for axes, key in ((left, "error_value"), (right, "energy_error")):
+            mine = [row for row in rows if row["method"] == method and row["cfl"] == cfl]
+            for axes, key in ((left, "error"), (right, "energy_error")):
                 shown = [row for row in mine if isinstance(row[key], float) and row[key] > 0.0]
-                label = name if axes is left and cfl == rows[0]["cfl"] else None
+                label = method if axes is left and cfl == rows[0]["cfl"] else None
                 axes.plot([r["wall_s"] for r in shown], [r[key] for r in shown], color=colour, lw=1.1, label=label)
                 for row in shown:
                     face = "none" if row["failure"] else colour
                     axes.plot(row["wall_s"], row[key], marker, color=colour, mfc=face, ms=5.5)
-    main = report["error"].removesuffix("_error").replace("_", " ")
+    main = name.removesuffix("_error").replace("_", " ")
     for axes, text in ((left, f"{main} error"), (right, "energy error")):
         axes.set_xscale("log")
         axes.set_yscale("log")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..report import plain, versions
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def prepare(study: Study, say: Callable[[str], None]) -> tuple[dict[str, np.ndar
     """The reference of the study and a description of it; None where the problem has an exact solution.
 
     A problem that needs one has `reference(result)` (arrays to keep), FINER (times the largest size) and REFERENCE_CFL.
-    Raises `RuntimeError` if the fine run does not finish.
+    Raises `InputError` if the fine run does not finish.
     """
     problem = study.problem
     if not hasattr(problem, "reference"):
@@ -64,7 +65,7 @@ def prepare(study: Study, say: Callable[[str], None]) -> tuple[dict[str, np.ndar
             build(study, chosen, size), scheme=chosen.scheme(problem.REFERENCE_CFL), threads=study.threads
         )
     if not result.ok:
-        raise RuntimeError(f"the reference run ended as {result.reason}: {result.message}")
+        raise InputError("--sizes", size, f"the reference run ended as {result.reason}: {result.message}")
     arrays, made = problem.reference(result), datetime.now(timezone.utc).isoformat(timespec="seconds")
     _write(path, arrays, made)
     return arrays, about | {"made": made, "file": path.name, "wall_s": result.wall_s}

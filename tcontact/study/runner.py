@@ -27,7 +27,10 @@ TAKEN = ("cells", "contact", "removal", "penalty", "depth")  # parameters that t
 
 @dataclass(frozen=True)
 class Study:
-    """What to run: problem, names of methods, sizes (cells), cfl numbers, parameters of the scene, seconds, threads."""
+    """What to run: problem, names of methods, sizes (cells), cfl numbers, parameters of the scene, seconds, threads.
+
+    error: the one that the table and the figure show, None = the problem's main one.
+    """
 
     name: str
     problem: ModuleType
@@ -37,13 +40,21 @@ class Study:
     parameters: dict[str, Any] = field(default_factory=dict)
     budget: float | None = None
     threads: int | None = None
+    error: str | None = None
 
     def __post_init__(self) -> None:
         for name in self.methods:
             method(name)
+        if self.error is not None and self.error not in self.problem.ERRORS:
+            raise InputError("--error", self.error, "use one of " + ", ".join(self.problem.ERRORS))
         for key in self.parameters:
             if key in TAKEN:
                 raise InputError("--set", key, "a study sets it itself: use --sizes and --methods")
+
+    @property
+    def shown(self) -> str:
+        """The error that the table and the figure show."""
+        return self.error or str(self.problem.ERRORS[0])
 
 
 def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
@@ -64,16 +75,15 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
                 row |= _one(study, method(name), size, cfl, reference)
                 before[name] = (perf_counter() - begun - row.get("compile_s", 0.0), row)
                 rows.append(row)
-                say(_said(row))
-    main = next((row["error"] for row in rows if row.get("error")), "error")
+                say(_said(row, study.shown))
     return plain(
         {
             "case": study.name,
             "parameters": study.parameters,
             "reference": about,
-            "error": main,
+            "error": study.shown,
             "rows": rows,
-            "pareto": pareto.best(rows),
+            "pareto": {name: pareto.best(rows, name) for name in study.problem.ERRORS},
             "failures": [
                 {key: row[key] for key in ("method", "size", "cfl", "failure")} for row in rows if row["failure"]
             ],
@@ -142,7 +152,7 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
         found = study.problem.errors(result, *(() if reference is None else (reference,)))
     except InputError as error:
         return row | {"ok": False, "failure": f"refused: {error}"}
-    row |= {"error": next(iter(found)), "error_value": next(iter(found.values())), "errors": found}
+    row["errors"] = found
     if not row["energy_error"] <= GROWN:
         change = result.history["energy"] - result.history["energy"][0]
         way = "gained" if change[np.argmax(np.abs(change))] > 0.0 else "lost"
@@ -150,8 +160,8 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
     return row
 
 
-def _said(row: dict[str, Any]) -> str:
+def _said(row: dict[str, Any], error: str) -> str:
     head = f"{row['method']:<22} size {row['size']:<4} cfl {row['cfl']:<5g}"
-    if "error_value" not in row:
+    if "errors" not in row:
         return f"{head} {row['failure'][:90]}"
-    return f"{head} {row['error']} {row['error_value']:.2e}, energy {row['energy_error']:.1e}, {row['wall_s']:.3f} s"
+    return f"{head} {error} {row['errors'][error]:.2e}, energy {row['energy_error']:.1e}, {row['wall_s']:.3f} s"

@@ -37,21 +37,21 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     ]
     for row in report["rows"]:
         head = f"  {row['method']:<22} {row['size']:>5} {row['cfl']:>5g}"
-        if "error_value" not in row:
+        if "errors" not in row:
             found.append(f"{head} {'not run: over the budget' if row.get('skipped') else 'FAILED, see below'}")
             continue
         rate = 1e-6 * row["cell_updates"] / row["wall_s"] if row["wall_s"] > 0.0 else float("nan")
         found.append(
-            f"{head} {row['steps']:>7} {row['wall_s']:>7.3f} s {_short(row['error_value']):>14}"
+            f"{head} {row['steps']:>7} {row['wall_s']:>7.3f} s {_short(row['errors'][report['error']]):>14}"
             f" {_short(row['energy_error']):>8} {rate:>8.3g} {1e-6 * row['memory_bytes']:>6.2g}"
             f" {row['compile_s']:>6.2f} s{'  *' if row['failure'] else ''}"
         )
-    if report["pareto"]:
+    if report["pareto"].get(report["error"]):
         found += ["", f"  cheapest for a {main} error of"]
         found += [
             f"    <= {best['level']:<7g} {best['method']} (size {best['size']}, cfl {best['cfl']:g}):"
             f" {best['wall_s']:.3g} s, energy error {_short(best['energy_error'])}"
-            for best in _steps(report["pareto"])
+            for best in _steps(report["pareto"][report["error"]])
         ]
     if report["failures"]:
         found += ["", "  failures"]

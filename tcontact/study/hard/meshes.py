@@ -34,6 +34,15 @@ def cases() -> list[HardCase]:
             lambda results: sound(results),
         ),
         HardCase(
+            "sliver-tets-extreme",
+            "volume 1/10000: in one step the node above flies through the whole cell; only a smaller step could help",
+            lambda full: [Run(_impact(sliver(4, 1e-4), removal="normal"))],
+            lambda results: sound(results),
+            expected=("right", "stopped"),
+            says="lower cfl",
+            remedy="a better mesh, or a smaller step",
+        ),
+        HardCase(
             "tets-all-in-contact-set",
             "corner tetrahedra whose every node is a contact node: no neighbour of the cell takes the mass",
             lambda full: [Run(_corner_tets(6 if full else 3))],
@@ -100,12 +109,12 @@ def jittered(n: int) -> tc.Mesh:
     return _moved(mesh, nodes + shake)
 
 
-def sliver(n: int) -> tc.Mesh:
-    """A cube of tetrahedra; one node above the contact face comes down until a cell has 1/50 of its volume."""
+def sliver(n: int, share: float = 0.02) -> tc.Mesh:
+    """A cube of tetrahedra; one node above the contact face comes down until a cell has this share of its volume."""
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3, kind="tet4")
     nodes, h = np.array(mesh.nodes), SIZE / n
     node = int(np.argmin(np.linalg.norm(nodes - (SIZE / 2, SIZE / 2, h), axis=1)))
-    nodes[node, 2] = 0.02 * h
+    nodes[node, 2] = share * h
     return _moved(mesh, nodes)
 
 

@@ -1,7 +1,8 @@
 """The problems of a study, one module each, named like the file: bar_impact.py is bar-impact.
 
-A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error, the main one
-first), `SIZES` and `METHODS` (defaults) and `unit(scene)` (what the K of penalty-K counts, [N/m^3]).
+A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error, the names are
+`ERRORS`, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (what the K of penalty-K counts,
+[N/m^3]).
 Optional: `initial(scene)`, the state it starts from; `REFERENCE`, a line on what the errors refer to; `reference`, see
 `tcontact.study.reference`: then `errors(result, reference)`.
 """

@@ -8,11 +8,22 @@ import numpy as np
 
 from tcontact.cases import bar_impact as case
 
+from ...smoothness import force_variation
 from .. import errors as err
 from . import cell_stiffness
 
 scene = case.scene
 unit = cell_stiffness
+ERRORS = (
+    "force_error",
+    "plateau_error",
+    "plateau_ripple",
+    "impulse_error",
+    "overshoot",
+    "force_variation",
+    "restitution_error",
+    "displacement_error",
+)
 SIZES = (20, 40, 80, 160)
 METHODS = (
     "massless-normal",
@@ -28,7 +39,10 @@ REFERENCE = "exact: rho c v A for the time 2 length/c, then free of stress (d'Al
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, its plateau (mean and ripple), running impulse, restitution, displacement of the end in units of vL/c."""
+    """Force, its plateau (mean and ripple), running impulse, restitution, displacement of the end in units of vL/c.
+
+    Beside them, though no errors against the exact solution: the overshoot at the touch and the force variation (1).
+    """
     scene = result.scene
     body = scene.bodies[0]
     touch, release, plateau = case.times_and_force(scene)
@@ -45,6 +59,8 @@ def errors(result: Any) -> dict[str, float]:
         "plateau_ripple": err.ripple(flat, plateau),
         "impulse_error": float(np.abs(result.history["impulse"][:, 2] - impulse(time)).max() / impulse(time[-1:])[0]),
     }
+    found["overshoot"] = float(force.max() / plateau - 1.0)
+    found["force_variation"] = force_variation(force)
     momentum = result.history["momentum"][:, 2]
     found["restitution_error"] = float(abs(momentum[-1] / momentum[0] + 1.0))
     wanted = speed * (result.time - release) - touch * speed

@@ -13,6 +13,7 @@ from . import cell_stiffness
 
 scene = case.scene
 unit = cell_stiffness
+ERRORS = ("force_error", "impulse_error", "restitution_error")
 SIZES = (20, 40, 80)
 METHODS = ("massless-normal", "massless-full", "massless-penalty-10", "penalty-1", "penalty-10", "impulse")
 REFERENCE = "exact: d'Alembert's solution through every contact"

@@ -14,6 +14,7 @@ from . import cell_stiffness
 
 scene = case.scene
 unit = cell_stiffness
+ERRORS = ("force_error", "force_step_error", "impulse_error", "plateau_error", "restitution_error", "force_variation")
 SIZES = (4, 8, 16)
 METHODS = (
     "massless-normal",

@@ -14,6 +14,7 @@ from ..exact import LameMode
 from . import cell_stiffness
 
 unit = cell_stiffness
+ERRORS = ("displacement_error", "energy_norm_error")
 SIZES = (4, 8, 16, 32)
 METHODS = ("massless-normal", "massless-full", "massless-depth-3", "impulse")
 REFERENCE = "exact: Lame's mode of a free square block (tcontact.study.exact.LameMode)"

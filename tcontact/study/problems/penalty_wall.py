@@ -14,6 +14,14 @@ from .. import errors as err
 from ..exact import PenaltyWall
 from . import column
 
+ERRORS = (
+    "force_error",
+    "overlap_error",
+    "largest_overlap_error",
+    "contact_time_error",
+    "impulse_error",
+    "restitution_error",
+)
 SIZES = (20, 40, 80, 160)
 METHODS = tuple(f"{kind}-{k}" for kind in ("massless-penalty", "penalty") for k in (5, 20, 80, 200))
 REFERENCE = "exact: a linear bar on a spring layer, in closed form (tcontact.study.exact.PenaltyWall)"

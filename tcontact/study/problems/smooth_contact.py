@@ -15,6 +15,7 @@ from ..start import start
 from . import cell_stiffness, column
 
 unit = cell_stiffness
+ERRORS = ("force_error", "largest_force_error", "displacement_error")
 SIZES = (20, 40, 80, 160)
 METHODS = ("massless-normal", "massless-full", "massless-depth-3", "massless-penalty-10", "massless-penalty-100")
 REFERENCE = "exact: E A (p + 2 b(c t)), the wave arrives and doubles (tcontact.study.exact.SmoothBump)"

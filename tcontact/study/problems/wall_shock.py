@@ -14,6 +14,7 @@ from ..exact import WallShock
 from . import cell_stiffness
 
 unit = cell_stiffness
+ERRORS = ("force_error", "plateau_error", "plateau_ripple", "shock_speed_error", "stretch_error")
 SIZES = (40, 80, 160)
 METHODS = ("massless-normal", "massless-depth-3", "massless-penalty-10", "penalty-1", "penalty-10", "impulse")
 REFERENCE = "exact: jump conditions of a shock (Rankine-Hugoniot) in uniaxial strain"
