@@ -15,6 +15,7 @@ The first three need the history; the last two need the pressures of every row (
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -135,11 +136,14 @@ def total_force(result: Result) -> np.ndarray:
         return np.asarray(np.linalg.norm(force, axis=1))
 
 
-def of(result: Result, record: PressureRecord | None = None) -> dict[str, float | int]:
-    """The numbers of a run, by name: those of the total force, and the nodal ones if there is a record.
+def of(result: Result, records: Sequence[PressureRecord] | None = None) -> dict[str, float | int]:
+    """The numbers of a run, by name: those of the total force, and the nodal ones if there are records.
 
+    records: one per body that can touch, the worst counts; None = `result.contact_pressures` if the run kept them.
     Empty if nothing touched or the force is not finite.
     """
+    if records is None:
+        records = getattr(result, "contact_pressures", ())
     force = total_force(result)
     if not np.isfinite(force).all() or not _largest(force) > 0.0:
         return {}
@@ -148,7 +152,11 @@ def of(result: Result, record: PressureRecord | None = None) -> dict[str, float 
         "peak_over_plateau": peak_over_plateau(force),
         "releases": releases(force),
     }
-    return numbers | (record.numbers() if record is not None else {})
+    nodal = [record.numbers() for record in records]
+    for name in nodal[0] if nodal else ():
+        known = [found[name] for found in nodal if np.isfinite(found[name])]
+        numbers[name] = max(known, default=float("nan"))
+    return numbers
 
 
 def _largest(values: np.ndarray) -> float:

@@ -8,6 +8,7 @@ import tcontact as tc
 from tcontact import report, smoothness
 from tcontact.cases import cube_impact
 from tcontact.lumped_mass import node_areas
+from tcontact.vtkhdf import ResultData
 
 
 def face(n=5, kind="hex8"):
@@ -95,3 +96,35 @@ def test_every_summary_holds_the_numbers_and_they_tell_a_penalty_from_the_massle
         assert any("force variation" in line for line in report.lines(data))
         found[label] = data["smoothness"]["force_variation"]
     assert found["massless"] < 1.7 < 4.0 < found["penalty"]
+
+
+def recorded(scene, folder):
+    """A run and the pressures of every row, by way of a file with a frame for each."""
+    rows = scenes.simulate(scene).steps + 1
+    result = scenes.simulate(scene, out=folder, frames=rows)
+    data = ResultData.open(folder / "result.vtkhdf")
+    assert len(data) == rows == len(result.history["time"])
+    (body,) = scene.bodies
+    nodes = np.unique(body.contact_faces)
+    areas = node_areas(body.mesh.nodes, body.contact_faces)[nodes]
+    record = smoothness.PressureRecord(nodes, areas, body.contact_faces)
+    for row in range(rows):
+        record.add(data.frame(row).point_data["contact_force"][nodes])
+    np.testing.assert_allclose(  # the pressures are those of the history
+        record.pressure @ areas, result.history["contact_force"][:, 2], rtol=1e-5, atol=1e-3
+    )
+    return result, record
+
+
+def test_the_cube_is_pressed_smoothly_by_the_massless_method_and_not_by_a_penalty(tmp_path):
+    """16^3 hexes at 10 km/h."""
+    result, record = recorded(cube_impact.scene(), tmp_path / "massless")
+    found = smoothness.of(result, [record])
+    assert found["force_variation"] <= 1.4
+    assert found["nodal_variation"] <= 1.6
+    assert found["checkerboard"] <= 0.02
+    assert found["releases"] == 1
+    result, record = recorded(cube_impact.scene(contact="penalty"), tmp_path / "penalty")
+    wild = smoothness.of(result, [record])
+    assert wild["nodal_variation"] > 5.0 * found["nodal_variation"]
+    assert wild["checkerboard"] > 10.0 * found["checkerboard"]

@@ -30,15 +30,16 @@ def draw(path: Path, report: Mapping[str, Any]) -> bool:
             for axes, key in ((left, "error"), (right, "energy_error")):
                 shown = [row for row in mine if isinstance(row[key], float) and row[key] > 0.0]
                 label = method if axes is left and cfl == rows[0]["cfl"] else None
-                axes.plot([r["wall_s"] for r in shown], [r[key] for r in shown], color=colour, lw=1.1, label=label)
-                for row in shown:
-                    face = "none" if row["failure"] else colour
-                    axes.plot(row["wall_s"], row[key], marker, color=colour, mfc=face, ms=5.5)
+                style = {"color": colour, "marker": marker, "ms": 5.5}
+                axes.plot([row["wall_s"] for row in shown], [row[key] for row in shown], lw=1.1, label=label, **style)
+                failed = [row for row in shown if row["failure"]]
+                places = [row["wall_s"] for row in failed], [row[key] for row in failed]
+                axes.plot(*places, ls="none", mfc="white", **style)
     main = name.removesuffix("_error").replace("_", " ")
     for axes, text in ((left, f"{main} error"), (right, "energy error")):
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.set_xlabel(f"wall time after compiling [s], {report['threads']} threads")
+        axes.set_xlabel(f"wall time after compiling [s], {report['threads']} thread{'s' * (report['threads'] != 1)}")
         axes.set_ylabel(text)
         axes.grid(which="major", color="#e0e0e0", lw=0.8)
         axes.set_axisbelow(True)

@@ -11,7 +11,8 @@ LEVELS = tuple(round(m * 10.0**-k, 12) for k in range(7) for m in (1.0, 0.5, 0.2
 def best(rows: Sequence[Mapping[str, Any]], error: str) -> list[dict[str, Any]]:
     """The run of least wall time among those whose `error` is at or below each level, down to the last level reached.
 
-    A run that failed (stopped, or changed its energy by more than a tenth) is no candidate, however small its error.
+    A run that failed (stopped, changed its energy by more than a tenth, or is wrong by the whole solution) is no
+    candidate, however small its error.
     """
     runs = [row for row in rows if row.get("ok") and not row.get("failure") and error in row.get("errors", {})]
     found: list[dict[str, Any]] = []
