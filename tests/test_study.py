@@ -19,6 +19,12 @@ from tcontact.study.problems import penalty_wall, smooth_contact
 BAR = {"length": 0.1, "area": 1e-4, "young": 1e7, "density": 1000.0, "speed": 2.0}
 
 
+@pytest.fixture(autouse=True)
+def once(monkeypatch):
+    """No run is repeated: no time is judged here."""
+    monkeypatch.setattr(runner, "REPEATS", 1)
+
+
 def wall(k):
     return PenaltyWall(**BAR, stiffness=k * BAR["young"] / BAR["length"])
 
@@ -214,6 +220,19 @@ def test_failures_are_rows_with_what_they_did():
     assert "FAILED" in "\n".join(table.lines(refused))
 
 
+def test_an_interrupted_study_keeps_what_it_has(monkeypatch):
+    whole = tc.simulate
+
+    def interrupted(*scene, **options):
+        monkeypatch.setattr(tc, "simulate", lambda *s, **o: replace(whole(*s, **o), ok=False, reason="interrupted"))
+        return whole(*scene, **options)
+
+    monkeypatch.setattr(tc, "simulate", interrupted)
+    report = runner.collect(study("bar-impact", sizes=[4, 6, 8]))
+    assert report["interrupted"]
+    assert [row.get("reason", "skipped") for row in report["rows"]] == ["finished", "interrupted", "skipped"]
+
+
 def test_a_budget_leaves_runs_out_by_name(monkeypatch):
     clock = iter(np.arange(0.0, 1e4, 10.0))
     monkeypatch.setattr(runner, "perf_counter", lambda: float(next(clock)))
@@ -325,3 +344,16 @@ def test_an_exact_answer_has_no_error():
     assert found.pop("force_variation") == pytest.approx(1.0)
     for name, value in found.items():
         assert value == pytest.approx(0.0, abs=1e-12), name
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+def test_wall_shock_case_meets_its_checks_and_a_wrong_law_would_not(kind):
+    from tcontact.cases import wall_shock as case
+
+    result = tc.simulate(case.scene(cells=40, kind=kind, mach=0.2))
+    for check in case.checks(result):
+        assert check.passed, check
+    shock, _, force = case.exact(result.scene)
+    body = result.scene.bodies[0]
+    linear = 1000.0 * body.material.wave_speed * shock.speed * (0.1 / 8) ** 2
+    assert force > 1.03 * linear  # the plateau of the linear law would fail

@@ -25,9 +25,10 @@ def collect(
     """Run the cases, in order, inside the budget [s]; rows and versions as plain data for JSON."""
     started = perf_counter()
     rows: list[dict[str, Any]] = []
+    interrupted = False
     for case in cases:
         row: dict[str, Any] = {"case": case.name, "hard": case.hard, "expected": list(case.expected), "skipped": False}
-        if budget is not None and perf_counter() - started > budget:
+        if interrupted or (budget is not None and perf_counter() - started > budget):
             rows.append(row | {"verdict": "not run", "as_expected": False, "skipped": True, "remedy": case.remedy})
             continue
         outcome = evaluate(case, full, threads)
@@ -44,6 +45,7 @@ def collect(
             "checks": [check.to_dict() for check in outcome.checks],
         }
         rows.append(row)
+        interrupted = outcome.detail.startswith("interrupted")
         say(f"{case.name:<24} {outcome.verdict}{'' if outcome.as_expected else ', NOT AS IT SHOULD'}")
     return plain(
         {
@@ -51,6 +53,7 @@ def collect(
             "full": full,
             "rows": rows,
             "passed": all(row["as_expected"] for row in rows if not row["skipped"]),
+            "interrupted": interrupted,
             "seconds": perf_counter() - started,
             "threads": runtime.threads(),
             "versions": versions(),

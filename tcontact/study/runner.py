@@ -63,19 +63,21 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
     started = perf_counter()
     reference, about = prepare(study, say)
     rows: list[dict[str, Any]] = []
+    interrupted = False
     before: dict[str, tuple[float, dict[str, Any]]] = {}  # seconds and row of the method's last run
     for size in sorted(study.sizes):
         for cfl in sorted(study.cfls, reverse=True):
             for name in study.methods:
                 row: dict[str, Any] = {"method": name, "size": size, "cfl": cfl}
                 left: float = np.inf if study.budget is None else study.budget - (perf_counter() - started)
-                if left <= 0.0 or (name in before and _forecast(*before[name], size, cfl) > left):
+                if interrupted or left <= 0.0 or (name in before and _forecast(*before[name], size, cfl) > left):
                     rows.append(row | {"ok": False, "skipped": True, "failure": ""})
                     continue
                 begun = perf_counter()
                 row |= _one(study, method(name), size, cfl, reference)
                 before[name] = (perf_counter() - begun - row.get("compile_s", 0.0), row)
                 rows.append(row)
+                interrupted = row.get("reason") == "interrupted"
                 say(_said(row, study.shown))
     return plain(
         {
@@ -89,6 +91,7 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
                 {key: row[key] for key in ("method", "size", "cfl", "failure")} for row in rows if row["failure"]
             ],
             "skipped": [{key: row[key] for key in ("method", "size", "cfl")} for row in rows if row.get("skipped")],
+            "interrupted": interrupted,
             "seconds": perf_counter() - started,
             "threads": runtime.threads(),
             "arch": runtime.arch(),

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+NOT_RUN = "not run: over the budget, or interrupted"
 COLUMNS = ("method", "size", "cfl", "dt", "steps", "wall_s", "cell_updates", "compile_s", "memory_bytes")
 
 
@@ -20,7 +21,7 @@ def write_csv(path: Path, report: Mapping[str, Any]) -> None:
         for row in report["rows"]:
             flat = dict(row) | row.get("errors", {})
             if row.get("skipped"):
-                flat["failure"] = "not run: over the budget"
+                flat["failure"] = NOT_RUN
             writer.writerow([flat.get(name, "") for name in header])
 
 
@@ -38,7 +39,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     for row in report["rows"]:
         head = f"  {row['method']:<22} {row['size']:>5} {row['cfl']:>5g}"
         if "errors" not in row:
-            found.append(f"{head} {'not run: over the budget' if row.get('skipped') else 'FAILED, see below'}")
+            found.append(f"{head} {NOT_RUN if row.get('skipped') else 'FAILED, see below'}")
             continue
         rate = 1e-6 * row["cell_updates"] / row["wall_s"] if row["wall_s"] > 0.0 else float("nan")
         found.append(

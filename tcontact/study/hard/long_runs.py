@@ -60,7 +60,7 @@ def _bouncing(full: bool, contact: ContactModel) -> tc.Scene:
         supports=[tc.Support("zmin", "z"), tc.Support("zmax", "z")],
     )
     wall = tc.Plane(normal=(0.0, 1.0, 0.0))
-    return tc.Scene([body], [wall], duration=0.16 if full else 0.02, gravity=(0.0, -800.0, 0.0), contact=contact)
+    return tc.Scene([body], [wall], duration=0.16 if full else 0.012, gravity=(0.0, -800.0, 0.0), contact=contact)
 
 
 def _bounces(results: list[Result]) -> list[ck.Check]:

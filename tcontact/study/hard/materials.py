@@ -6,12 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from tcontact.cases import bar_impact, cube_impact
+from tcontact.cases import bar_impact, cube_impact, wall_shock
 
 from ... import checks as ck
 from ...result import Result
 from ..hard_cases import HardCase, Run, sound
-from ..problems import wall_shock
 
 
 def cases() -> list[HardCase]:
@@ -73,19 +72,5 @@ def _wall_shock(mach: float) -> HardCase:
         name=f"shock-{mach:g}",
         hard=f"neo-Hookean block in uniaxial strain at {mach:g} of its wave speed: a shock",
         runs=lambda full: [Run(wall_shock.scene(cells=160 if full else 40, mach=mach))],
-        judge=_shock,
+        judge=lambda results: wall_shock.checks(results[0]),
     )
-
-
-def _shock(results: list[Result]) -> list[ck.Check]:
-    (result,) = results
-    energy = result.history["energy"]
-    touched = len(energy) // 10
-    found = wall_shock.errors(result)
-    return [
-        ck.at_most(
-            "growth of the energy after the touch", (energy[touched:].max() - energy[touched]) / energy[0], 1e-3
-        ),
-        ck.at_most("plateau error", found["plateau_error"], 0.01),
-        *sound(results, energy=0.02),
-    ]
