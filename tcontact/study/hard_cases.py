@@ -25,7 +25,7 @@ from ..result import Result
 from ..scene import Scene
 from ..schemes.central_difference import CentralDifference
 
-VERDICTS = ("right", "refused", "stopped", "wrong", "crashed")
+TOLERANCE = 1e-4  # of the static solve where the scene names none
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,10 +139,16 @@ def _worst(results: Sequence[Result], measure: Callable[[Result], Any]) -> float
 
 
 def sound(results: Sequence[Result], energy: float = 0.05, momentum: float = 1e-8) -> list[ck.Check]:
-    """The laws every impact obeys: energy, momentum against impulses, no overlap (worst of the results)."""
+    """The laws every impact obeys, worst of the results: energy, momentum against impulses, no overlap, forces that push,
+    massless nodes in balance to the tolerance.
+    """
     worst = max(results, key=lambda result: float(np.abs(result.history["energy_error"]).max()))
+    pushing = [ck.pushing(result) for result in results if len(result.scene.obstacles) == 1]
+    residual = _worst(results, lambda result: result.history["static_residual"].max())
     return [
         ck.energy(worst, energy),
+        *sorted(pushing, key=lambda check: check.value)[:1],
+        ck.at_most("static residual", residual, TOLERANCE),
         max((ck.momentum_balance(result, momentum) for result in results), key=lambda check: check.value),
         max((ck.no_overlap(result) for result in results), key=lambda check: check.value),
     ]
