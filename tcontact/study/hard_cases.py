@@ -139,8 +139,9 @@ def _worst(results: Sequence[Result], measure: Callable[[Result], Any]) -> float
 
 
 def sound(results: Sequence[Result], energy: float = 0.05, momentum: float = 1e-8) -> list[ck.Check]:
-    """The laws every impact obeys, worst of the results: energy, momentum against impulses, no overlap, forces that push,
-    massless nodes in balance to the tolerance.
+    """The laws every impact obeys, worst of the results.
+
+    Energy, momentum against impulses, no overlap, forces that push, massless nodes in balance to the tolerance.
     """
     worst = max(results, key=lambda result: float(np.abs(result.history["energy_error"]).max()))
     pushing = [ck.pushing(result) for result in results if len(result.scene.obstacles) == 1]
