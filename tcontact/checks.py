@@ -72,7 +72,10 @@ def momentum_balance(result: Result, bound: float) -> Check:
     impulse = history["impulse"] + history.get("support_impulse", 0.0)
     if scene.gravity is not None:
         impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
-    scale = max(np.abs(history["momentum"]).max(), np.abs(impulse).max(), np.finfo(float).tiny)
+    parts = [
+        np.abs(history[name]).max(initial=0.0) for name in ("momentum", "impulse", "support_impulse") if name in history
+    ]
+    scale = max(*parts, np.abs(impulse).max(), np.finfo(float).tiny)
     return at_most("momentum = impulses", np.abs(change - impulse).max() / scale, bound)
 
 

@@ -42,8 +42,11 @@ def versions() -> dict[str, str]:
 
 
 def run_attributes(result: Result) -> dict[str, Any]:
-    """A run on a page, as plain data for JSON: scalars, largest energy error, last row of the history, versions."""
-    from . import runtime
+    """A run on a page, as plain data for JSON: scalars, largest energy error, last row of the history, versions.
+
+    "smoothness" holds the numbers of `tcontact.smoothness`; it is empty if nothing touched.
+    """
+    from . import runtime, smoothness
 
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
@@ -54,6 +57,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data["warnings"] = list(result.warnings)
     data["cells"] = sum(len(body.mesh.cells) for body in result.scene.bodies)
     data["nodes"] = sum(len(body.mesh.nodes) for body in result.scene.bodies)
+    data["smoothness"] = smoothness.of(result)
     data["last_row"] = {name: column[-1] for name, column in result.history.items()}
     data["versions"] = versions()
     data |= {"arch": runtime.arch(), "threads": runtime.threads()}
@@ -145,6 +149,10 @@ def lines(data: Mapping[str, Any]) -> list[str]:
     }
     if "hourglass_share_max" not in data:
         del rows["hourglass"]
+    smooth = data.get("smoothness")
+    if smooth:
+        rows["contact"] = f"force variation {_number(smooth['force_variation']):.3g}"
+        rows["contact"] += f", peak {_number(smooth['peak_over_plateau']):.3g} x plateau, releases {smooth['releases']}"
     found = [f"{data['case']}: {data['reason']} at {si(_number(data['time']), 's', 4)} after {data['steps']} steps"]
     found += [f"  {name:<10}{text}" for name, text in rows.items()]
     if data["message"]:

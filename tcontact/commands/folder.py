@@ -21,6 +21,9 @@ OURS = (
     "contact-face.png",
     "animation.gif",
     "frames/frame-*.png",
+    "study.json",
+    "study.csv",
+    "study.png",
 )
 
 

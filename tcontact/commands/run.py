@@ -119,7 +119,7 @@ def _compare(
     arguments: argparse.Namespace, parameters: dict[str, Any], runs: dict[str, Any], places: dict[str, Path], out: Path
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
-    from .. import plots, report
+    from .. import plots, report, smoothness
 
     picture = out / "comparison.png"
     histories = {label: result.history for label, (_, result) in runs.items()}
@@ -131,6 +131,7 @@ def _compare(
             "steps": result.steps,
             "force_changes": plots.unrest(plots.force_component(result.history, normals)),
             "energy_error_max": float(np.abs(result.history["energy_error"]).max()),
+            **smoothness.of(result),
         }
         for label, (_, result) in runs.items()
     }

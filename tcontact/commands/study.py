@@ -1,0 +1,141 @@
+"""`tcontact study CASE`: what accuracy costs, method by method; `tcontact study hard-cases`: where it breaks."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from . import folder, settings
+from .bench import _positive, _whole
+
+HARD = "hard-cases"
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "study",
+        help="error against wall time of several methods, or the table of hard cases",
+        description="Run methods x sizes x steps on a problem with a reference; leave study.json, study.csv and"
+        " study.png in a folder. CASE hard-cases: run the register of hard cases and print its table.",
+    )
+    parser.add_argument(
+        "case", metavar="CASE", help="a problem with a reference, or hard-cases; a wrong name lists them"
+    )
+    parser.add_argument(
+        "--methods",
+        metavar="A,B",
+        type=_words,
+        help="methods, see README (default: the problem's); or hard cases by name",
+    )
+    parser.add_argument("--sizes", metavar="N,M", type=_whole_list, help="cells (default: the problem's)")
+    parser.add_argument(
+        "--steps",
+        metavar="X,Y",
+        type=_number_list,
+        help="steps over the stable one, cfl (default: 0.9; hard cases: own)",
+    )
+    parser.add_argument(
+        "--set", metavar="KEY=VALUE", action="append", default=[], help="set a parameter of the scene; repeatable"
+    )
+    parser.add_argument(
+        "--error", metavar="NAME", help="error that table and figure show (default: the problem's first)"
+    )
+    parser.add_argument("--budget", metavar="SECONDS", type=_positive, help="leave out what would not be done in time")
+    parser.add_argument("--full", action="store_true", help="hard cases at their full size (minutes)")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/study-CASE)")
+    parser.add_argument("--threads", metavar="N", type=_whole, help="CPU threads (default: all cores)")
+    parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the study, write its files, print its table; 1 if no run succeeded or a hard case came out wrong."""
+    out = arguments.out or Path("runs") / f"study-{arguments.case}"
+    work = _hard_cases if arguments.case == HARD else _study
+    ready = work(arguments)  # bad input is refused here, before any file is touched
+    try:
+        with folder.replacing(out, arguments.force):
+            out.mkdir(parents=True, exist_ok=True)
+            return int(ready(out))
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+
+
+def _study(arguments: argparse.Namespace) -> Any:
+    from ..study import methods, problems
+    from ..study.runner import Study, collect
+
+    problem = problems.load(arguments.case)
+    if arguments.full:
+        raise InputError("--full", True, "is for hard-cases; give --sizes")
+    wanted = settings.read(arguments.case, problem, arguments.set)
+    if wanted.scheme or wanted.compare:
+        raise InputError("--set", next(iter(wanted.scheme), "compare"), "use --steps and --methods NAME@SCHEME")
+    study = Study(
+        name=arguments.case,
+        problem=problem,
+        methods=arguments.methods or methods.standard(problem.METHODS),
+        sizes=arguments.sizes or problem.SIZES,
+        cfls=arguments.steps or (0.9,),
+        parameters=wanted.scene,
+        budget=arguments.budget,
+        threads=arguments.threads,
+        error=arguments.error,
+    )
+
+    def go(out: Path) -> int:
+        from ..report import write_json
+        from ..study import figure, table
+
+        report = collect(study, lambda text: print(f"  {text}", flush=True))
+        write_json(out / "study.json", report)
+        table.write_csv(out / "study.csv", report)
+        drawn = figure.draw(out / "study.png", report)
+        print("", *table.lines(report), sep="\n")
+        print(f"\nfiles in {out}" + ("" if drawn else " (no figure: nothing was measured)"))
+        return 0 if any(row["ok"] for row in report["rows"]) and not report["interrupted"] else 1
+
+    return go
+
+
+def _hard_cases(arguments: argparse.Namespace) -> Any:
+    from ..study import hard_cases
+
+    for option in ("sizes", "steps", "set", "error"):
+        if getattr(arguments, option):
+            raise InputError(f"--{option}", getattr(arguments, option), "hard cases have their own; use --full")
+    chosen = hard_cases.choose(arguments.methods)
+
+    def go(out: Path) -> int:
+        from ..report import write_json
+        from ..study import hard_table
+
+        report = hard_table.collect(
+            chosen,
+            full=arguments.full,
+            budget=arguments.budget,
+            threads=arguments.threads,
+            say=lambda text: print(f"  {text}", flush=True),
+        )
+        write_json(out / "study.json", report)
+        hard_table.write_csv(out / "study.csv", report["rows"])
+        print("", *hard_table.lines(report), sep="\n")
+        print(f"\nfiles in {out}")
+        return 0 if report["passed"] and not report["interrupted"] else 1
+
+    return go
+
+
+def _words(text: str) -> list[str]:
+    return list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def _whole_list(text: str) -> list[int]:
+    return list(dict.fromkeys(_whole(part.strip()) for part in text.split(",")))
+
+
+def _number_list(text: str) -> list[float]:
+    return list(dict.fromkeys(_positive(part.strip()) for part in text.split(",")))

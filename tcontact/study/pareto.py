@@ -1,0 +1,26 @@
+"""The cheapest method for each level of error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+LEVELS = tuple(round(m * 10.0**-k, 12) for k in range(7) for m in (1.0, 0.5, 0.2, 0.1))
+
+
+def best(rows: Sequence[Mapping[str, Any]], error: str) -> list[dict[str, Any]]:
+    """The run of least wall time among those whose `error` is at or below each level, down to the last level reached.
+
+    A run that failed (stopped, changed its energy by more than a tenth, or is wrong by the whole solution) is no
+    candidate, however small its error.
+    """
+    runs = [row for row in rows if row.get("ok") and not row.get("failure") and error in row.get("errors", {})]
+    found: list[dict[str, Any]] = []
+    for level in sorted(set(LEVELS), reverse=True):
+        able = [row for row in runs if row["errors"][error] <= level]
+        if not able:
+            break
+        row = min(able, key=lambda row: row["wall_s"])
+        keys = ("method", "size", "cfl", "wall_s", "energy_error")
+        found.append({"level": level, "value": row["errors"][error]} | {key: row[key] for key in keys})
+    return found
