@@ -4,9 +4,10 @@
     boundary   contact load, reactions, kick and drift of the boundary nodes, a raw row of sums
     place      massless nodes: predicted, then measured and solved until they are in equilibrium
 
-A large body starts at `boundary` after its parallel pass and does one row; a small one starts at `pass` and does many.
-One loop over cells serves passes and measures: every turn of the outer loop is one of the two and what follows it.
-The loop ends early at a row that a guard has to look at.
+A large body starts at `boundary` after its parallel pass and does one row; where a measure is due it ends, and starts
+again at `measured` after one more parallel pass, over the contact cells. A small body starts at `pass` and does many
+rows: one loop over cells serves passes and measures, every turn of the outer loop is one of the two and what follows
+it. The loop ends early at a row that a guard has to look at.
 
 `control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
 contact sums (8) of every row.
@@ -29,11 +30,12 @@ from .static_control import SWEEPS as SWEEPS_DONE
 from .static_solve import make_resolve
 
 # numbers of `control`
-START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT, ROWS_DONE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-CONTROL = 9
+START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6, 7
+ROWS_DONE, FIRST, WANTS_MEASURE = 8, 9, 10
+CONTROL = 11
 # values of control[START]
-PASS, BOUNDARY, PLACE, PRODUCT = 0, 1, 2, 3
-MEASURING, STOP = 4, 5
+PASS, BOUNDARY, PLACE, PRODUCT, MEASURED = 0, 1, 2, 3, 4
+STOP = 5
 RAW = NODE_SUMS + CELL_SUMS + SUMS + SUPPORT_SUMS + CONTACT_SUMS
 
 
@@ -89,7 +91,7 @@ def make_serial_step(
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
-    supports: whether there are any; passes: with the loop over cells (always for massless contact).
+    supports: whether there are any; passes: with the loop over cells, for small bodies.
     """
     touches = contact is not None
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
@@ -269,11 +271,12 @@ def make_serial_step(
         ti.loop_config(serialize=True)
         for _ in range(1):
             state = int(control[START])
-            number, stop, first = 0, 0, 1
+            number, stop, first = 0, 0, int(control[FIRST])
+            control[WANTS_MEASURE] = 0.0
             while state != STOP:
                 if ti.static(passes):
-                    if state == PASS or state == PRODUCT or state == MEASURING:
-                        chunk = ti.select(state == MEASURING, CHUNKS, 0)
+                    if state == PASS or state == PRODUCT or state == MEASURED:
+                        chunk = ti.select(state == MEASURED, CHUNKS, 0)
                         cell_phase(
                             chunk, chunk + CHUNKS, connectivity, chunk_table, position, u, rows, cell_sums, params, 1
                         )
@@ -299,7 +302,7 @@ def make_serial_step(
                     number += 1
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):
-                    if state == MEASURING:
+                    if state == MEASURED:
                         resolve(body, listed, touching, pairs, system, first)
                         first = 0
                         if stats[NEXT] == MEASURE:
@@ -310,7 +313,11 @@ def make_serial_step(
                         place(body, touching, control, state)
                         again, first = 1, 1
                 if again == 1:
-                    state = MEASURING
+                    state = MEASURED
+                    if ti.static(not passes):
+                        control[FIRST] = float(first)
+                        control[WANTS_MEASURE] = 1.0
+                        state = STOP
                 elif stop == 1 or number >= int(control[ROWS]) or int(control[START]) != PASS:
                     state = STOP
                 else:

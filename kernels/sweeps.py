@@ -10,8 +10,8 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
-from .lanes import SWEEP_LANES as LANES
 from .internal_force import MASK
+from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
 from .massless_node import basis_of, block_of, largest, segment
 from .static_control import (

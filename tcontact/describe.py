@@ -29,6 +29,7 @@ def describe(plan: Plan) -> str:
 def _body(body: BodyPlan) -> str:
     mesh = body.body.mesh
     line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
+    line += f" ({GEOMETRY[body.variant]})"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -42,21 +43,32 @@ def _body(body: BodyPlan) -> str:
     return line
 
 
+GEOMETRY = {
+    "hex8": "Jacobian of every Gauss point recomputed",
+    "hex8-affine": "one Jacobian per cell, recomputed",
+    "hex8-reduced": "mean gradient recomputed",
+    "tet4": "one Jacobian per cell, recomputed",
+}
+
+
 def kernels(plan: Plan, body: BodyPlan) -> list[str]:
-    """Names of the kernels a step of the body launches."""
-    names = [f"step({body.element}, {body.body.material.law})"]
-    if len(body.boundary):
-        names.append("kick_and_drift")
-    if len(body.support_rows):
-        names.append("support_reactions")
+    """The kernels a step of the body launches, each with what it does in one launch."""
+    law = body.body.material.law
+    beside = []
     if body.contact is not None:
-        names.append("smallest_gap")
-        if body.contact.graph is not None:
-            tangent = "surface_tangent" if body.body.formulation == "full" else "reduced_tangent"
-            names += ["predict", "gather_cells", "assemble", tangent, "blocks", "solve", "contact_load"]
-        elif len(body.contact.nodes):
-            names.append({"penalty-contact": "penalty_load"}.get(plan.contact_term or "", "impulse_load"))
-    return names
+        massless = body.contact.graph is not None
+        load = {"penalty-contact": "penalty load", "impulse-contact": "impulse load"}.get(
+            plan.contact_term or "", "gaps"
+        )
+        beside.append("massless load, prediction, static solve" if massless else load)
+    if len(body.support_rows):
+        beside.append("support reactions")
+    if len(body.boundary):
+        beside.append("kick and drift of the boundary nodes")
+    if body.small:
+        return [f"serial_step({body.variant}, {law}: {', '.join(['force pass', *beside])}; many steps a launch)"]
+    names = [f"step({body.variant}, {law})"]
+    return [*names, f"serial_step({', '.join(beside)})"] if beside else names
 
 
 def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
@@ -86,7 +98,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
 
 
 def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
-    packs = pack_cells(cells, nodes, WIDTHS[body.element])
+    packs = pack_cells(cells, nodes, WIDTHS[body.variant])
     return packs.nbytes + nodes * 4 * REAL
 
 

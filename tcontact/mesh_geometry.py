@@ -155,3 +155,22 @@ def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
     """Length of the shortest edge [m] of the cells [m, 8|4]."""
     edges = EDGES[cells.shape[1]]
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
+
+
+def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
+    """Whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then the same everywhere."""
+    for first in range(0, len(cells), _CHUNK):
+        x = nodes[cells[first : first + _CHUNK]]
+        edges = x[:, [1, 3, 4]] - x[:, :1]
+        away = np.stack(
+            [
+                x[:, 2] - x[:, 0] - edges[:, 0] - edges[:, 1],
+                x[:, 5] - x[:, 0] - edges[:, 0] - edges[:, 2],
+                x[:, 7] - x[:, 0] - edges[:, 1] - edges[:, 2],
+                x[:, 6] - x[:, 0] - edges.sum(axis=1),
+            ],
+            axis=1,
+        )
+        if (np.abs(away).max(axis=(1, 2)) > 1e-11 * np.abs(edges).max(axis=(1, 2))).any():
+            return False
+    return True

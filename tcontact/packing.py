@@ -26,8 +26,8 @@ class CellPacks:
 
     connectivity [packs * corners * width] int32: node of (pack, corner, lane); the last pack is filled up by repeating
     the last cell, without weight: the kernel counts to cell_count;
-    chunk_table [chunks * TABLE] int32: first pack, end pack, row base, end of its cells (pack * width + lane), 0; row of
-    a node in a chunk = base + node;
+    chunk_table [chunks * TABLE] int32: first pack, end pack, row base, end of its cells (pack * width + lane), 0; row
+    of a node in a chunk = base + node;
     node_info [nodes] int32: bits 0-3 first chunk that touches the node, 4-7 last one, 8.. number of the special node
     + 1 (0 = ordinary); first > last for a node without cells. row_count: rows in all (3 force components each).
     """

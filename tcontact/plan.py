@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
 from .errors import InputError
 from .lumped_mass import cell_masses, node_areas
+from .mesh_geometry import parallelepipeds
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
@@ -81,6 +83,12 @@ class BodyPlan:
     def element(self) -> str:
         """Name of the element its kernels are made for: the kind of its cells, "hex8-reduced" for one-point hexes."""
         return self.body.element
+
+    @cached_property
+    def variant(self) -> str:
+        """The element with what its kernels may use: "hex8-affine" for full hexes that are all parallelepipeds."""
+        affine = self.element == "hex8" and parallelepipeds(self.reference, self.cells)
+        return "hex8-affine" if affine else self.element
 
     @property
     def terms(self) -> tuple[str, ...]:

@@ -87,8 +87,8 @@ class Step:
         packs = self.packs
         params = np.array([kick_before, kick_after, drift, *gravity, LAM, MU])
         self.kernel(
-            0, packs.chunks, packs.chunks, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass, params, u, v,
-            self.rows, self.special_force, self.node_sums, self.cell_sums,
+            0, packs.chunks, packs.chunks, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass,
+            params, u, v, self.rows, self.special_force, self.node_sums, self.cell_sums,
         )  # fmt: skip
         assert not self.rows.any()
 

@@ -28,7 +28,7 @@ class InternalForce:
     def __init__(self, plan: BodyPlan) -> None:
         from ..kernels.internal_force import make_step
 
-        kind, material = plan.element, plan.body.material
+        kind, material = plan.variant, plan.body.material
         packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
         self.surface: OwnRows | None = None
         if plan.contact is not None and plan.contact.graph is not None:
@@ -36,6 +36,7 @@ class InternalForce:
             packs = self.surface.packs
         self.step = make_step(kind, material.law)
         self.kernel: Callable[..., None] = Prepared(self.step)
+        self._surface_kernel = Prepared(self.step)
         self.gravity = plan.gravity
         self.lame = (material.lame_lambda, material.lame_mu)
         self.connectivity = arrays.put(packs.connectivity)
@@ -62,6 +63,10 @@ class InternalForce:
         """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
         self.set_steps(kick_before, kick_after, drift, loaded=loaded)
         self.kernel(0, CHUNKS, CHUNKS, *self.arguments(u, v))
+
+    def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
+        """Corner forces dW/du of the massless contact cells at u, into their own rows; nothing moves."""
+        self._surface_kernel(CHUNKS, 2 * CHUNKS, 0, *self.arguments(u, v))
 
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""

@@ -1,4 +1,4 @@
-"""What a step does beside the parallel force pass, and whole steps of small bodies, in one launch (kernels/serial_step)."""
+"""What a step does beside the parallel force pass, and whole steps of small bodies: one launch on one thread."""
 
 from __future__ import annotations
 
@@ -40,9 +40,8 @@ class SerialStep:
         self.control = arrays.zeros(kernels.CONTROL)
         self.raw = arrays.zeros(self.rows_at_once * kernels.RAW)
         self._parts = (*parts, self.control, self.raw)
-        massless = contact is not None and contact.kernel == "massless"
         self.kernel = kernels.make_serial_step(
-            plan.element,
+            plan.variant,
             plan.body.material.law,
             None if contact is None else contact.kernel,
             1 if contact is None else contact.block,
@@ -50,7 +49,7 @@ class SerialStep:
             contact is not None and contact.plain,
             listed is not None,
             supports is not None,
-            massless or plan.small,
+            plan.small,
         )
         self._launch = Prepared(self.kernel)
         self._planes = 0 if contact is None else contact.plane_count
@@ -72,10 +71,21 @@ class SerialStep:
         before, after [s]: the steps that end and start at the present level. It stops after a row with a det F of at
         most `jacobian`, an energy above `energy` [J] or a static solve that did not converge.
         """
-        control = np.array([start, rows, before, after, self._planes, self._exact, jacobian, energy, 0.0])
+        names = self.names
+        control = np.zeros(names.CONTROL)
+        control[: names.ROWS_DONE] = start, rows, before, after, self._planes, self._exact, jacobian, energy
+        control[names.FIRST] = 1.0
         arrays.set_values(self.control, control)
         self._launch(*self.force.arguments(u, v), *self._parts)
-        return int(arrays.get(self.control)[self.names.ROWS_DONE])
+        control = arrays.get(self.control)
+        done = int(control[names.ROWS_DONE])
+        while control[names.WANTS_MEASURE] == 1.0:
+            self.force.measure_surface(u, v)
+            control[names.START] = names.MEASURED
+            arrays.set_values(self.control, control)
+            self._launch(*self.force.arguments(u, v), *self._parts)
+            control = arrays.get(self.control)
+        return done
 
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, RAW] of the last run."""
