@@ -1,8 +1,8 @@
 """When a static solve measures, linearises, sweeps and ends: one decision after every measure of the residual.
 
 A tangent is kept, from step to step too, while each use of it makes the residual much smaller (USED_UP). A use that
-will leave too little to matter is the last and is not measured again, and no linear problem is solved much further than the
-contraction of the last use says that the law's nonlinearity is worth. Where K_KK is not definite (buckling under strong
+will leave too little to matter is the last and is not measured again, and no linear problem is solved much further
+than the contraction of the last use says that the law's nonlinearity is worth. Where K_KK is not definite (buckling under strong
 compression) progress is slow: below the tolerance it is enough then, above it each few sweeps get their own
 linearisation and go down in energy.
 """
@@ -43,7 +43,9 @@ def judge(stats: ti.template(), settings: ti.template(), first):
         stats[STALE] = ti.select(contraction > USED_UP, 1.0, 0.0)
         if residual <= ti.max(settings[TOLERANCE], stats[ROUNDING]):
             enough = residual <= ti.max(aim, stats[ROUNDING])
-            if enough or contraction * residual <= left or (contraction > SLOW and left > 0.0):
-                stats[TODO] = ti.select(residual <= aim and stats[SWEEPS] >= settings[LEAST_SWEEPS], DONE, LAST_SWEEP)
+            slow = contraction > SLOW and left > 0.0
+            if enough or slow or contraction * residual <= left:
+                end = (slow or residual <= aim) and stats[SWEEPS] >= settings[LEAST_SWEEPS]
+                stats[TODO] = ti.select(end, DONE, LAST_SWEEP)
         elif not residual < 1e300 or stats[SWEEPS] >= settings[MOST_IN_ALL]:
             stats[TODO] = DONE

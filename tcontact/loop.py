@@ -22,7 +22,7 @@ from .schemes.central_difference import CentralDifference
 from .stable_step import StableStep
 from .state import BodyState
 
-FIRST_CHECK = 50  # steps between looks at the stable step of a body that deforms; doubled while it stays
+FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it

@@ -50,7 +50,8 @@ def test_every_cell_is_scattered_once_and_every_row_is_seen_by_its_node(width):
         assert table[0, 0] == 0
         assert table[-1, 1] == packs.pack_count
         assert np.array_equal(table[1:, 0], table[:-1, 1])
-        for chunk, (first, end, base, _) in enumerate(table):
+        for chunk, (first, end, base, last, own) in enumerate(table):
+            assert (last, own) == (len(cells), 0)
             for cell in range(first * width, min(end * width, len(cells))):
                 for node in cells[cell]:
                     assert 0 <= base + node < packs.row_count

@@ -18,7 +18,7 @@ def ratio(body, displacement=None, planes=(), penalty=None, **options):
     planned = plan(scene).bodies[0]
     normals = np.array([plane.normal for plane in planes])
     stiffness = penalty * planned.contact.areas if penalty else None
-    force = InternalForce(planned, planned.cells, planned.reference, planned.lumped, planned.boundary)
+    force = InternalForce(planned)
     estimator = StableStep(planned, force, normals, stiffness)
     u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
     estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
