@@ -2,9 +2,9 @@
 
 A tangent is kept, from step to step too, while each use of it makes the residual much smaller (USED_UP). A use that
 will leave too little to matter is the last and is not measured again, and no linear problem is solved much further
-than the contraction of the last use says that the law's nonlinearity is worth. Where K_KK is not definite (buckling under strong
-compression) progress is slow: below the tolerance it is enough then, above it each few sweeps get their own
-linearisation and go down in energy.
+than the contraction of the last use says that the law's nonlinearity is worth. Where K_KK is not definite (buckling
+under strong compression) progress is slow: below the tolerance it is enough then, above it each few sweeps get their
+own linearisation and go down in energy.
 """
 
 import taichi as ti

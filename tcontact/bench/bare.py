@@ -9,14 +9,14 @@ from ..packing import WIDTHS
 from ..terms.internal_force import InternalForce
 
 
-def without_energy(force: InternalForce, kind: str, law: str) -> InternalForce:
-    """The same pass over the same arrays, without the energy density (law: the kernels' name of it)."""
+def without_energy(force: InternalForce, variant: str, law: str) -> InternalForce:
+    """The same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
     from ..kernels import internal_force, laws
 
     name = law + " without energy"
     laws.LAWS.setdefault(name, _bare(laws.LAWS[law]))
     other = copy(force)
-    other.kernel = Prepared(internal_force.make_step(kind, name, WIDTHS[kind]))
+    other.kernel = Prepared(internal_force.make_step(variant, name, WIDTHS[variant]))
     return other
 
 

@@ -18,6 +18,7 @@ MATERIALS = {
 }
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
+SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.1], [0.0, -0.1, 0.9]])
 YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
 
@@ -34,6 +35,8 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
     """
     cells, formulation = _element(kind)
     mesh = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
+    if kind == "hex8-distorted":
+        mesh = Mesh(_moved(mesh.nodes, size), mesh.cells, cells, face_sets=mesh.face_sets)
     touching = contact != "none"
     facing = "zmin" if touching else None
     body = Body(mesh, material(law), _velocity, contact=facing, name="block", formulation=formulation)
@@ -44,8 +47,15 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
 
 def _element(kind: str) -> tuple[str, str]:
     """Kind of the mesh and formulation of an element such as "hex8-reduced"."""
-    cells, _, formulation = kind.partition("-")
-    return cells, formulation or "full"
+    cells, _, variant = kind.partition("-")
+    return cells, "reduced" if variant == "reduced" else "full"
+
+
+def _moved(nodes: np.ndarray, size: int) -> np.ndarray:
+    """Inner nodes at random places up to 0.1 of a cell away."""
+    inner = ((nodes > 1e-9 * LENGTH) & (nodes < (1.0 - 1e-9) * LENGTH)).all(axis=1)
+    away = np.random.default_rng(1).uniform(-0.1, 0.1, nodes.shape) * LENGTH / size
+    return nodes + inner[:, None] * away
 
 
 def _velocity(nodes: np.ndarray) -> np.ndarray:
@@ -54,11 +64,16 @@ def _velocity(nodes: np.ndarray) -> np.ndarray:
 
 
 def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
-    """A cube with every node moved at random by up to 0.15 of a cell, and random displacements [n, 3] of 0.05 [m]."""
+    """A cube of skew or, but for "hex8", shaken cells (0.15 of a cell), and random displacements [n, 3] of 0.05 [m].
+
+    "hex8" is timed on parallelepipeds, whose kernel is another one.
+    """
     random = np.random.default_rng(seed)
     h = LENGTH / size
     cells, formulation = _element(kind)
     box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
-    nodes = box.nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
+    nodes = box.nodes @ SKEW
+    if kind != "hex8":
+        nodes = nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
     body = Body(Mesh(nodes, box.cells, cells), material(law), name="shaken", formulation=formulation)
     return Scene([body], duration=1.0), 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)

@@ -20,15 +20,9 @@ from ..schemes.central_difference import CentralDifference
 # part -> path of the method from the body's state or from the run; what does not exist in a scene has no part
 OF_A_BODY = {
     "force and update": "internal_force.advance",
-    "contact load": "contact.load",
-    "boundary nodes": "listed.advance",
-    "predict contact nodes": "contact.close",
-    "static solve: control": "contact.static_solve.equilibrate",
-    "static solve: residual": "contact.static_solve._measure",
-    "static solve: tangent": "contact.static_solve._linearise",
-    "static solve: sweeps": "contact.static_solve._sweep",
-    "gaps": "measure",
-    "history row": "row",
+    "contact cells": "internal_force.measure_surface",
+    "boundary nodes and static solve": "serial.run",
+    "history row": "rows",
 }
 WHOLE = "stable step"
 OF_THE_RUN = {"history": "history.add", "guards": "guards.check", WHOLE: "_watch"}

@@ -1,0 +1,99 @@
+"""Many steps per launch give what one step per launch gives: rows, frames, stops (kernels/serial_step)."""
+
+import numpy as np
+import pytest
+from scenes import simulate, thrown
+
+import tcontact as tc
+from tcontact.plan import SMALL, plan
+
+SCENES = {
+    "free hexes": lambda: thrown("linear", "hex8", contact=None, duration=4.0),
+    "normal removal": lambda: thrown("neo", "hex8", contact=tc.MasslessContact(removal="normal")),
+    "full removal, two walls, tets": lambda: thrown("neo", "tet4", walls=2, contact=tc.MasslessContact(removal="full")),
+    "penalty, supports": lambda: thrown(
+        "neo", "hex8", turn=np.eye(3), supports=[tc.Support("xmin", "x", 0.01)], contact=tc.PenaltyContact(3e9)
+    ),
+    "impulse": lambda: thrown("linear", "hex8", contact=tc.ImpulseContact()),
+}
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Switches many steps per launch on or off."""
+
+    def switch(on):
+        for kind in SMALL:
+            monkeypatch.setitem(SMALL, kind, 10**6 if on else 0)
+
+    return switch
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_rows_and_end_state_are_the_same(name, small):
+    scene = SCENES[name]()
+    results = []
+    for on in (False, True):
+        small(on)
+        assert ("many steps a launch" in plan(scene).describe()) is on
+        results.append(simulate(scene, frames=0))
+    one, many = results
+    assert many.steps == one.steps > 10
+    for column, values in one.history.items():
+        scale = np.abs(values[np.isfinite(values)]).max(initial=1e-300)
+        if column in ("sweeps", "static_residual", "energy_error"):  # rounding may move where the sweeps end
+            assert np.abs(many.history[column] - values).max() <= max(1e-5, 0.1 * scale), column
+        elif np.isfinite(values).all():
+            assert np.abs(many.history[column] - values).max() <= 1e-6 * scale, column
+    assert np.abs(many.position - one.position).max() <= 1e-9 * 0.2
+    assert np.abs(many.velocity - one.velocity).max() <= 1e-6 * np.abs(one.velocity).max()
+
+
+def test_frames_come_at_the_same_times(small, tmp_path):
+    import h5py
+
+    scene = SCENES["normal removal"]()
+    times = []
+    for on in (False, True):
+        small(on)
+        simulate(scene, frames=7, out=tmp_path / str(on))
+        with h5py.File(tmp_path / str(on) / "result.vtkhdf") as file:
+            times.append(file["VTKHDF/Steps/Values"][:])
+    assert len(times[0]) == 7
+    assert np.array_equal(*times)
+
+
+def test_thinned_history_keeps_the_same_rows_and_sums(small):
+    scene = SCENES["normal removal"]()
+    small(True)
+    whole, thin = simulate(scene), simulate(scene, history_every=7)
+    rows = np.append(np.arange(0, whole.steps, 7), whole.steps)
+    for column in ("time", "impulse", "energy"):
+        assert np.array_equal(thin.history[column], whole.history[column][np.unique(rows)])
+
+
+def test_a_run_stops_at_the_same_row(small):
+    """Far too fast for the mesh: a cell inverts, and nothing after that row is kept."""
+    scene = thrown("neo", "hex8", speed=2.5, duration=2.0, contact=tc.PenaltyContact(3e11), gravity=False)
+    ends = []
+    for on in (False, True):
+        small(on)
+        result = tc.simulate(scene)
+        assert not result.ok
+        assert len(result.history["time"]) == result.steps + 1
+        ends.append((result.reason, result.steps, result.message))
+    assert ends[0] == ends[1]
+
+
+def test_a_small_body_compiles_one_kernel_only(small):
+    """Its force products for the stable step go through the same kernel."""
+    from tcontact.state import BodyState
+
+    scene = SCENES["free hexes"]()
+    small(True)
+    body = plan(scene).bodies[0]
+    zero = np.zeros((len(body.reference), 3))
+    state = BodyState(scene, body, zero, zero)
+    assert state.internal_force.kernel is not None
+    assert state.serial is not None
+    assert type(state.internal_force.kernel).__name__ != "Prepared"
