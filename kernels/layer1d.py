@@ -21,10 +21,11 @@ from .internal_force import keep_vectors
 from .layer1d_phases import make_phases
 from .layer1d_solve import MATERIAL, NODE, SQRT3, WARMTH, load, store
 
-# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, pressed (1 or 0), ever pressed,
-# slip work and plastic work [J/m^2], failed steps, evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
-STRESS, TRIAL, CHANGE, PRESSED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(11)
-CELL = 11
+# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, pressed (1 or 0),
+# ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+STRESS, TRIAL, CHANGE, CLOSE, PRESSED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(12)
+CELL = 12
+NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
 SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations
 
@@ -49,6 +50,14 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
     yield_limit, eliminate, substitute, commit = make_phases(width, stride, heating)
     solve = eq.make_solve(width, stride, sides, method)
     per_pack = stride // width
+
+    @ti.func
+    def zone_end(reach, first, end):
+        """End of the nodes that may yield in any lane; without a bracket each may yield on the way."""
+        found = end
+        if ti.static(method == eq.NEWTON):
+            found = ti.max(ti.cast(reach.max(), ti.i32), first)
+        return found
 
     @ti.kernel
     def layer(
@@ -148,16 +157,16 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             solving = ti.select(most > 0.0, ti.select(trial > 0.0, one, zero), zero)
                             melt = melting_stress(most, slip[0], slip[1], slip[2])
                             zones = [
-                                [firsts[s], ti.max(ti.cast((found[s][1] * solving).max(), ti.i32), firsts[s])]
-                                for s in range(sides)
+                                [firsts[s], zone_end(found[s][1] * solving, firsts[s], ends[s])] for s in range(sides)
                             ]
-                            if ti.static(method != eq.NEWTON):
-                                zones = [[firsts[s], ends[s]] for s in range(sides)]
-                                reach = one  # without a bracket any node may yield on the way
                             sig = solving * trial
                             total = zero
-                            if (reach * solving).max() > 0.0:
+                            if zone_end(reach * solving, 0, 1) > 0:
+                                close = load(cells, cell + CLOSE * stride, width)
                                 guess = old + load(cells, cell + CHANGE * stride, width)
+                                guess = ti.select(close < NEAR, melt * (1.0 - close), guess)
+                                room_left = ti.max(mats[0][8] - load(rise, base, width), 1e-9)
+                                rounding = eq.ROUNDING * mats[0][5] / room_left
                                 answer = solve(
                                     nodes,
                                     [rise, growth, scratch],
@@ -167,10 +176,14 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     slip,
                                     flows,
                                     compliance,
-                                    [trial, melt, guess, solving],
+                                    [trial, melt, guess, solving, rounding],
                                 )
-                                sig = ti.select(solving > 0.0, ti.min(answer[0], old), zero)
+                                close = ti.select(solving > 0.0, 1.0 - answer[0] / melt, one)
+                                store(cells, cell + CLOSE * stride, close, width)
                                 total = ti.select(solving > 0.0, answer[1], zero)
+                                # what is left of the residual lowers sig: the sum of (7) is exact, sig <= Y stays
+                                sig = ti.min(ti.min(answer[0], old), trial - total / compliance)
+                                sig = ti.select(solving > 0.0, ti.max(sig, zero), zero)
                                 failures = load(cells, cell + FAILURES * stride, width) + answer[2]
                                 store(cells, cell + FAILURES * stride, failures, width)
                                 count = load(cells, cell + EVALUATIONS * stride, width) + answer[3]

@@ -21,7 +21,9 @@ WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimi
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`
 SQRT3 = 1.7320508075688772
-TOLERANCE = 1e-13  # of |R| over C sig_tr
+TOLERANCE, SECANT_TOLERANCE = 1e-13, 1e-6  # of |R| over C sig_tr; C_T = 1.0002 at 300 K has lost four digits
+ROUNDING = 4e-16  # of sig and of the temperature
+NEAR_MELTING = 0.7  # of s_melt: above it the rounding of the temperature limits sig, too
 NEWTON, THERMAL_SOFTENING, STRESS = range(3)  # methods
 MOST, MOST_SECANT = 100, 50  # evaluations
 
@@ -181,17 +183,18 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             count += running
             total = ti.select(running > 0.0, found[0], total)
             value = compliance * (sig - trial) + total
-            ready = ti.select(magnitude(value) <= TOLERANCE * compliance * trial, running, zero)
+            ready = ti.select(magnitude(value) <= SECANT_TOLERANCE * compliance * trial, running, zero)
             new = unknown - value * (unknown - before) / (value - before_residual)
             if turn == 0:
                 new = unknown * (1.0 - 1e-3)
                 if ti.static(method == THERMAL_SOFTENING):
-                    new = 1.0 + (unknown - 1.0) * (1.0 - 1e-3)
+                    near = surface + per_stress * (sig * (1.0 - 1e-3))
+                    new = exponential_less_one(mat[4] * (near + mat[9]) / (mat[6] - near)) + 1.0
             new_sig = new
             if ti.static(method == THERMAL_SOFTENING):
                 power = logarithm(new)
                 new_sig = (mat[5] * power / (mat[4] + power) - mat[9] - surface) / per_stress
-            stalled = ti.select(magnitude(new_sig - sig) <= 4e-16 * sig, running, zero)
+            stalled = ti.select(magnitude(new_sig - sig) <= ROUNDING * sig, running, zero)
             small = ti.select(magnitude(value) <= 1e-6 * compliance * trial, one, zero)
             ready = ti.max(ready, stalled * small)
             succeeded += ready
@@ -208,7 +211,8 @@ def make_solve(width: int, stride: int, sides: int, method: int):
 
         arrays: [rise with Tz, growth, scratch]; bases: addresses [first node of the pack, scratch];
         zones: per side [first, end] of the nodes that may yield; slip: [velocity, drag, cap]; flows: per side [offset,
-        share]; bracket: [sig_tr, s_melt, first guess, 1 where sig is wanted].
+        share]; bracket: [sig_tr, s_melt, first guess, 1 where sig is wanted, rounding of the surface temperature over
+        its distance to melting].
         """
         trial, melt, solving = bracket[0], bracket[1], bracket[3]
         one, zero = 0.0 * trial + 1.0, 0.0 * trial
@@ -246,8 +250,11 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             new = ti.select(new < high, new, ti.select(high < trial, middle, ti.select(value < 0.0, high, middle)))
             if turn > 12 and turn % 2 == 0:
                 new = middle
-            stalled = ti.select(magnitude(new - sig) <= 4e-16 * sig, running * small, zero)
-            running = running - ti.max(settled, stalled)
+            least = ROUNDING * sig + ti.select(sig > NEAR_MELTING * melt, bracket[4] * melt, zero)
+            stalled = ti.select(magnitude(new - sig) <= least, running * small, zero)
+            over = ti.select(value >= 0.0, one, zero)  # the last sig is on the side where the plastic sum is enough
+            new = ti.select(stalled > over, sig + least, new)
+            running = running - ti.max(settled, stalled * over)
             sig = ti.select(running > 0.0, new, sig)
             turn += 1
         if ti.static(method == NEWTON):
