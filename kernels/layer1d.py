@@ -21,10 +21,10 @@ from .internal_force import keep_vectors
 from .layer1d_phases import make_phases
 from .layer1d_solve import MATERIAL, NODE, SQRT3, WARMTH, load, store
 
-# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, pressed (1 or 0),
-# ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
-STRESS, TRIAL, CHANGE, CLOSE, PRESSED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(12)
-CELL = 12
+# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, last pressure [Pa],
+# whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+STRESS, TRIAL, CHANGE, CLOSE, PRESSURE, FLOWED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(13)
+CELL = 13
 NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
 SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations
@@ -50,6 +50,16 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
     yield_limit, eliminate, substitute, commit = make_phases(width, stride, heating)
     solve = eq.make_solve(width, stride, sides, method)
     per_pack = stride // width
+
+    @ti.func
+    def partition(nodes: ti.template(), rise: ti.template(), base, side_nodes, share, conductance):
+        """Per side [offset, share]: its heat is offset + share W."""
+        if ti.static(sides == 1):
+            return [[0.0 * share, share]]
+        else:
+            even = conductance * (load(rise, base + side_nodes * stride, width) - load(rise, base, width))
+            part = 0.5 + 0.5 * conductance * (nodes[side_nodes * NODE + WARMTH] - nodes[WARMTH])
+            return [[even, part], [0.0 - even, 1.0 - part]]
 
     @ti.func
     def zone_end(reach, first, end):
@@ -107,11 +117,13 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                         sig = zero
                         if warm.max() > 0.0:
                             mats = [eq.material(params, s, ti.max(pushed, zero)) for s in range(sides)]
-                            before = load(cells, cell + PRESSED * stride, width)
+                            last = load(cells, cell + PRESSURE * stride, width)
                             old = load(cells, cell + STRESS * stride, width)
                             trial = load(cells, cell + TRIAL * stride, width)
-                            fresh = pressed * (1.0 - before)
-                            restart = ti.max(fresh, pressed * reload)
+                            fresh = ti.select(last > 0.0, zero, pressed)
+                            # a layer that flows is at its limit already
+                            risen = ti.select(pushed > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
+                            restart = ti.max(fresh, pressed * reload * risen)
                             if restart.max() > 0.0:
                                 limit = zero + 1e300
                                 for s in ti.static(range(sides)):
@@ -128,13 +140,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             ]
                             for s in ti.static(range(sides)):
                                 eliminate(nodes, rise, carried, base, firsts[s], ends[s], mats[s])
-                            flows = [[zero, zero + share]]
-                            if ti.static(sides == 2):
-                                other = base + side_nodes * stride
-                                even = conductance * (load(rise, other, width) - load(rise, base, width)) * pressed
-                                excess = nodes[side_nodes * NODE + WARMTH] - nodes[WARMTH]
-                                part = zero + 0.5 * (1.0 + conductance * excess)
-                                flows = [[even, part], [zero - even, 1.0 - part]]
+                            flows = partition(nodes, rise, base, side_nodes, zero + share, pressed * conductance)
                             top = eq.generated(trial, slip[0], slip[1], slip[2])[0]
                             found = [
                                 substitute(
@@ -165,8 +171,6 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                 close = load(cells, cell + CLOSE * stride, width)
                                 guess = old + load(cells, cell + CHANGE * stride, width)
                                 guess = ti.select(close < NEAR, melt * (1.0 - close), guess)
-                                room_left = ti.max(mats[0][8] - load(rise, base, width), 1e-9)
-                                rounding = eq.ROUNDING * mats[0][5] / room_left
                                 answer = solve(
                                     nodes,
                                     [rise, growth, scratch],
@@ -176,7 +180,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     slip,
                                     flows,
                                     compliance,
-                                    [trial, melt, guess, solving, rounding],
+                                    [trial, melt, guess, solving],
                                 )
                                 close = ti.select(solving > 0.0, 1.0 - answer[0] / melt, one)
                                 store(cells, cell + CLOSE * stride, close, width)
@@ -207,7 +211,8 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             store(cells, cell + STRESS * stride, sig, width)
                             store(cells, cell + TRIAL * stride, solving * (trial - total / compliance), width)
                             store(cells, cell + CHANGE * stride, sig - old, width)
-                            store(cells, cell + PRESSED * stride, pressed, width)
+                            store(cells, cell + PRESSURE * stride, pushed, width)
+                            store(cells, cell + FLOWED * stride, ti.select(total > 0.0, one, zero), width)
                             store(cells, cell + WARM * stride, warm, width)
                             store(cells, cell + WORK * stride, work, width)
                             store(cells, cell + PLASTIC_WORK * stride, plastic, width)

@@ -23,7 +23,6 @@ MATERIAL = 12  # numbers per side in params, see `material`
 SQRT3 = 1.7320508075688772
 TOLERANCE, SECANT_TOLERANCE = 1e-13, 1e-6  # of |R| over C sig_tr; C_T = 1.0002 at 300 K has lost four digits
 ROUNDING = 4e-16  # of sig and of the temperature
-NEAR_MELTING = 0.7  # of s_melt: above it the rounding of the temperature limits sig, too
 NEWTON, THERMAL_SOFTENING, STRESS = range(3)  # methods
 MOST, MOST_SECANT = 100, 50  # evaluations
 
@@ -95,13 +94,15 @@ def make_residual(width: int, stride: int):
 
     @ti.func
     def plastic_sums(nodes: ti.template(), arrays: ti.template(), base, scratch_base, side, mat, sig, heat):
-        """[sum w (ep' - ep), its slope in sig] over the nodes of a zone; ln(1 + beta ep') and beta ep' to scratch.
+        """[sum w (ep' - ep), its slope in sig, what rounding T does to it] over the nodes of a zone.
+
+        ln(1 + beta ep') and beta ep' go to scratch.
 
         heat: [q, dq/dsig] of the side. arrays: [rise, growth, scratch].
         """
         over_yield, over_exponent = sig / mat[0], 1.0 / mat[1]
         over_sig, steep = 1.0 / ti.max(sig, 1e-300), mat[4] * mat[5]
-        total, slope = 0.0 * sig, 0.0 * sig
+        total, slope, steepness = 0.0 * sig, 0.0 * sig, 0.0 * sig
         for n in range(side[0], side[1]):
             at = base + n * stride
             warmth, weight = nodes[n * NODE + WARMTH], nodes[n * NODE + WEIGHT]
@@ -109,19 +110,21 @@ def make_residual(width: int, stride: int):
             soft, room = mat[7] - mat[3] * temperature, mat[6] - temperature
             inverse = 1.0 / (soft * room)
             over_soft, over_room = inverse * room, inverse * soft
-            strain = (
-                logarithm(over_yield * over_soft) + mat[4] * (temperature + mat[9]) * over_room
-            ) * over_exponent
+            absolute = temperature + mat[9]
+            strain = (logarithm(over_yield * over_soft) + mat[4] * absolute * over_room) * over_exponent
             grown = exponential_less_one(strain)
             extra = grown - load(arrays[1], at, width)
             flows = extra > 0.0
-            rate = over_sig + (mat[3] * over_soft + steep * over_room * over_room) * (warmth * heat[1])
+            by_heat = mat[3] * over_soft + steep * over_room * over_room
+            stretch = ti.select(flows, weight * (grown + 1.0), 0.0 * sig)
             total += ti.select(flows, weight * extra, 0.0 * sig)
-            slope += ti.select(flows, weight * (grown + 1.0) * rate, 0.0 * sig)
+            slope += stretch * (over_sig + by_heat * (warmth * heat[1]))
+            steepness += stretch * (by_heat * absolute)
             here = scratch_base + 2 * n * stride
             store(arrays[2], here, strain, width)
             store(arrays[2], here + stride, grown, width)
-        return [total / mat[2], slope * (over_exponent / mat[2])]
+        scale = over_exponent / mat[2]
+        return [total / mat[2], slope * scale, steepness * (ROUNDING * scale)]
 
     return plastic_sums
 
@@ -133,7 +136,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
 
     @ti.func
     def residual(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, sig):
-        """[W-lanes plastic sum, slope]; slip: [velocity, drag, cap], flows: per side [offset, share]."""
+        """[plastic sum, slope, rounding]; slip: [velocity, drag, cap], flows: per side [offset, share]."""
         heat = generated(sig, slip[0], slip[1], slip[2])
         found = [
             plastic_sums(
@@ -148,11 +151,12 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             )
             for s in range(sides)
         ]
-        total, slope = found[0][0], found[0][1]
+        total, slope, rounding = found[0][0], found[0][1], found[0][2]
         if ti.static(sides == 2):
             total += found[1][0]
             slope += found[1][1]
-        return [total, slope]
+            rounding += found[1][2]
+        return [total, slope, rounding]
 
     @ti.func
     def secant(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, compliance, bracket):
@@ -211,8 +215,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
 
         arrays: [rise with Tz, growth, scratch]; bases: addresses [first node of the pack, scratch];
         zones: per side [first, end] of the nodes that may yield; slip: [velocity, drag, cap]; flows: per side [offset,
-        share]; bracket: [sig_tr, s_melt, first guess, 1 where sig is wanted, rounding of the surface temperature over
-        its distance to melting].
+        share]; bracket: [sig_tr, s_melt, first guess, 1 where sig is wanted].
         """
         trial, melt, solving = bracket[0], bracket[1], bracket[3]
         one, zero = 0.0 * trial + 1.0, 0.0 * trial
@@ -241,7 +244,11 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             steep = found[1] / ti.max(total, 1e-300) + compliance / ti.max(drop, 1e-300)
             by_ratio = sig - logarithm(ti.max(total, 1e-300) / ti.max(drop, 1e-300)) / steep
             new = ti.select(far, ti.select(ti.min(total, drop) > 0.0, by_ratio, new), new)
-            settled = ti.select(magnitude(value) <= TOLERANCE * compliance * trial, running, zero)
+            finest = TOLERANCE * compliance * trial + found[2]
+            within = ti.select(magnitude(value) <= finest, running, zero)
+            # the last sig is on the side where the plastic sum is enough: what is left over lowers sig, never raises it
+            enough = ti.select(value >= 0.0 - TOLERANCE * compliance * trial, one, zero)
+            settled = within * enough
             small = ti.select(magnitude(value) <= 1e-6 * compliance * trial, one, zero)
             # a bracketed step: the trial stress itself is a candidate, the melting bound never is
             middle = 0.5 * (low + high)
@@ -250,11 +257,11 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             new = ti.select(new < high, new, ti.select(high < trial, middle, ti.select(value < 0.0, high, middle)))
             if turn > 12 and turn % 2 == 0:
                 new = middle
-            least = ROUNDING * sig + ti.select(sig > NEAR_MELTING * melt, bracket[4] * melt, zero)
-            stalled = ti.select(magnitude(new - sig) <= least, running * small, zero)
-            over = ti.select(value >= 0.0, one, zero)  # the last sig is on the side where the plastic sum is enough
-            new = ti.select(stalled > over, sig + least, new)
-            running = running - ti.max(settled, stalled * over)
+            up = sig + 2.0 * finest / (found[1] + compliance)
+            up = ti.select(up < high, up, ti.select(high < melt, high, middle))
+            new = ti.select(within > enough, up, new)
+            stalled = ti.select(magnitude(new - sig) <= ROUNDING * sig, running * small, zero)
+            running = running - ti.max(settled, stalled)
             sig = ti.select(running > 0.0, new, sig)
             turn += 1
         if ti.static(method == NEWTON):
