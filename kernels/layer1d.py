@@ -15,14 +15,16 @@ import functools
 
 import taichi as ti
 
-from . import layer1d_solve as eq
+from . import layer1d_residual as eq
 from .arguments import ARRAY
 from .internal_force import keep_vectors
 from .layer1d_phases import make_phases
-from .layer1d_solve import MATERIAL, NODE, SQRT3, WARMTH, load, store
+from .layer1d_residual import MATERIAL, NODE, SQRT3, WARMTH, load, store
+from .layer1d_solve import NEWTON, make_solve
 
-# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, last pressure [Pa],
-# whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, last pressure
+# [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag
+# [m/(s Pa)] and cap [Pa] of the traction
 STRESS, TRIAL, CHANGE, CLOSE, PRESSURE, FLOWED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(13)
 CELL = 13
 NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
@@ -48,7 +50,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
     velocity_row / cells; every `every` steps a row of surface_out (T - base) and stress_out (tau [Pa]), [row, cell].
     """
     yield_limit, eliminate, substitute, commit = make_phases(width, stride, heating)
-    solve = eq.make_solve(width, stride, sides, method)
+    solve = make_solve(width, stride, sides, method)
     per_pack = stride // width
 
     @ti.func
@@ -65,7 +67,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
     def zone_end(reach, first, end):
         """End of the nodes that may yield in any lane; without a bracket each may yield on the way."""
         found = end
-        if ti.static(method == eq.NEWTON):
+        if ti.static(method == NEWTON):
             found = ti.max(ti.cast(reach.max(), ti.i32), first)
         return found
 

@@ -7,14 +7,14 @@ surface and one substitution back per step. Node columns: weight, gain, link, ba
 
     d_i = gain_i T_i + link_i d_{i+1},    Tz_i = d_i + back_i Tz_{i-1}
 
-`base` is the address of the first node of the pack and lane, mat the list of `layer1d_solve.material`.
+`base` is the address of the first node of the pack and lane, mat the list of `layer1d_residual.material`.
 """
 
 import functools
 
 import taichi as ti
 
-from .layer1d_solve import BACK, GAIN, LINK, NODE, ROOM, WARMTH, load, store
+from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, WARMTH, load, store
 from .transcendental import exponential_less_one
 
 SPARE = 2.0  # released plastic heat closes at most 1/SPARE of the distance to melting in a step
@@ -56,9 +56,9 @@ def make_phases(width: int, stride: int, heating: bool):
 
     @ti.func
     def substitute(nodes: ti.template(), rise: ti.template(), hardening: ti.template(), base, first, end, mat, top, q):
-        """From the surface to the depth: rise becomes Tz. Returns [heat flux that melts, end of the zone that may yield].
+        """From the surface to the depth: rise becomes Tz.
 
-        A node may yield if it does so at the stress top and its heat q, with exp(-x) >= 1 - x.
+        Returns [heat flux through the surface that melts a node, end of the zone that may yield]. A node may yield if it does so at the stress top and its heat q, with exp(-x) >= 1 - x.
         """
         before = 0.0 * mat[7]
         most, zone = before + 1e300, before

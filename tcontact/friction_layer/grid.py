@@ -52,8 +52,8 @@ class Column:
 def column(metal: Metal, depth: np.ndarray, dt: float) -> Column:
     """The constants for a time step dt [s].
 
-    The pivots are built from sums of positive numbers only (what is below a node acts on it as a capacity in series with
-    a conductance), so they keep all digits for any dt.
+    The pivots are built from sums of positive numbers only (what is below a node acts on it as a capacity in series
+    with a conductance), so they keep all digits for any dt.
     """
     spacing = np.diff(depth)
     weight = np.zeros_like(depth)

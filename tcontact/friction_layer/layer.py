@@ -20,8 +20,8 @@ CHUNKS_PER_THREAD = 8
 class Layer:
     """State of `cells` layers of one metal, or two metals back to back (METHOD 5).
 
-    metals: the metal of the cell, and that of the body it slides on if both layers are resolved; otherwise heat_share of
-    the slip heat goes into the one layer. conductance: contact conductance between two sides [W/(m^2 K)], None =
+    metals: the metal of the cell, and that of the body it slides on if both layers are resolved; otherwise heat_share
+    of the slip heat goes into the one layer. conductance: contact conductance between two sides [W/(m^2 K)], None =
     perfect; plastic_heat: share of the plastic work that heats; reload: whether the yield limit may raise the stress
     again while a cell is pressed, by cooling or pressure (after an open spell it always starts from the yield limit).
     Starts Taichi. Raises `InputError`.
@@ -95,8 +95,8 @@ class Layer:
     def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
         """For a contact that transmits less than the layer offers (METHOD 5, coupling).
 
-        The transmitted traction is t = min(sig/sqrt3, cap) [Pa], its heat t (v - drag t), drag = dt/(2 M) [m/(s Pa)] for
-        a mass per area M [kg/m^2]; cap must not exceed v/(2 drag), where the contact sticks. Arrays [cells].
+        The transmitted traction is t = min(sig/sqrt3, cap) [Pa], its heat t (v - drag t), drag = dt/(2 M) [m/(s Pa)]
+        for a mass per area M [kg/m^2]; cap must not exceed v/(2 drag), where the contact sticks. Arrays [cells].
         """
         self._set_cell(self._names.CAP, np.minimum(cap, 1e300))
         self._set_cell(self._names.DRAG, drag)
@@ -173,7 +173,7 @@ class Layer:
         return self._profile(self._carried, side) @ self.columns[side].weight
 
     def cell(self, name: str) -> np.ndarray:
-        """A number of every cell, [cells]: STRESS, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, ... of kernels/layer1d."""
+        """A number of every cell by its name in kernels/layer1d (STRESS, WORK, PLASTIC_WORK, ...), [cells]."""
         values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
         return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
 

@@ -87,7 +87,7 @@ STAINLESS_304 = Metal(
     heat_capacity=500.0,
     density=7900.0,
 )
-"""Stainless steel 304: Steinberg, Cochran and Guinan, J. Appl. Phys. 51, 1498 (1980); T_f after the paper (METHOD 5)."""
+"""Stainless steel 304: Steinberg, Cochran, Guinan, J. Appl. Phys. 51, 1498 (1980); T_f after the paper (METHOD 5)."""
 
 COPPER = Metal(
     shear_modulus=47.7e9,
@@ -118,7 +118,7 @@ ALUMINIUM_6061 = Metal(
     heat_capacity=896.0,
     density=2703.0,
 )
-"""Aluminium 6061-T6: Steinberg, Cochran and Guinan (1980) and UCRL-MA-106439 (1996) as for copper; T_f the solidus of the
-alloy, k and c at room temperature from the usual data sheets (ASM)."""
+"""Aluminium 6061-T6: Steinberg, Cochran and Guinan (1980) and UCRL-MA-106439 (1996) as for copper; T_f the solidus of
+the alloy, k and c at room temperature from the usual data sheets (ASM)."""
 
 METALS = {"stainless-304": STAINLESS_304, "copper": COPPER, "aluminium-6061": ALUMINIUM_6061}

@@ -51,7 +51,9 @@ def layer(
         room = np.maximum(melting - t, 1e-9)
         linear = 1.0 + metal.pressure_factor * pressure - metal.thermal_softening * (t - metal.reference_temperature)
         softer = -metal.thermal_softening / linear - metal.sharpness * melting / room**2
-        return metal.yield_stress * (1.0 + beta * strain) ** exponent * linear * np.exp(-metal.sharpness * t / room), softer
+        return metal.yield_stress * (1.0 + beta * strain) ** exponent * linear * np.exp(
+            -metal.sharpness * t / room
+        ), softer
 
     def rates(_, scaled):
         state = scaled * unit
