@@ -23,8 +23,8 @@ from .layer1d_residual import MATERIAL, NODE, SQRT3, WARMTH, load, store
 from .layer1d_solve import NEWTON, make_solve
 
 # numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, last pressure
-# [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations, drag
-# [m/(s Pa)] and cap [Pa] of the traction
+# [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations,
+# drag [m/(s Pa)] and cap [Pa] of the traction
 STRESS, TRIAL, CHANGE, CLOSE, PRESSURE, FLOWED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(13)
 CELL = 13
 NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before

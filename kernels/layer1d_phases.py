@@ -58,7 +58,9 @@ def make_phases(width: int, stride: int, heating: bool):
     def substitute(nodes: ti.template(), rise: ti.template(), hardening: ti.template(), base, first, end, mat, top, q):
         """From the surface to the depth: rise becomes Tz.
 
-        Returns [heat flux through the surface that melts a node, end of the zone that may yield]. A node may yield if it does so at the stress top and its heat q, with exp(-x) >= 1 - x.
+        Returns [heat flux through the surface that melts a node, end of the zone that may yield].
+
+        A node may yield if it does so at the stress top and its heat q, with exp(-x) >= 1 - x.
         """
         before = 0.0 * mat[7]
         most, zone = before + 1e300, before

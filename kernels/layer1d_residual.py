@@ -52,8 +52,8 @@ def square_root(a):
 def material(params: ti.template(), side: ti.template(), pressure):
     """Constants of a side, lanes where the pressure enters.
 
-    [Y0, n, beta, b_T, f, T_f, T_f - base, 1 + a_P P - b_T (T - T_ref) at the base temperature, highest rise with strength,
-    base, rho c, share of the plastic work that heats]
+    [Y0, n, beta, b_T, f, T_f, T_f - base, 1 + a_P P - b_T (T - T_ref) at the base temperature, highest rise with
+    strength, base, rho c, share of the plastic work that heats]
     """
     at = side * MATERIAL
     yield_stress, exponent, hardening = params[at], params[at + 1], params[at + 2]

@@ -55,7 +55,8 @@ def solve(
     method: "bracketed-newton", which always succeeds, or the paper's "stress-secant" and "thermal-softening-secant";
     their failed steps are counted and done by the first.
     other: the metal of the other body: both layers are resolved, and heat_share is left to physics; conductance:
-    between the two surfaces [W/(m^2 K)], None = perfect contact. reload: let cooling or rising pressure raise the stress, too.
+    between the two surfaces [W/(m^2 K)], None = perfect contact. reload: let cooling or rising pressure
+    raise the stress, too.
     history_every: keep only every so many steps of the history; threads, arch: as in `simulate`.
 
     Returns a `LayerResult`. Raises `InputError`.
