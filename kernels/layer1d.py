@@ -22,11 +22,12 @@ from .layer1d_phases import make_phases
 from .layer1d_residual import MATERIAL, NODE, SQRT3, WARMTH, load, store
 from .layer1d_solve import NEWTON, make_solve
 
-# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last change, 1 - sig/s_melt, last pressure
-# [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps, evaluations,
-# drag [m/(s Pa)] and cap [Pa] of the traction
-STRESS, TRIAL, CHANGE, CLOSE, PRESSURE, FLOWED, WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(13)
-CELL = 13
+# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last
+# pressure [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps,
+# evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+STRESS, TRIAL, CHANGE, BEFORE, CLOSE, PRESSURE, FLOWED = range(7)
+WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(7, 14)
+CELL = 14
 NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
 SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations
@@ -120,6 +121,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                         if warm.max() > 0.0:
                             mats = [eq.material(params, s, ti.max(pushed, zero)) for s in range(sides)]
                             last = load(cells, cell + PRESSURE * stride, width)
+                            change = load(cells, cell + CHANGE * stride, width)
                             old = load(cells, cell + STRESS * stride, width)
                             trial = load(cells, cell + TRIAL * stride, width)
                             fresh = ti.select(last > 0.0, zero, pressed)
@@ -171,7 +173,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             total = zero
                             if zone_end(reach * solving, 0, 1) > 0:
                                 close = load(cells, cell + CLOSE * stride, width)
-                                guess = old + load(cells, cell + CHANGE * stride, width)
+                                guess = old + 2.0 * change - load(cells, cell + BEFORE * stride, width)
                                 guess = ti.select(close < NEAR, melt * (1.0 - close), guess)
                                 answer = solve(
                                     nodes,
@@ -213,6 +215,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             store(cells, cell + STRESS * stride, sig, width)
                             store(cells, cell + TRIAL * stride, solving * (trial - total / compliance), width)
                             store(cells, cell + CHANGE * stride, sig - old, width)
+                            store(cells, cell + BEFORE * stride, change, width)
                             store(cells, cell + PRESSURE * stride, pushed, width)
                             store(cells, cell + FLOWED * stride, ti.select(total > 0.0, one, zero), width)
                             store(cells, cell + WARM * stride, warm, width)

@@ -17,7 +17,7 @@ def depths(points: int, grading: float, thickness: float) -> np.ndarray:
     Raises `InputError`.
     """
     validate.whole("points", points, 3)
-    validate.number("grading", grading, low=0.0)
+    validate.number("grading", grading, low=1e-4, high=1e4, strict=False)
     validate.number("thickness", thickness, low=0.0)
     spacing = grading ** (np.arange(points - 1) / max(points - 2, 1))
     depth = np.concatenate([[0.0], np.cumsum(spacing)])

@@ -47,11 +47,13 @@ class Layer:
         for metal in metals:
             if not isinstance(metal, Metal):
                 raise InputError("material", metal, "give a friction_layer.Metal, such as STAINLESS_304")
-        validate.whole("cells", cells, 1)
+        cells, points = validate.whole("cells", cells, 1), validate.whole("points", points, 3)
         validate.choice("method", method, METHODS)
         validate.number("heat_share", heat_share, low=0.0, high=1.0, strict=False)
         validate.number("plastic_heat", plastic_heat, low=0.0, high=1.0, strict=False)
         validate.number("initial_temperature", initial_temperature, low=0.0, strict=False)
+        if not isinstance(reload, bool):
+            raise InputError("reload", reload, "give True or False")
         if conductance is not None:
             validate.number("conductance", conductance, low=0.0, strict=False)
             if len(metals) == 1:
