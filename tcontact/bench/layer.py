@@ -54,6 +54,7 @@ def lines(rows: list[dict[str, Any]]) -> list[str]:
                 f"friction layer, {row['cells']} cells, {grid['points']} points graded {grid['grading']:g},"
                 f" {row['threads']} threads: {rate['median']:.3g} [{rate['low']:.3g}, {rate['high']:.3g}]"
                 f" Mcell steps/s; errors {grid['temperature_error']:.1e} (temperature),"
-                f" {grid['stress_error']:.1e} (stress), {grid['energy_error']:.1e} (energy), {grid['failures']} failures"
+                f" {grid['stress_error']:.1e} (stress), {grid['energy_error']:.1e} (energy),"
+                f" {grid['failures']} failures"
             )
     return found
