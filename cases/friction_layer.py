@@ -103,7 +103,7 @@ def _laws(label: str, run: layer.LayerResult, runs: Runs) -> list[ck.Check]:
         ck.at_most(f"{label}: hottest / melting", run.surface_temperature.max() / hottest, 1.0),
         ck.at_most(f"{label}: rise of tau in a step", np.diff(stress).max(), 0.0),
         ck.at_most(
-            f"{label}: sig / yield limit - 1", (stress[-1] / np.maximum(run.yield_stress[0], 1e-300)).max() - 1.0, 1e-12
+            f"{label}: sig / yield limit - 1", (stress[-1] / np.maximum(run.yield_stress[0], 1e-300)).max() - 1.0, 1e-11
         ),
         ck.at_most(f"{label}: sum of (7)", abs(sum_of_7) / max(compliance * stress[0], 1e-300), 1e-12),
         ck.at_most(f"{label}: heat balance", abs(run.heat[0] - heat) / max(heat, 1e-300), 1e-12),

@@ -19,7 +19,7 @@ from . import layer1d_residual as eq
 from .arguments import ARRAY
 from .internal_force import keep_vectors
 from .layer1d_phases import make_phases
-from .layer1d_residual import MATERIAL, NODE, SQRT3, WARMTH, load, store
+from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH, load, store
 from .layer1d_solve import NEWTON, make_solve
 
 # numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last
@@ -109,7 +109,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                 for unit in range(chunk * units // chunks, (chunk + 1) * units // chunks):
                     pack, lane = unit // per_pack, (unit % per_pack) * width
                     base = pack * all_nodes * stride + lane
-                    spare = (chunk // per_pack) * all_nodes * 2 * stride + lane
+                    spare = (chunk // per_pack) * all_nodes * SCRATCH * stride + lane
                     cell = pack * CELL * stride + lane
                     here = unit * width
                     for step in range(first_step, first_step + steps):
@@ -170,7 +170,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                 [firsts[s], zone_end(found[s][1] * solving, firsts[s], ends[s])] for s in range(sides)
                             ]
                             sig = solving * trial
-                            total = zero
+                            total, shift = zero, zero
                             if zone_end(reach * solving, 0, 1) > 0:
                                 close = load(cells, cell + CLOSE * stride, width)
                                 guess = old + 2.0 * change - load(cells, cell + BEFORE * stride, width)
@@ -186,6 +186,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     compliance,
                                     [trial, melt, guess, solving],
                                 )
+                                shift = answer[4]
                                 close = ti.select(solving > 0.0, 1.0 - answer[0] / melt, one)
                                 store(cells, cell + CLOSE * stride, close, width)
                                 total = ti.select(solving > 0.0, answer[1], zero)
@@ -209,6 +210,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     flows[s][0] + flows[s][1] * heat,
                                     solving,
                                     sig,
+                                    shift,
                                 )
                             work = load(cells, cell + WORK * stride, width) + dt * heat
                             plastic = load(cells, cell + PLASTIC_WORK * stride, width) + sig * total

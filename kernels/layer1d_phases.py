@@ -14,7 +14,7 @@ import functools
 
 import taichi as ti
 
-from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, WARMTH, load, store
+from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH, load, store
 from .transcendental import exponential_less_one
 
 SPARE = 2.0  # released plastic heat closes at most 1/SPARE of the distance to melting in a step
@@ -79,18 +79,21 @@ def make_phases(width: int, stride: int, heating: bool):
         return [most, zone]
 
     @ti.func
-    def commit(nodes: ti.template(), state: ti.template(), base, scratch_base, side, end, mat, q, flowing, sig):
+    def commit(nodes: ti.template(), state: ti.template(), base, scratch_base, side, end, mat, q, flowing, sig, shift):
         """Rise becomes T', the strains of the scratch become the state where they have grown.
 
-        state: [rise, growth, hardening, carried, scratch]; side: [first, end of the zone].
+        state: [rise, growth, hardening, carried, scratch]; side: [first, end of the zone]; shift: sig less that of the
+        strains in the scratch.
         """
         for n in range(side[0], end):
             at = base + n * stride
             store(state[0], at, load(state[0], at, width) + nodes[n * NODE + WARMTH] * q, width)
         for n in range(side[0], side[1]):
             at = base + n * stride
-            here = scratch_base + 2 * n * stride
-            strain, grown = load(state[4], here, width), load(state[4], here + stride, width)
+            here = scratch_base + SCRATCH * n * stride
+            more_strain = load(state[4], here + 2 * stride, width) * shift
+            strain, grown = load(state[4], here, width) + more_strain, load(state[4], here + stride, width)
+            grown += (grown + 1.0) * more_strain
             old, hard = load(state[1], at, width), load(state[2], at, width)
             new = ti.select(grown > old, ti.select(flowing > 0.0, grown, old), old)
             harder = exponential_less_one(mat[1] * strain) + 1.0

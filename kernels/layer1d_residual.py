@@ -18,6 +18,8 @@ WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimi
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`
 SQRT3 = 1.7320508075688772
+SCRATCH = 3  # numbers of a node and lane that an evaluation leaves behind
+SMALL = 1e-7  # change of ln(1 + beta ep) whose square is nothing
 ROUNDING = 4e-16  # of sig and of the temperature
 
 
@@ -91,15 +93,17 @@ def make_residual(width: int, stride: int, sides: int):
 
     @ti.func
     def plastic_sums(nodes: ti.template(), arrays: ti.template(), base, scratch_base, side, mat, sig, heat):
-        """[sum w (ep' - ep), its slope in sig, what rounding T does to it] over the nodes of a zone.
+        """Over the nodes of a zone: [sum w (ep' - ep), its slope in sig, what rounding T does to it, fastest, margin].
 
-        ln(1 + beta ep') and beta ep' go to scratch.
+        fastest: largest slope of ln(1 + beta ep') in sig; margin > 0: no node is as near to where flow begins as SMALL.
+        l = ln(1 + beta ep'), beta ep' and dl/dsig go to scratch.
 
         heat: [q, dq/dsig] of the side. arrays: [rise, growth, scratch].
         """
         over_yield, over_exponent = sig / mat[0], 1.0 / mat[1]
         over_sig, steep = 1.0 / ti.max(sig, 1e-300), mat[4] * mat[5]
         total, slope, steepness = 0.0 * sig, 0.0 * sig, 0.0 * sig
+        fastest, margin = 0.0 * sig, 0.0 * sig + 1.0
         for n in range(side[0], side[1]):
             at = base + n * stride
             warmth, weight = nodes[n * NODE + WARMTH], nodes[n * NODE + WEIGHT]
@@ -113,19 +117,22 @@ def make_residual(width: int, stride: int, sides: int):
             extra = grown - load(arrays[1], at, width)
             flows = extra > 0.0
             by_heat = mat[3] * over_soft + steep * over_room * over_room
+            rate = over_exponent * (over_sig + by_heat * (warmth * heat[1]))
             stretch = ti.select(flows, weight * (grown + 1.0), 0.0 * sig)
+            fastest = ti.max(fastest, rate)
+            margin = ti.min(margin, magnitude(extra) - SMALL * (grown + 1.0))
             total += ti.select(flows, weight * extra, 0.0 * sig)
-            slope += stretch * (over_sig + by_heat * (warmth * heat[1]))
+            slope += stretch * rate
             steepness += stretch * (by_heat * absolute)
-            here = scratch_base + 2 * n * stride
+            here = scratch_base + SCRATCH * n * stride
             store(arrays[2], here, strain, width)
             store(arrays[2], here + stride, grown, width)
-        scale = over_exponent / mat[2]
-        return [total / mat[2], slope * scale, steepness * (ROUNDING * scale)]
+            store(arrays[2], here + 2 * stride, rate, width)
+        return [total / mat[2], slope / mat[2], steepness * (ROUNDING * over_exponent / mat[2]), fastest, margin]
 
     @ti.func
     def residual(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, sig):
-        """[plastic sum, slope, rounding]; slip: [velocity, drag, cap], flows: per side [offset, share]."""
+        """The sums over all sides; slip: [velocity, drag, cap], flows: per side [offset, share]."""
         heat = generated(sig, slip[0], slip[1], slip[2])
         found = [
             plastic_sums(
@@ -141,10 +148,12 @@ def make_residual(width: int, stride: int, sides: int):
             for s in range(sides)
         ]
         total, slope, rounding = found[0][0], found[0][1], found[0][2]
+        fastest, margin = found[0][3], found[0][4]
         if ti.static(sides == 2):
             total += found[1][0]
             slope += found[1][1]
             rounding += found[1][2]
-        return [total, slope, rounding]
+            fastest, margin = ti.max(fastest, found[1][3]), ti.min(margin, found[1][4])
+        return [total, slope, rounding, fastest, margin]
 
     return residual

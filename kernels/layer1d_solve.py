@@ -9,7 +9,7 @@ import functools
 
 import taichi as ti
 
-from .layer1d_residual import ROUNDING, magnitude, make_residual
+from .layer1d_residual import ROUNDING, SMALL, magnitude, make_residual
 from .layer1d_secant import make_secant
 from .transcendental import logarithm
 
@@ -26,7 +26,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
 
     @ti.func
     def solve(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, compliance, bracket):
-        """[sig, plastic sum, failures, evaluations]; scratch holds the strains at the sig that is returned.
+        """[sig, plastic sum, failures, evaluations, shift]; scratch holds the strains at sig - shift.
 
         arrays: [rise with Tz, growth, scratch]; bases: addresses [first node of the pack, scratch];
         zones: per side [first, end] of the nodes that may yield; slip: [velocity, drag, cap]; flows: per side [offset,
@@ -46,7 +46,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             sig = ti.select(tried[2] > 0.0, tried[0], sig)
             total = ti.select(tried[2] > 0.0, tried[1], zero)
             count = tried[3]
-        turn = 0
+        turn, shift = 0, zero
         while turn < MOST and running.max() > 0.0:
             found = residual(nodes, arrays, bases, zones, mats, slip, flows, sig)
             count += running
@@ -54,7 +54,8 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             drop = compliance * (trial - sig)
             value = total - drop
             low, high = ti.select(value < 0.0, sig, low), ti.select(value > 0.0, sig, high)
-            new = sig - value / (found[1] + compliance)
+            step = (0.0 - value) / (found[1] + compliance)
+            new = sig + step
             far = ti.min(total, drop) * 2.0 < ti.max(total, drop)
             steep = found[1] / ti.max(total, 1e-300) + compliance / ti.max(drop, 1e-300)
             by_ratio = sig - logarithm(ti.max(total, 1e-300) / ti.max(drop, 1e-300)) / steep
@@ -76,11 +77,16 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             up = ti.select(up < high, up, ti.select(high < melt, high, middle))
             new = ti.select(within > enough, up, new)
             stalled = ti.select(magnitude(new - sig) <= ROUNDING * sig, running * small, zero)
-            running = running - ti.max(settled, stalled)
+            # a last step so small that the strains are linear in it needs no evaluation
+            linear = ti.select(found[3] * magnitude(step) <= SMALL, ti.select(found[4] > 0.0, running, zero), zero)
+            linear = linear * (1.0 - ti.max(settled, stalled))
+            shift = ti.select(linear > 0.0, step, shift)
+            total = ti.select(linear > 0.0, found[0] + found[1] * step, total)
+            running = running - ti.max(ti.max(settled, stalled), linear)
             sig = ti.select(running > 0.0, new, sig)
             turn += 1
         if ti.static(method == NEWTON):
             failed = running
-        return [sig, total, failed, count]
+        return [sig + shift, total, failed, count, shift]
 
     return solve

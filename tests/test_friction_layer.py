@@ -33,7 +33,9 @@ def laws(run: layer.LayerResult, metal: layer.Metal = STEEL, share: float = 0.5)
     assert not run.failures.any()
     assert np.diff(run.shear_stress, axis=0).max() <= 0.0
     stress = SQRT3 * run.shear_stress[-1][:, None]
-    assert (stress <= run.yield_stress * (1.0 + 1e-12) + 1e-12).all()
+    room = metal.melting_temperature - run.temperature
+    rounding = 3e-16 * metal.melting_temperature**2 * metal.sharpness / room**2  # of T, in what it does to Y
+    assert (stress <= run.yield_stress * (1.0 + 1e-12 + rounding) + 1e-12).all()
     assert sum_of_7(run, metal).max() <= 1e-12
     wanted = share * run.slip_work
     assert np.abs(run.heat - wanted).max() <= 1e-12 * wanted.max()
@@ -80,15 +82,16 @@ def test_agrees_with_the_method_of_lines(velocity):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("velocity", "bound"), [(34.0, 2e-5), (340.0, 4e-4)])
-def test_reference_of_the_study_is_that_of_the_method_of_lines(velocity, bound):
+@pytest.mark.parametrize(("velocity", "ratio"), [(34.0, 100.0), (340.0, 3000.0)])
+def test_reference_of_the_study_is_that_of_the_method_of_lines(velocity, ratio):
     times = np.array(study.TIMES)
     coarse, fine = (
-        np.array(oracle.layer(STEEL, velocity, 1.3e9, times, count=count, eta=1e-13, rtol=1e-6)) for count in (70, 140)
+        np.array(oracle.layer(STEEL, velocity, 1.3e9, times, count=count, ratio=ratio, eta=1e-13, rtol=1e-7))
+        for count in (80, 120)
     )
-    temperature, tau = fine + (fine - coarse) / 3.0
-    np.testing.assert_allclose(study.REFERENCE[velocity][0], temperature, rtol=bound)
-    np.testing.assert_allclose(study.REFERENCE[velocity][1], tau * 1e-6, rtol=3 * bound)
+    temperature, tau = fine + (fine - coarse) / (1.5**2 - 1.0)
+    np.testing.assert_allclose(study.REFERENCE[velocity][0], temperature, rtol=5e-5)
+    np.testing.assert_allclose(study.REFERENCE[velocity][1], tau * 1e-6, rtol=3e-4)
 
 
 def elastic(**changes: float) -> layer.Metal:

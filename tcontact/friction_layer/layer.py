@@ -91,7 +91,7 @@ class Layer:
         self._carried = arrays.zeros(count if heating else 1)
         self._state = arrays.zeros(packs * layer1d.CELL * self._stride)
         lanes = self._units if on_gpu else self._chunks * self._stride
-        self._scratch = arrays.zeros(lanes * nodes * 2)
+        self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
         self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
 
     def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
