@@ -109,7 +109,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                 for unit in range(chunk * units // chunks, (chunk + 1) * units // chunks):
                     pack, lane = unit // per_pack, (unit % per_pack) * width
                     base = pack * all_nodes * stride + lane
-                    spare = (chunk // per_pack) * all_nodes * SCRATCH * stride + lane
+                    spare = chunk * width // stride * (all_nodes * SCRATCH * stride) + chunk * width % stride
                     cell = pack * CELL * stride + lane
                     here = unit * width
                     for step in range(first_step, first_step + steps):

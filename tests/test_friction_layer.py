@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from conftest import THREADS
 from oracle import friction_layer as oracle
 
 import tcontact as tc
@@ -330,6 +331,21 @@ def test_cells_do_not_know_of_each_other():
         np.testing.assert_allclose(batch.temperature[cell], alone.temperature[0], rtol=1e-11)
 
 
+def test_layout_of_a_graphics_card_computes_the_same(monkeypatch):
+    """One cell a thread, 32 side by side in memory, on the CPU here: the same states, also with two sides."""
+    from tcontact.friction_layer import layer as module
+
+    options = {"velocity": np.linspace(1.0, 400.0, 70), "duration": 2e-8, "points": 40, "plastic_heat": 0.9}
+    wanted = layer.solve(**options), layer.solve(**options, other=layer.COPPER)
+    monkeypatch.setitem(module.LAYOUTS, "cpu", (1, 32))
+    found = layer.solve(**options), layer.solve(**options, other=layer.COPPER)
+    for one, two in zip(wanted, found, strict=True):
+        np.testing.assert_allclose(two.temperature, one.temperature, rtol=1e-11)
+        np.testing.assert_allclose(two.shear_stress, one.shear_stress, rtol=1e-9)
+        np.testing.assert_allclose(two.heat, one.heat, rtol=1e-9)
+    np.testing.assert_allclose(found[1].other.heat, wanted[1].other.heat, rtol=1e-9)
+
+
 def test_transmitted_traction_and_its_heat():
     """t = min(sig/sqrt3, cap), heat t (v - drag t): a capped contact heats by what it transmits (METHOD 5)."""
     cells = layer.Layer((STEEL,), 2, points=60)
@@ -433,3 +449,21 @@ def test_study_rows_and_figure(tmp_path):
     study.draw(tmp_path / "study.png", [row])
     assert (tmp_path / "study.png").stat().st_size > 5000
     assert study.study(budget_s=0.0) == [] or len(study.study(budget_s=0.0)) <= 1
+
+
+def test_bench_rows_carry_their_errors(monkeypatch):
+    from tcontact.bench import layer as bench
+
+    monkeypatch.setattr(bench, "CELLS", 16)
+    monkeypatch.setattr(bench, "RUNS", 2)
+    row = {"threads": THREADS, "ok": True, **bench.layer("cpu", THREADS)}
+    assert [grid["points"] for grid in row["grids"]] == [40, 200]
+    for found in row["grids"]:
+        assert 0.0 < found["temperature_error"] < 4e-3
+        assert 0.0 < found["stress_error"] < 4e-3
+        assert found["energy_error"] <= 1e-12
+        assert found["failures"] == 0
+        assert 0.0 < found["rate"]["low"] <= found["rate"]["median"]
+    text = bench.lines([row, {"threads": 1, "ok": False, "reason": "because"}])
+    assert "(temperature)" in text[0]
+    assert text[-1].endswith("FAILED: because")

@@ -15,6 +15,7 @@ from .metals import Metal
 METHODS = ("bracketed-newton", "thermal-softening-secant", "stress-secant")
 MOST_NUMBERS = 2**30  # of an array: kernels count them in 32 bits
 CHUNKS_PER_THREAD = 8
+LAYOUTS = {"cpu": (8, 8), "cuda": (1, 32)}  # lanes of a thread, lanes of a pack in memory
 
 
 class Layer:
@@ -67,7 +68,7 @@ class Layer:
         self.columns: list[Column] = []
         self._dt = 0.0
 
-        width, self._stride = (8, 8) if arch == "cpu" else (1, 32)
+        width, self._stride = LAYOUTS["cuda" if arch == "cuda" else "cpu"]
         packs = -(-cells // self._stride)
         self.padded = packs * self._stride
         nodes = len(metals) * points
@@ -90,7 +91,7 @@ class Layer:
         self._rise, self._growth, self._hardening = arrays.zeros(count), arrays.zeros(count), arrays.put(np.ones(count))
         self._carried = arrays.zeros(count if heating else 1)
         self._state = arrays.zeros(packs * layer1d.CELL * self._stride)
-        lanes = self._units if on_gpu else self._chunks * self._stride
+        lanes = -(-self._chunks * width // self._stride) * self._stride
         self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
         self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
 

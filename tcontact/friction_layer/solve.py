@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import arrays, validate
+from .. import arrays, runtime, validate
 from ..errors import InputError
 from .layer import MOST_NUMBERS, Layer
 from .metals import STAINLESS_304, Metal
@@ -106,6 +106,8 @@ def solve(
             surface=surface,
             stress=stress,
         )
+    if runtime.arch() == "cuda":
+        runtime.load().sync()
     wall_s = perf_counter() - begin
     temperatures = initial_temperature + arrays.get(surface).reshape(rows, layer.padded)[:, :cells]
     shear = arrays.get(stress).reshape(rows, layer.padded)[:, :cells].copy()
