@@ -1,7 +1,8 @@
 """The paper's secants for a step of a friction layer (R of `layer1d_residual`), kept for comparison (METHOD 5).
 
 The unknown is sig itself, or the surface's softening factor C_T = exp(f T_s/(T_f - T_s)), from which T_s, then
-q = (T_s - Tz_s)/Bq_s and sig follow. Neither has a bracket: a lane fails that leaves 0 < sig < s_melt, or does not end.
+q = (T_s - Tz_s)/Bq_s and sig follow. Neither has a bracket, so every node may yield on the way
+and all are visited: a lane fails that leaves 0 < sig < s_melt, or does not end.
 """
 
 import functools
