@@ -31,7 +31,9 @@ def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argpars
         raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
     lines = report.check_lines(checks)
     if arguments.quiet:
-        show([line for line in lines if "FAIL" in line])
+        failed = [line for line in lines if "FAIL" in line]
+        if failed:
+            show(failed)
         return 0 if passed else 1
     print(arguments.case)
     for label, values in figures.items():
