@@ -1,7 +1,8 @@
 """The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
 
 Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); and
-`comparison(**parameters)`, scenes by label that are run and plotted side by side.
+`comparison(**parameters)`, scenes by label that are run and plotted side by side. A case that is no mechanical scene
+has `solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """
 
@@ -28,7 +29,7 @@ def title(name: str) -> str:
 def parameters(name: str) -> dict[str, tuple[str, str]]:
     """Type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
     for item in _source(name).body:
-        if isinstance(item, ast.FunctionDef) and item.name == "scene":
+        if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
             found = {}
             for argument, default in zip(item.args.kwonlyargs, item.args.kw_defaults, strict=True):
                 kind = ast.unparse(argument.annotation) if argument.annotation else ""

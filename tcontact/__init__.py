@@ -1,6 +1,8 @@
 """tcontact: dynamic contact and impact of deformable solids, on CPU and GPU."""
 
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 __version__ = "0.1.0"
 
@@ -39,7 +41,15 @@ __all__ = [
     "StVenantKirchhoff",
     "Support",
     "box_mesh",
+    "friction_layer",
     "plan",
     "read_mesh",
     "simulate",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Parts that are imported when first used."""
+    if name == "friction_layer":
+        return import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -24,7 +24,7 @@ Say = Callable[[str], None]
 def collect(configurations: Sequence[Configuration], say: Say, extras: bool = True) -> dict[str, Any]:
     """Measure everything; a configuration that fails gives rows with their reason.
 
-    say: told what is measured next; extras: the bar of 100 cells and the start-up of the main case too.
+    say: told what is measured next; extras: the bar of 100 cells, the friction layer and the start-up of the main case.
     """
     rows: list[dict[str, Any]] = []
     compiled: dict[tuple[str, str, str], dict[str, Any]] = {}
@@ -47,6 +47,8 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
         threads = list(dict.fromkeys(at.threads for at in configurations))
         say(f"bar of {small.BAR_CELLS} cells")
         report["bar"] = [_ok({"threads": n}, run_worker("bar", {"arch": arch, "threads": n})) for n in threads]
+        say("friction layer")
+        report["layer"] = [_ok({"threads": n}, run_worker("layer", {"arch": arch, "threads": n})) for n in threads]
         say("import and first step of cube-impact")
         report["start"] = [_ok({"threads": n}, start_seconds(arch, n)) for n in threads[-1:]]
     return report

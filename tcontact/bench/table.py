@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from . import layer
+
 MEANING = """\
 Mcell/s      million cell updates a second of the whole step: force, update, contact, history; median [quartiles]
 plain        the obvious step on the same arrays in the same rounds: a cell per iteration, atomic adds, no history
@@ -34,6 +36,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     found += _matrix(rows)
     for row in report.get("bar", ()):
         found += ["", _bar(row) if row["ok"] else f"bar-impact, {row['threads']} threads: FAILED: {row['reason']}"]
+    found += layer.lines(report.get("layer", []))
     for row in report.get("start", ()):
         text = f"import and first step of cube-impact, {row['threads']} threads: "
         text += (

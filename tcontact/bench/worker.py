@@ -15,14 +15,18 @@ from .configuration import Configuration
 
 
 def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
-    """What the named task finds: measure, compilation or bar."""
+    """What the named task finds: measure, compilation, bar or layer."""
     if task == "measure":
         from .measure import measure
 
         return measure(Configuration.from_dict(options))
-    from . import small
+    from . import layer, small
 
-    tasks: dict[str, Callable[..., dict[str, Any]]] = {"compilation": small.compilation, "bar": small.bar}
+    tasks: dict[str, Callable[..., dict[str, Any]]] = {
+        "compilation": small.compilation,
+        "bar": small.bar,
+        "layer": layer.layer,
+    }
     return tasks[task](**options)
 
 

@@ -13,6 +13,9 @@ from ..errors import InputError
 OURS = (
     "summary.json",
     "history.csv",
+    "profile.csv",
+    "yield-limit.png",
+    "surface.png",
     "result.vtkhdf",
     "contact-force.png",
     "gap.png",

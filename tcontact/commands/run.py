@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from . import folder, settings
+from .run_own import run_own
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -48,6 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
+    if not hasattr(case, "scene"):
+        out = arguments.out or Path("runs") / arguments.case
+        return run_own(case, settings.defaults(case) | wanted.scene, out, arguments, show)
     scheme = settings.scheme(wanted.scheme)
     out = arguments.out or Path("runs") / arguments.case
     parameters = settings.defaults(case) | wanted.scene

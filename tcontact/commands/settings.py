@@ -27,8 +27,10 @@ class Settings:
 
 def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
     """Sort KEY=VALUE pairs for the case called `name`. Raises `InputError` with the known keys or values."""
-    hints = typing.get_type_hints(case.scene)
-    known = {key: hints.get(key, str) for key in signature(case.scene).parameters}
+    builder = _builder(case)
+    hints = typing.get_type_hints(builder)
+    known = {key: hints.get(key, str) for key in signature(builder).parameters}
+    of_scheme = SCHEME_KEYS if hasattr(case, "scene") else {}
     extra: dict[str, Any] = {"compare": bool} if hasattr(case, "comparison") else {}
     scene: dict[str, Any] = {}
     scheme: dict[str, Any] = {}
@@ -42,17 +44,22 @@ def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
             scene[key] = value(key, text, known[key])
         elif key in extra:
             compare = value(key, text, bool)
-        elif key in SCHEME_KEYS:
-            scheme[key] = value(key, text, SCHEME_KEYS[key])
+        elif key in of_scheme:
+            scheme[key] = value(key, text, of_scheme[key])
         else:
-            words = ", ".join([*known, *extra, *SCHEME_KEYS])
+            words = ", ".join([*known, *extra, *of_scheme])
             raise InputError("--set", key, f"{name} has no such parameter; it knows {words}")
     return Settings(scene, scheme, compare)
 
 
 def defaults(case: ModuleType) -> dict[str, Any]:
-    """Default of every parameter of the case's scene."""
-    return {key: parameter.default for key, parameter in signature(case.scene).parameters.items()}
+    """Default of every parameter of the case."""
+    return {key: parameter.default for key, parameter in signature(_builder(case)).parameters.items()}
+
+
+def _builder(case: ModuleType) -> Any:
+    """What takes the parameters: `scene`, or `solve` of a case without a scene."""
+    return case.scene if hasattr(case, "scene") else case.solve
 
 
 def value(key: str, text: str, kind: Any) -> Any:

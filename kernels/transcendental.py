@@ -1,0 +1,51 @@
+"""Logarithm and exponential of positive numbers, or of vectors of lanes, without library calls.
+
+    ln a = k ln 2 + 2 atanh(t/(2 + t)),  a = 2^k (1 + t), 1 + t in [0.70, 1.42)
+    exp(a) - 1 = 2^k (exp(r) - 1) + (2^k - 1),  a = k ln 2 + r, |r| <= ln 2 / 2
+
+by exponent bits and series in Estrin form (see `laws.log_split` for the first); errors of one or two units in the last
+place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (DESIGN 4: library calls end vectorisation).
+"""
+
+import taichi as ti
+
+from . import tensor3
+from .laws import LN2, R0, R1, R2, R3, R4, R5, R6
+
+LN2_HIGH = 6.93147180369123816490e-01  # 32 bits: k LN2_HIGH is exact
+LN2_LOW = 1.90821492927058770002e-10
+LARGEST = 300.0  # of an exponent, either way: exp(300) = 2e130 leaves room for products
+ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to the nearest whole number
+
+
+@ti.func
+def logarithm(a):
+    """ln a of a normal number a > 0; a finite number for any other finite a, so a lane of no interest harms nobody."""
+    exponent = (tensor3.to_bits(a) + ti.u64(0x00095F619980C433)) >> ti.u64(52)  # splits at sqrt(1/2)
+    mantissa = tensor3.from_bits(tensor3.to_bits(a) - ((exponent - ti.u64(1023)) << ti.u64(52)))
+    k = tensor3.from_bits(exponent | ti.u64(0x4330000000000000)) - 4503599627371519.0  # exponent - 1023 as a float
+    t = mantissa - 1.0
+    f = t / (2.0 + t)
+    z = f * f
+    z2 = z * z
+    low = (R0 + R1 * z) + (R2 + R3 * z) * z2
+    high = (R4 + R5 * z) + R6 * z2
+    series = low + high * (z2 * z2)
+    return k * LN2_HIGH + (k * LN2_LOW + (t - f * (t - z * series)))
+
+
+@ti.func
+def exponential_less_one(a):
+    """exp(a) - 1; a is taken at -300 or 300 where it lies beyond."""
+    b = ti.max(ti.min(a, LARGEST), -LARGEST)
+    shifted = b * (1.0 / LN2) + ROUND
+    k = shifted - ROUND
+    power = tensor3.from_bits((tensor3.to_bits(shifted) + ti.u64(1023)) << ti.u64(52))  # 2^k
+    r = (b - k * LN2_HIGH) - k * LN2_LOW
+    r2 = r * r
+    r4 = r2 * r2
+    low = (0.5 + r * (1 / 6)) + (1 / 24 + r * (1 / 120)) * r2
+    middle = (1 / 720 + r * (1 / 5040)) + (1 / 40320 + r * (1 / 362880)) * r2
+    high = (1 / 3628800 + r * (1 / 39916800)) + (1 / 479001600 + r * (1 / 6227020800)) * r2
+    series = r + r2 * (low + r4 * (middle + r4 * high))
+    return power * series + (power - 1.0)

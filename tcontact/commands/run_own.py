@@ -1,0 +1,44 @@
+"""`tcontact run CASE` for a case without a mechanical scene: it brings `solve`, `summary`, `write` and `checks`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from . import folder
+
+
+def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace, show: Any) -> int:
+    """Solve, check, write files and print the table; returns the exit code."""
+    from .. import report, runtime
+
+    runtime.start(arguments.arch, arguments.threads)
+    runs = case.solve(**parameters)
+    checks = [check.to_dict() for check in case.checks(runs)]
+    figures = case.summary(runs)
+    passed = all(check["passed"] for check in checks)
+    try:
+        with folder.replacing(out, arguments.force):
+            out.mkdir(parents=True, exist_ok=True)
+            data = {"case": arguments.case, "parameters": parameters, "figures": figures, "checks": checks}
+            data |= {"passed": passed, "versions": report.versions()}
+            data |= {"arch": runtime.arch(), "threads": runtime.threads()}
+            report.write_json(out / "summary.json", data)
+            case.write(runs, out)
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    lines = report.check_lines(checks)
+    if arguments.quiet:
+        failed = [line for line in lines if "FAIL" in line]
+        if failed:
+            show(failed)
+        return 0 if passed else 1
+    print(arguments.case)
+    for label, values in figures.items():
+        shown = ", ".join(f"{name} {value:.6g}" for name, value in values.items())
+        print(f"  {label}: {shown}")
+    show(lines)
+    print(f"  files in {out}")
+    return 0 if passed else 1

@@ -1,0 +1,79 @@
+"""The grid of a layer and what of the heat equation is fixed by (grid, dt, metal): METHOD 5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import validate
+from ..errors import InputError
+from .metals import Metal
+
+
+def depths(points: int, grading: float, thickness: float) -> np.ndarray:
+    """Depths of the nodes [m], [points], 0 at the surface; spacings in geometric progression, last/first = grading.
+
+    Raises `InputError`.
+    """
+    validate.whole("points", points, 3)
+    validate.number("grading", grading, low=1e-4, high=1e4, strict=False)
+    validate.number("thickness", thickness, low=0.0)
+    spacing = grading ** (np.arange(points - 1) / max(points - 2, 1))
+    depth = np.concatenate([[0.0], np.cumsum(spacing)])
+    depth *= thickness / depth[-1]
+    if not np.all(np.diff(depth) > 0.0):
+        raise InputError("grading", grading, "leaves neighbouring points at the same depth; take it nearer to 1")
+    return depth
+
+
+@dataclass(frozen=True)
+class Column:
+    """Constants of backward Euler on one side of the interface, all [points].
+
+    weight: half-cell widths [m], the trapezoidal rule; gain, link, back: elimination (see kernels/layer1d_phases);
+    warmth: Bq, the rise of temperature per heat flux through the surface [K m^2/W].
+    """
+
+    depth: np.ndarray
+    weight: np.ndarray
+    gain: np.ndarray
+    link: np.ndarray
+    back: np.ndarray
+    warmth: np.ndarray
+
+    def table(self) -> np.ndarray:
+        """Columns of the kernel, [points, 6]."""
+        with np.errstate(divide="ignore", over="ignore"):
+            room = np.minimum(1.0 / self.warmth, 1e300)
+        return np.column_stack([self.weight, self.gain, self.link, self.back, self.warmth, room])
+
+
+def column(metal: Metal, depth: np.ndarray, dt: float) -> Column:
+    """The constants for a time step dt [s].
+
+    The pivots are built from sums of positive numbers only (what is below a node acts on it as a capacity in series
+    with a conductance), so they keep all digits for any dt.
+    """
+    spacing = np.diff(depth)
+    weight = np.zeros_like(depth)
+    weight[:-1] += spacing / 2
+    weight[1:] += spacing / 2
+    capacity = metal.volumetric_heat * weight / dt
+    conductance = metal.conductivity / spacing  # between node i and i + 1
+    count = len(depth)
+    gain, link, back, warmth = (np.zeros(count) for _ in range(4))
+    below = 0.0  # capacity that the nodes below offer to this one
+    for i in range(count - 1, -1, -1):
+        above = conductance[i - 1] if i > 0 else 0.0
+        own = capacity[i] + below
+        pivot = own + above
+        gain[i] = capacity[i] / pivot
+        link[i] = conductance[i] / pivot if i < count - 1 else 0.0
+        back[i] = above / pivot
+        below = above * own / pivot
+        if i == 0:
+            warmth[0] = 1.0 / pivot
+    for i in range(1, count):
+        warmth[i] = back[i] * warmth[i - 1]
+    return Column(depth, weight, gain, link, back, warmth)

@@ -1,0 +1,232 @@
+"""Friction layers with their state, a batch of cells advanced together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import arrays, runtime, validate
+from ..errors import InputError
+from ..launch import Prepared
+from .grid import Column, column, depths
+from .metals import Metal
+
+METHODS = ("bracketed-newton", "thermal-softening-secant", "stress-secant")
+MOST_NUMBERS = 2**30  # of an array: kernels count them in 32 bits
+CHUNKS_PER_THREAD = 8
+LAYOUTS = {"cpu": (8, 8), "cuda": (1, 32)}  # lanes of a thread, lanes of a pack in memory
+
+
+class Layer:
+    """State of `cells` layers of one metal, or two metals back to back (METHOD 5).
+
+    metals: the metal of the cell, and that of the body it slides on if both layers are resolved; otherwise heat_share
+    of the slip heat goes into the one layer. conductance: contact conductance between two sides [W/(m^2 K)], None =
+    perfect; plastic_heat: share of the plastic work that heats; reload: whether the yield limit may raise the stress
+    again while a cell is pressed, by cooling or pressure (after an open spell it always starts from the yield limit).
+    Starts Taichi. Raises `InputError`.
+    """
+
+    def __init__(
+        self,
+        metals: tuple[Metal, ...],
+        cells: int,
+        *,
+        points: int = 40,
+        grading: float = 30.0,
+        thickness: float = 10e-6,
+        heat_share: float = 0.5,
+        conductance: float | None = None,
+        plastic_heat: float = 0.0,
+        initial_temperature: float = 300.0,
+        method: str = "bracketed-newton",
+        reload: bool = False,
+        threads: int | None = None,
+        arch: str = "cpu",
+    ) -> None:
+        for metal in metals:
+            if not isinstance(metal, Metal):
+                raise InputError("material", metal, "give a friction_layer.Metal, such as STAINLESS_304")
+        cells, points = validate.whole("cells", cells, 1), validate.whole("points", points, 3)
+        validate.choice("method", method, METHODS)
+        validate.number("heat_share", heat_share, low=0.0, high=1.0, strict=False)
+        validate.number("plastic_heat", plastic_heat, low=0.0, high=1.0, strict=False)
+        validate.number("initial_temperature", initial_temperature, low=0.0, strict=False)
+        if not isinstance(reload, bool):
+            raise InputError("reload", reload, "give True or False")
+        if conductance is not None:
+            validate.number("conductance", conductance, low=0.0, strict=False)
+            if len(metals) == 1:
+                raise InputError("conductance", conductance, "is between two metals; give other, or leave it at None")
+        if len(metals) == 2 and method != METHODS[0]:
+            raise InputError("method", method, f"two sides are solved by {METHODS[0]!r} only")
+        self.depth = depths(points, grading, thickness)
+        self.metals, self.cells, self.points, self.thickness = metals, cells, points, thickness
+        self.heat_share, self.conductance, self.plastic_heat = heat_share, conductance, plastic_heat
+        self.initial_temperature, self.method, self.reload = initial_temperature, method, reload
+        self.columns: list[Column] = []
+        self._dt = 0.0
+
+        width, self._stride = LAYOUTS["cuda" if arch == "cuda" else "cpu"]
+        packs = -(-cells // self._stride)
+        self.padded = packs * self._stride
+        nodes = len(metals) * points
+        if packs * nodes * self._stride >= MOST_NUMBERS:
+            raise InputError("cells", cells, f"times {nodes} points are too many for one batch; split it")
+        runtime.start(arch, threads)
+        self._units = self.padded // width
+        on_gpu = runtime.arch() == "cuda"
+        self._chunks = self._units if on_gpu else min(self._units, CHUNKS_PER_THREAD * runtime.threads())
+
+        from ..kernels import layer1d
+
+        heating = plastic_heat > 0.0
+        kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method))
+        self._grain = 1 if on_gpu else layer1d.GRAIN
+        self._launch = Prepared(kernel)
+        self._names = layer1d
+        count = packs * nodes * self._stride
+        self._nodes, self._params = arrays.zeros(nodes * layer1d.NODE), arrays.zeros(self._setting_count())
+        self._rise, self._growth, self._hardening = arrays.zeros(count), arrays.zeros(count), arrays.put(np.ones(count))
+        self._carried = arrays.zeros(count if heating else 1)
+        self._state = arrays.zeros(packs * layer1d.CELL * self._stride)
+        lanes = -(-self._chunks * width // self._stride) * self._stride
+        self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
+        self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
+
+    def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
+        """For a contact that transmits less than the layer offers (METHOD 5, coupling).
+
+        The transmitted traction is t = min(sig/sqrt3, cap) [Pa], its heat t (v - drag t), drag = dt/(2 M) [m/(s Pa)]
+        for a mass per area M [kg/m^2]; cap must not exceed v/(2 drag), where the contact sticks. Arrays [cells].
+        """
+        self._set_cell(self._names.CAP, np.minimum(cap, 1e300))
+        self._set_cell(self._names.DRAG, drag)
+
+    def advance(
+        self,
+        velocity: np.ndarray,
+        pressure: np.ndarray,
+        dt: float,
+        *,
+        first: int = 0,
+        steps: int = 1,
+        every: int = 1,
+        surface: Any = None,
+        stress: Any = None,
+    ) -> None:
+        """Do steps `first` ... of length dt [s] with tables of velocity [m/s] and pressure [Pa].
+
+        A table is a device array [rows, padded]: one row for all steps, or a row per step. surface and stress: device
+        arrays [rows, padded] that take T - initial_temperature [K] of the surface and tau [Pa] after every `every`-th
+        step (row 0 is the start), None = not wanted.
+        """
+        self._prepare(dt)
+        if surface is None or stress is None:
+            surface, stress, every = self._scratch, self._scratch, 2**30
+        self._launch(
+            self._units,
+            self._chunks,
+            self._grain,
+            self.points,
+            len(self.metals) * self.points,
+            first,
+            steps,
+            every,
+            0 if int(np.prod(velocity.shape)) <= self.padded else self.padded,
+            0 if int(np.prod(pressure.shape)) <= self.padded else self.padded,
+            self._nodes,
+            self._params,
+            velocity,
+            pressure,
+            self._rise,
+            self._growth,
+            self._hardening,
+            self._carried,
+            self._state,
+            self._scratch,
+            surface,
+            stress,
+        )
+
+    def start_stress(self, pressure: np.ndarray) -> np.ndarray:
+        """tau [Pa] before the first step: the yield limit of the unstrained layer, 0 where it is not pressed."""
+        pressed = np.maximum(pressure, 0.0)
+        limits = [metal.yields_at(np.array(self.initial_temperature), pressed, np.array(0.0)) for metal in self.metals]
+        return np.where(pressure > 0.0, np.min(limits, axis=0), 0.0) / np.sqrt(3.0)
+
+    def temperature(self, side: int = 0) -> np.ndarray:
+        """Absolute temperature [K], [cells, points]."""
+        return self.initial_temperature + self._profile(self._rise, side)
+
+    def plastic_strain(self, side: int = 0) -> np.ndarray:
+        """Equivalent plastic strain [-], [cells, points]; at a surface that has melted it depends on the grid."""
+        return self._profile(self._growth, side) / self.metals[side].hardening
+
+    def heat(self, side: int = 0) -> np.ndarray:
+        """Stored heat since the start [J/m^2], [cells]."""
+        capacity = self.metals[side].volumetric_heat * self.columns[side].weight
+        return self._profile(self._rise, side) @ capacity
+
+    def carried(self, side: int = 0) -> np.ndarray:
+        """Plastic heat that waits for the next step [J/m^2], [cells]."""
+        if self.plastic_heat == 0.0:
+            return np.zeros(self.cells)
+        return self._profile(self._carried, side) @ self.columns[side].weight
+
+    def cell(self, name: str) -> np.ndarray:
+        """A number of every cell by its name in kernels/layer1d (STRESS, WORK, PLASTIC_WORK, ...), [cells]."""
+        values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
+        return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
+
+    def memory(self) -> int:
+        """Bytes of the state."""
+        return arrays.size_in_bytes(
+            [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
+        )
+
+    def _profile(self, array: Any, side: int) -> np.ndarray:
+        packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride)
+        mine = packed[:, side * self.points : (side + 1) * self.points, :]
+        return np.ascontiguousarray(mine.transpose(0, 2, 1)).reshape(-1, self.points)[: self.cells]
+
+    def _set_cell(self, number: int, values: np.ndarray) -> None:
+        state = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
+        wide = np.zeros(self.padded)
+        wide[: len(values)] = values
+        state[:, number, :] = wide.reshape(-1, self._stride)
+        arrays.set_values(self._state, state)
+
+    def _setting_count(self) -> int:
+        return len(self.metals) * self._names.MATERIAL + self._names.SETTINGS
+
+    def _prepare(self, dt: float) -> None:
+        """Constants of the time step."""
+        if dt == self._dt:
+            return
+        self._dt = dt
+        self.columns = [column(metal, self.depth, dt) for metal in self.metals]
+        arrays.set_values(self._nodes, np.concatenate([side.table() for side in self.columns]))
+        warmth = [side.warmth[0] for side in self.columns]
+        resistance = 0.0 if self.conductance is None else (1.0 / self.conductance if self.conductance > 0 else np.inf)
+        compliance = sum(self.thickness / (3.0 * metal.shear_modulus) for metal in self.metals)
+        even = 1.0 / (resistance + sum(warmth))
+        params = np.zeros(self._setting_count())
+        for side, metal in enumerate(self.metals):
+            at = side * self._names.MATERIAL
+            params[at : at + 11] = (
+                metal.yield_stress,
+                metal.hardening_exponent,
+                metal.hardening,
+                metal.pressure_factor,
+                metal.thermal_softening,
+                metal.sharpness,
+                metal.melting_temperature,
+                metal.reference_temperature,
+                self.initial_temperature,
+                metal.volumetric_heat,
+                self.plastic_heat,
+            )
+        params[-self._names.SETTINGS :] = (self.heat_share, even, compliance, dt, float(self.reload))
+        arrays.set_values(self._params, params)

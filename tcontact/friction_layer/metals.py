@@ -1,0 +1,124 @@
+"""Metals of the friction layer: yield stress after Steinberg, Cochran and Guinan, and heat conduction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import validate
+
+
+@dataclass(frozen=True)
+class Metal:
+    """Constants of Y = Y0 (1 + beta ep)^n (1 + a_P P - b_T (T - T_ref)) exp(-f T/(T_f - T)) and of heat conduction.
+
+    Equation (4) of Le Tallec, Dambakizi and Hauret (2007) without their misprints (METHOD 5). T is the absolute
+    temperature. Limits of no hardening and no sharp melting are small numbers, not 0: hardening = 1e-3 with
+    hardening_exponent = 1, sharpness -> 0. Raises `InputError`.
+
+    shear_modulus: G [Pa]; yield_stress: Y0 [Pa]; hardening: beta [-]; hardening_exponent: n [-], at most 1;
+    pressure_factor: a_P [1/Pa]; thermal_softening: b_T [1/K]; sharpness: f [-]; melting_temperature: T_f [K];
+    reference_temperature: T_ref [K]; conductivity: k [W/(m K)]; heat_capacity: c [J/(kg K)]; density: rho [kg/m^3].
+    """
+
+    shear_modulus: float
+    yield_stress: float
+    hardening: float
+    hardening_exponent: float
+    pressure_factor: float
+    thermal_softening: float
+    sharpness: float
+    melting_temperature: float
+    conductivity: float
+    heat_capacity: float
+    density: float
+    reference_temperature: float = 300.0
+
+    def __post_init__(self) -> None:
+        for name in ("shear_modulus", "yield_stress", "hardening", "melting_temperature"):
+            validate.number(name, getattr(self, name), low=0.0)
+        for name in ("conductivity", "heat_capacity", "density"):
+            validate.number(name, getattr(self, name), low=0.0)
+        validate.number("hardening_exponent", self.hardening_exponent, low=0.0)
+        validate.number("hardening_exponent", self.hardening_exponent, high=1.0, strict=False)
+        for name in ("pressure_factor", "thermal_softening", "sharpness"):
+            validate.number(name, getattr(self, name), low=0.0, strict=False)
+        validate.number("reference_temperature", self.reference_temperature, low=0.0, strict=False)
+
+    @property
+    def effusivity(self) -> float:
+        """sqrt(k rho c) [J/(m^2 K s^(1/2))]: two bodies in sliding contact share the heat in this ratio."""
+        return (self.conductivity * self.volumetric_heat) ** 0.5
+
+    @property
+    def diffusivity(self) -> float:
+        """k/(rho c) [m^2/s]."""
+        return self.conductivity / self.volumetric_heat
+
+    @property
+    def volumetric_heat(self) -> float:
+        """rho c [J/(m^3 K)]."""
+        return self.density * self.heat_capacity
+
+    def yields_at(self, temperature: np.ndarray, pressure: np.ndarray, plastic_strain: np.ndarray) -> np.ndarray:
+        """Yield stress Y [Pa] at absolute temperature [K], pressure [Pa] and equivalent plastic strain [-].
+
+        The three broadcast together; 0 where the metal has no strength left.
+        """
+        t, p, ep = (np.asarray(value, dtype=float) for value in (temperature, pressure, plastic_strain))
+        softening = 1.0 + self.pressure_factor * p - self.thermal_softening * (t - self.reference_temperature)
+        solid = (t < self.melting_temperature) & (softening > 0.0)
+        room = np.where(solid, self.melting_temperature - t, 1.0)
+        hardened = self.yield_stress * (1.0 + self.hardening * ep) ** self.hardening_exponent
+        return np.where(solid, hardened * softening * np.exp(-self.sharpness * t / room), 0.0)
+
+
+STAINLESS_304 = Metal(
+    shear_modulus=77e9,
+    yield_stress=0.34e9,
+    hardening=43.0,
+    hardening_exponent=0.35,
+    pressure_factor=2.26e-11,
+    thermal_softening=4.55e-4,
+    sharpness=1e-3,
+    melting_temperature=1900.0,
+    conductivity=16.2,
+    heat_capacity=500.0,
+    density=7900.0,
+)
+"""Stainless steel 304: Steinberg, Cochran, Guinan, J. Appl. Phys. 51, 1498 (1980); T_f after the paper (METHOD 5)."""
+
+COPPER = Metal(
+    shear_modulus=47.7e9,
+    yield_stress=0.12e9,
+    hardening=36.0,
+    hardening_exponent=0.45,
+    pressure_factor=2.83e-11,
+    thermal_softening=3.77e-4,
+    sharpness=1e-3,
+    melting_temperature=1356.0,
+    conductivity=401.0,
+    heat_capacity=385.0,
+    density=8930.0,
+)
+"""OFHC copper: G, Y0, beta, n, G'_P/G0 and -G'_T/G0 as in Steinberg, Cochran and Guinan (1980) and Steinberg's report
+UCRL-MA-106439 (1996); handbook values (CRC) for melting at ambient pressure, k, c, rho at room temperature."""
+
+ALUMINIUM_6061 = Metal(
+    shear_modulus=27.6e9,
+    yield_stress=0.29e9,
+    hardening=125.0,
+    hardening_exponent=0.10,
+    pressure_factor=6.52e-11,
+    thermal_softening=6.16e-4,
+    sharpness=1e-3,
+    melting_temperature=855.0,
+    conductivity=167.0,
+    heat_capacity=896.0,
+    density=2703.0,
+)
+"""Aluminium 6061-T6: Steinberg, Cochran and Guinan (1980) and UCRL-MA-106439 (1996) as for copper; T_f the solidus of
+the alloy, k and c at room temperature from the usual data sheets (ASM)."""
+
+METALS = {"stainless-304": STAINLESS_304, "copper": COPPER, "aluminium-6061": ALUMINIUM_6061}

@@ -1,0 +1,469 @@
+"""The friction layer: independent figures, the laws of its model, closed forms, hard input. Times are never judged."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from conftest import THREADS
+from oracle import friction_layer as oracle
+
+import tcontact as tc
+from tcontact import arrays, cases
+from tcontact import friction_layer as layer
+from tcontact.friction_layer import grid, study
+
+STEEL = layer.STAINLESS_304
+SQRT3 = math.sqrt(3.0)
+
+
+def sum_of_7(run: layer.LayerResult, metal: layer.Metal = STEEL) -> np.ndarray:
+    """H (sig - sig_0) + 3G integral of ep, over its first term's H sig_0; by the trapezoidal rule."""
+    thickness = run.depth[-1]
+    plastic = 3.0 * metal.shear_modulus * np.trapezoid(run.plastic_strain, run.depth)
+    first = thickness * SQRT3 * run.shear_stress[0]
+    return np.abs(thickness * SQRT3 * run.shear_stress[-1] - first + plastic) / first
+
+
+def laws(run: layer.LayerResult, metal: layer.Metal = STEEL, share: float = 0.5) -> None:
+    """What holds for every run from rest at constant velocity and pressure."""
+    for name in ("surface_temperature", "shear_stress", "temperature", "plastic_strain", "yield_stress", "heat"):
+        assert np.isfinite(getattr(run, name)).all(), name
+    assert not run.failures.any()
+    assert np.diff(run.shear_stress, axis=0).max() <= 0.0
+    stress = SQRT3 * run.shear_stress[-1][:, None]
+    room = metal.melting_temperature - run.temperature
+    rounding = 3e-16 * metal.melting_temperature**2 * metal.sharpness / room**2  # of T, in what it does to Y
+    assert (stress <= run.yield_stress * (1.0 + 1e-12 + rounding) + 1e-12).all()
+    assert sum_of_7(run, metal).max() <= 1e-12
+    wanted = share * run.slip_work
+    assert np.abs(run.heat - wanted).max() <= 1e-12 * wanted.max()
+
+
+def test_paper_case_has_the_independent_figures_at_all_times():
+    """200 points, 1 ns: 0.2 % of the rise and of tau; start 202.03 MPa (METHOD 5)."""
+    run = tc.friction_layer.solve()
+    assert run.time.shape == (601,)
+    assert run.time[-1] == pytest.approx(0.6e-6, rel=1e-12)
+    assert run.shear_stress.shape == run.surface_temperature.shape == (601, 1)
+    assert run.shear_stress[0, 0] == pytest.approx(202.03e6, rel=3e-5)
+    temperature, stress, _ = study.errors(run, 34.0)
+    assert temperature <= 2e-3
+    assert stress <= 2e-3
+    laws(run)
+
+
+def test_paper_case_converges_to_the_figures():
+    run = layer.solve(points=200, grading=30.0, dt=1e-10, history_every=10)
+    assert run.surface_temperature[-1, 0] - 300.0 == pytest.approx(347.02, rel=1e-3)
+    assert run.shear_stress[-1, 0] == pytest.approx(181.93e6, rel=1e-3)
+    laws(run)
+
+
+def test_melting_case_has_the_figures():
+    run = layer.solve(velocity=340.0)
+    assert run.surface_temperature[300, 0] == pytest.approx(1845.5, rel=3e-3)
+    assert run.shear_stress[300, 0] == pytest.approx(97.0e6, rel=3e-3)
+    assert run.shear_stress[-1, 0] == pytest.approx(59.4e6, rel=1e-2)
+    assert run.surface_temperature.max() < 1900.0
+    laws(run)
+
+
+@pytest.mark.parametrize("velocity", [34.0, 340.0])
+def test_agrees_with_the_method_of_lines(velocity):
+    """Another discretisation in space, rates instead of steps, a stiff integrator: to the error of its 60 volumes."""
+    times = np.array([1e-7, 2e-7, 3e-7])
+    temperature, tau = oracle.layer(STEEL, velocity, 1.3e9, times, count=60, eta=1e-12, rtol=1e-5)
+    run = layer.solve(velocity=velocity, points=150, grading=30.0, dt=2e-10, duration=3e-7)
+    at = [500, 1000, 1500]
+    np.testing.assert_allclose(run.surface_temperature[at, 0], temperature, rtol=1.5e-3)
+    np.testing.assert_allclose(run.shear_stress[at, 0], tau, rtol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("velocity", "ratio"), [(34.0, 100.0), (340.0, 3000.0)])
+def test_reference_of_the_study_is_that_of_the_method_of_lines(velocity, ratio):
+    times = np.array(study.TIMES)
+    coarse, fine = (
+        np.array(oracle.layer(STEEL, velocity, 1.3e9, times, count=count, ratio=ratio, eta=1e-13, rtol=1e-7))
+        for count in (80, 120)
+    )
+    temperature, tau = fine + (fine - coarse) / (1.5**2 - 1.0)
+    np.testing.assert_allclose(study.REFERENCE[velocity][0], temperature, rtol=5e-5)
+    np.testing.assert_allclose(study.REFERENCE[velocity][1], tau * 1e-6, rtol=3e-4)
+
+
+def elastic(**changes: float) -> layer.Metal:
+    """Steel so strong in shear, or of such softening, that a closed form holds; `changes` of its constants."""
+    return dataclasses.replace(STEEL, **({"sharpness": 1e-12, "pressure_factor": 0.0} | changes))
+
+
+def erfc_scaled(x: float) -> float:
+    """exp(x^2) erfc(x)."""
+    return math.exp(x * x) * math.erfc(x)
+
+
+def test_constant_flux_into_a_half_space():
+    """No softening: T_s - T_0 = 2 q sqrt(t/(pi k rho c)); within 0.5 %."""
+    metal = elastic(thermal_softening=0.0, melting_temperature=1e9)
+    run = layer.solve(metal, points=100, grading=30.0, duration=3e-7)
+    q = 0.5 * 34.0 * STEEL.yield_stress / SQRT3
+    exact = 2.0 * q * np.sqrt(run.time[30:] / np.pi) / STEEL.effusivity
+    np.testing.assert_allclose(run.surface_temperature[30:, 0] - 300.0, exact, rtol=5e-3)
+    assert np.ptp(run.shear_stress) <= 1e-12 * run.shear_stress[0, 0]
+
+
+def test_orders_of_accuracy():
+    """Second order in space, first in time, of the surface temperature under a constant flux at 0.1 us."""
+    metal = elastic(thermal_softening=0.0, melting_temperature=1e9)
+
+    def surface(points, dt):
+        run = layer.solve(metal, points=points, dt=dt, duration=1e-7, history_every=round(1e-7 / dt))
+        return run.surface_temperature[-1, 0]
+
+    space = [surface(points, 1e-8) for points in (51, 101, 201)]
+    assert np.log2((space[0] - space[1]) / (space[1] - space[2])) == pytest.approx(2.0, abs=0.15)
+    time = [surface(101, dt) for dt in (1e-9, 5e-10, 2.5e-10)]
+    assert np.log2((time[0] - time[1]) / (time[1] - time[2])) == pytest.approx(1.0, abs=0.1)
+
+
+def test_orders_of_accuracy_with_plastic_flow():
+    def last(points, dt):
+        run = layer.solve(points=points, dt=dt, duration=2e-7, history_every=round(2e-7 / dt))
+        return run.surface_temperature[-1, 0]
+
+    time = [last(100, dt) for dt in (4e-9, 2e-9, 1e-9)]
+    assert np.log2((time[0] - time[1]) / (time[1] - time[2])) == pytest.approx(1.0, abs=0.1)
+    space = [last(points, 4e-9) for points in (101, 201, 401)]
+    assert np.log2((space[0] - space[1]) / (space[1] - space[2])) == pytest.approx(2.0, abs=0.3)
+
+
+def test_linear_softening_is_convective_heating():
+    """Perfectly plastic (n = 1, beta_h = 1e-3, f -> 0): q = a (T* - T_s), the half-space solution with erfc; 0.5 %."""
+    metal = elastic(hardening=1e-3, hardening_exponent=1.0, melting_temperature=1e9)
+    speed = 1000.0
+    run = layer.solve(metal, speed, points=200, grading=100.0, dt=1e-10, duration=1e-7, history_every=10)
+    a = 0.5 * speed * STEEL.yield_stress / SQRT3 * STEEL.thermal_softening
+    x = a * np.sqrt(run.time[10:]) / STEEL.effusivity
+    exact = (1.0 - np.array([erfc_scaled(value) for value in x])) / STEEL.thermal_softening
+    np.testing.assert_allclose(run.surface_temperature[10:, 0] - 300.0, exact, rtol=5e-3)
+    tau = STEEL.yield_stress / SQRT3 * (1.0 - STEEL.thermal_softening * exact)
+    np.testing.assert_allclose(run.shear_stress[10:, 0], tau, rtol=5e-3)
+
+
+def test_sharp_melting():
+    """f -> 0 without softening: constant stress until T_s = T_f at t_m, tau = tau_0 2/pi asin sqrt(t_m/t) from then."""
+    metal = elastic(hardening=1e-3, hardening_exponent=1.0, thermal_softening=0.0, sharpness=1e-10)
+    speed = 340.0
+    run = layer.solve(metal, speed, points=300, grading=100.0, dt=1e-10, duration=3e-7, history_every=10)
+    q = 0.5 * speed * STEEL.yield_stress / SQRT3
+    melting = np.pi / 4.0 * ((1900.0 - 300.0) * STEEL.effusivity / q) ** 2
+    later = run.time > 1.1 * melting
+    assert 0.2 < later.mean() < 0.9
+    wanted = 2.0 / np.pi * np.arcsin(np.sqrt(melting / run.time[later]))
+    np.testing.assert_allclose(run.shear_stress[later, 0] / run.shear_stress[0, 0], wanted, rtol=5e-3)
+    np.testing.assert_allclose(run.surface_temperature[later, 0], 1900.0, rtol=1e-5)
+
+
+@pytest.mark.parametrize("other", [layer.STAINLESS_304, layer.ALUMINIUM_6061])
+def test_two_bodies_share_the_heat_by_effusivity(other):
+    run = layer.solve(other=other, duration=5e-8, points=100, grading=30.0)
+    both = run.heat + run.other.heat
+    np.testing.assert_allclose(both, run.slip_work, rtol=1e-12)
+    share = STEEL.effusivity / (STEEL.effusivity + other.effusivity)
+    np.testing.assert_allclose(run.heat / both, share, rtol=5e-3)
+    np.testing.assert_allclose(run.temperature[0, 0], run.other.temperature[0, 0], rtol=1e-12)
+    stress = SQRT3 * run.shear_stress[-1, 0] * (1.0 - 1e-12)
+    assert stress <= min(run.yield_stress.min(), run.other.yield_stress.min())
+    assert not run.failures.any()
+
+
+def test_twins_are_one_layer_with_half_the_heat():
+    one, two = layer.solve(duration=1e-7), layer.solve(duration=1e-7, other=STEEL)
+    np.testing.assert_allclose(two.surface_temperature, one.surface_temperature, rtol=1e-12)
+    np.testing.assert_allclose(two.shear_stress, one.shear_stress, rtol=1e-11)
+    np.testing.assert_allclose(two.other.plastic_strain, one.plastic_strain, rtol=1e-8, atol=1e-14)
+
+
+def test_contact_conductance_parts_the_surfaces():
+    """Heat goes in equally and leaks over: q_A - q_B = 2 hc (T_B - T_A); nothing crosses at hc = 0."""
+    split = layer.solve(other=layer.COPPER, conductance=0.0, duration=5e-8)
+    np.testing.assert_allclose(split.heat, split.other.heat, rtol=1e-12)
+    gaps = []
+    for conductance in (1e6, 1e8, 1e10):
+        run = layer.solve(other=layer.COPPER, conductance=conductance, duration=5e-8)
+        gaps.append(run.temperature[0, 0] - run.other.temperature[0, 0])
+        np.testing.assert_allclose(run.heat + run.other.heat, run.slip_work, rtol=1e-12)
+    assert gaps[0] > gaps[1] > gaps[2] > 0.0
+    assert gaps[2] < 0.01 * gaps[0]
+
+
+@pytest.mark.parametrize(("chi", "velocity"), [(0.9, 34.0), (1.0, 340.0), (1.0, 1000.0)])
+def test_plastic_heat_is_conserved(chi, velocity):
+    """Stored heat = b slip work + chi plastic work less what is carried; also next to melting (METHOD 5)."""
+    run = layer.solve(velocity=velocity, plastic_heat=chi)
+    wanted = 0.5 * run.slip_work + chi * run.plastic_work
+    np.testing.assert_allclose(run.heat + run.carried_heat, wanted, rtol=1e-12)
+    assert (run.plastic_work > 0.0).all()
+    assert (run.carried_heat < 0.01 * run.plastic_work).all()
+    assert run.temperature.max() < 1900.0
+    assert sum_of_7(run).max() <= 1e-12
+
+
+def test_random_sweep_never_fails():
+    """v 0.01..1000 m/s, P 0..10 GPa, dt 1e-11..1e-6 s, T_init 300..1890 K: 1000 conditions, 25 steps (METHOD 5)."""
+    for velocity, pressure, dt, initial in study.conditions():
+        run = layer.solve(
+            velocity=velocity, pressure=pressure, dt=dt, duration=25 * dt, initial_temperature=initial, points=60
+        )
+        laws(run)
+        assert run.temperature.max() < 1900.0
+        assert run.steps == 25
+
+
+def test_secants_fail_where_the_bracket_does_not():
+    rows = {method: study.sweep(method, points=40) for method in layer.METHODS}
+    assert rows["bracketed-newton"]["failures"] == 0
+    for method in ("thermal-softening-secant", "stress-secant"):
+        row = rows[method]
+        assert 0 < row["failed_conditions"] < 400, method
+        assert row["failures"] == sum(condition["failed_steps"] for condition in row["failed"])
+
+
+@pytest.mark.parametrize("method", layer.METHODS[1:])
+def test_secants_agree_where_they_work(method):
+    secant, bracketed = layer.solve(method=method), layer.solve()
+    assert not secant.failures.any()
+    np.testing.assert_allclose(secant.surface_temperature, bracketed.surface_temperature, rtol=1e-6)
+    np.testing.assert_allclose(secant.shear_stress, bracketed.shear_stress, rtol=1e-6)
+
+
+def test_rest_leaves_everything_alone():
+    run = layer.solve(velocity=0.0, duration=1e-7)
+    assert (run.surface_temperature == 300.0).all()
+    np.testing.assert_allclose(run.shear_stress, run.shear_stress[0, 0], rtol=1e-15)
+    assert run.heat[0] == run.slip_work[0] == 0.0
+
+
+def test_reversal_changes_nothing_but_the_direction():
+    table = np.where(np.arange(200) < 100, 34.0, -34.0)[:, None]
+    run, steady = layer.solve(velocity=table, duration=2e-7), layer.solve(duration=2e-7)
+    np.testing.assert_array_equal(run.shear_stress, steady.shear_stress)
+
+
+@pytest.mark.parametrize("open_pressure", [0.0, -1e9])
+def test_open_contact_transmits_nothing_and_closes_at_the_yield_limit(open_pressure):
+    pressure = np.full((300, 1), 1.3e9)
+    pressure[100:200] = open_pressure
+    run = layer.solve(pressure=pressure, duration=3e-7)
+    tau, surface = run.shear_stress[:, 0], run.surface_temperature[:, 0]
+    assert (tau[101:201] == 0.0).all()
+    assert (np.diff(surface[101:201]) < 0.0).all()  # heat spreads
+    assert surface[200] > 300.0
+    limit = STEEL.yields_at(surface[200], 1.3e9, 0.0) / SQRT3
+    assert limit < tau[201] < 1.2 * limit  # hardened since
+    assert tau[201] > tau[100]  # and cooler
+    np.testing.assert_allclose(run.heat, 0.5 * run.slip_work, rtol=1e-12)
+
+
+def test_contact_that_never_closes_stays_as_it_is():
+    run = layer.solve(pressure=np.array([-1.0, 0.0, 1.3e9]), duration=5e-8)
+    assert (run.shear_stress[:, :2] == 0.0).all()
+    assert (run.temperature[:2] == 300.0).all()
+    assert (run.evaluations[:2] == 0).all()
+    assert run.temperature[2, 0] > 300.0
+
+
+def test_cooling_reloads_on_request_only():
+    table = np.where(np.arange(300) < 100, 340.0, 0.0)[:, None]
+    lost, back = (layer.solve(velocity=table, duration=3e-7, reload=reload) for reload in (False, True))
+    assert np.diff(lost.shear_stress[:, 0]).max() <= 0.0
+    assert back.shear_stress[-1, 0] > 1.1 * lost.shear_stress[-1, 0]
+    np.testing.assert_allclose(SQRT3 * back.shear_stress[-1, 0], back.yield_stress.min(), rtol=1e-3)
+    steady = layer.solve(duration=1e-7, reload=True)
+    np.testing.assert_allclose(steady.shear_stress, layer.solve(duration=1e-7).shear_stress, rtol=1e-11)
+
+
+@pytest.mark.parametrize("initial", [1899.9, 1900.0, 2500.0])
+def test_molten_metal_has_no_strength(initial):
+    run = layer.solve(initial_temperature=initial, duration=1e-7)
+    assert np.isfinite(run.temperature).all()
+    assert (run.shear_stress <= 10.0).all()
+    np.testing.assert_allclose(run.temperature, initial, atol=1e-5)
+    assert not run.failures.any()
+
+
+@pytest.mark.parametrize("velocity", [0.0, 1e-3, 34.0, 1000.0])
+def test_a_step_of_a_second_is_finite_and_solid(velocity):
+    run = layer.solve(velocity=velocity, dt=1.0, duration=10.0)
+    assert np.isfinite(run.temperature).all()
+    assert run.temperature.max() < 1900.0
+    assert (run.shear_stress >= 0.0).all()
+    assert not run.failures.any()
+    np.testing.assert_allclose(run.heat, 0.5 * run.slip_work, rtol=1e-12)
+
+
+def test_a_sudden_longer_step():
+    """dt from 1e-11 to 1e-6 s; also the layer driven step by step, as a contact drives it."""
+    cells = layer.Layer((STEEL,), 2, points=100)
+    wide = np.zeros(cells.padded)
+    wide[:2] = 34.0, 340.0
+    velocity, pressure = arrays.put(wide), arrays.put(np.where(wide > 0.0, 1.3e9, 0.0))
+    before = np.full(2, np.inf)
+    for dt in [1e-11] * 20 + [1e-6] * 10:
+        cells.advance(velocity, pressure, dt)
+        stress = cells.cell("STRESS")
+        assert (stress < before).all()
+        before = stress
+    assert not cells.cell("FAILURES").any()
+    assert 300.0 < cells.temperature().min() <= cells.temperature().max() < 1900.0
+    np.testing.assert_allclose(cells.heat(), 0.5 * cells.cell("WORK"), rtol=1e-12)
+
+
+def test_cells_do_not_know_of_each_other():
+    speeds = np.linspace(1.0, 400.0, 21)
+    batch = layer.solve(velocity=speeds, pressure=np.linspace(1e8, 5e9, 21), duration=5e-8)
+    for cell in (0, 7, 8, 20):
+        alone = layer.solve(velocity=speeds[cell], pressure=np.linspace(1e8, 5e9, 21)[cell], duration=5e-8)
+        np.testing.assert_allclose(batch.shear_stress[:, cell], alone.shear_stress[:, 0], rtol=1e-9)
+        np.testing.assert_allclose(batch.temperature[cell], alone.temperature[0], rtol=1e-11)
+
+
+def test_layout_of_a_graphics_card_computes_the_same(monkeypatch):
+    """One cell a thread, 32 side by side in memory, on the CPU here: the same states, also with two sides."""
+    from tcontact.friction_layer import layer as module
+
+    options = {"velocity": np.linspace(1.0, 400.0, 70), "duration": 2e-8, "points": 40, "plastic_heat": 0.9}
+    wanted = layer.solve(**options), layer.solve(**options, other=layer.COPPER)
+    monkeypatch.setitem(module.LAYOUTS, "cpu", (1, 32))
+    found = layer.solve(**options), layer.solve(**options, other=layer.COPPER)
+    for one, two in zip(wanted, found, strict=True):
+        np.testing.assert_allclose(two.temperature, one.temperature, rtol=1e-11)
+        np.testing.assert_allclose(two.shear_stress, one.shear_stress, rtol=1e-9)
+        np.testing.assert_allclose(two.heat, one.heat, rtol=1e-9)
+    np.testing.assert_allclose(found[1].other.heat, wanted[1].other.heat, rtol=1e-9)
+
+
+def test_transmitted_traction_and_its_heat():
+    """t = min(sig/sqrt3, cap), heat t (v - drag t): a capped contact heats by what it transmits (METHOD 5)."""
+    cells = layer.Layer((STEEL,), 2, points=60)
+    cap, drag = 1e7, 1e-7
+    cells.limit_traction(np.array([cap, 1e300]), np.array([drag, 0.0]))
+    velocity, pressure = np.zeros(cells.padded), np.zeros(cells.padded)
+    velocity[:2], pressure[:2] = 34.0, 1.3e9
+    for _ in range(50):
+        cells.advance(velocity, pressure, 1e-9)
+    wanted = 50e-9 * cap * (34.0 - drag * cap)
+    np.testing.assert_allclose(cells.cell("WORK")[0], wanted, rtol=1e-12)
+    np.testing.assert_allclose(cells.heat(), 0.5 * cells.cell("WORK"), rtol=1e-12)
+    assert cells.temperature()[0, 0] < cells.temperature()[1, 0]
+
+
+@pytest.mark.parametrize("dt", [1e-11, 1e-9, 1.0])
+def test_column_is_the_inverse_of_the_heat_matrix(dt):
+    """Bq, and one step of a random profile, against a dense solve; row sums conserve heat."""
+    depth = grid.depths(30, 10.0, 1e-5)
+    column = grid.column(STEEL, depth, dt)
+    link = STEEL.conductivity / np.diff(depth)
+    capacity = STEEL.volumetric_heat * column.weight / dt
+    matrix = np.diag(capacity + np.append(link, 0.0) + np.append(0.0, link)) - np.diag(link, 1) - np.diag(link, -1)
+    first = np.zeros(30)
+    first[0] = 1.0
+    np.testing.assert_allclose(column.warmth, np.linalg.solve(matrix, first), rtol=1e-6 if dt == 1.0 else 1e-10)
+    assert capacity @ column.warmth == pytest.approx(1.0, rel=1e-13)
+    assert depth[-1] == pytest.approx(1e-5, rel=1e-14)
+    assert np.diff(depth)[-1] / np.diff(depth)[0] == pytest.approx(10.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"velocity": float("nan")},
+        {"velocity": [[34.0], [34.0]]},
+        {"velocity": [1.0, 2.0], "pressure": [1e9, 1e9, 1e9]},
+        {"pressure": "high"},
+        {"pressure": []},
+        {"duration": 0.0},
+        {"dt": -1e-9},
+        {"points": 2},
+        {"points": 10.5},
+        {"grading": 0.0},
+        {"grading": 1e300},
+        {"thickness": 0.0},
+        {"heat_share": 1.5},
+        {"plastic_heat": -0.1},
+        {"initial_temperature": -1.0},
+        {"method": "bisection"},
+        {"material": "steel"},
+        {"other": "copper"},
+        {"conductance": 1e6},
+        {"conductance": -1.0, "other": layer.COPPER},
+        {"other": layer.COPPER, "method": "stress-secant"},
+        {"history_every": 0},
+        {"reload": "sometimes"},
+    ],
+)
+def test_bad_input_is_named(wrong):
+    with pytest.raises(tc.InputError):
+        layer.solve(**wrong)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"hardening": 0.0},
+        {"hardening_exponent": 0.0},
+        {"hardening_exponent": 1.1},
+        {"yield_stress": -1.0},
+        {"thermal_softening": -1.0},
+        {"sharpness": float("nan")},
+        {"density": 0.0},
+    ],
+)
+def test_bad_metals_are_named(wrong):
+    with pytest.raises(tc.InputError, match=next(iter(wrong))):
+        dataclasses.replace(STEEL, **wrong)
+
+
+def test_case_meets_its_checks_and_writes_its_files(tmp_path, capsys):
+    from tcontact.cli import main
+
+    assert main(["run", "friction-layer", "--out", str(tmp_path / "run"), "--threads", "2"]) == 0
+    found = {path.name for path in (tmp_path / "run").iterdir()}
+    assert found == {"summary.json", "history.csv", "profile.csv", "yield-limit.png", "surface.png"}
+    assert "34 m/s: tau error" in capsys.readouterr().out
+    assert main(["run", "friction-layer", "--out", str(tmp_path / "run"), "--threads", "2"]) == 2  # never overwrites
+    assert main(["run", "friction-layer", "--set", "cfl=0.5", "--out", str(tmp_path / "other")]) == 2
+    case = cases.load("friction-layer")
+    wrong = case.solve(points=20)
+    assert any(not check.passed for check in case.checks(wrong))
+
+
+def test_study_rows_and_figure(tmp_path):
+    row = study.accuracy("bracketed-newton", 34.0, 40, 30.0, 2e-9)
+    assert 0.0 < row["stress_error"] < 0.01 > row["temperature_error"] > 0.0
+    assert row["failures"] == 0
+    assert row["cell_updates"] == row["cells"] * row["steps"]
+    study.draw(tmp_path / "study.png", [row])
+    assert (tmp_path / "study.png").stat().st_size > 5000
+    assert study.study(budget_s=0.0) == [] or len(study.study(budget_s=0.0)) <= 1
+
+
+def test_bench_rows_carry_their_errors(monkeypatch):
+    from tcontact.bench import layer as bench
+
+    monkeypatch.setattr(bench, "CELLS", 16)
+    monkeypatch.setattr(bench, "RUNS", 2)
+    row = {"threads": THREADS, "ok": True, **bench.layer("cpu", THREADS)}
+    assert [grid["points"] for grid in row["grids"]] == [40, 200]
+    for found in row["grids"]:
+        assert 0.0 < found["temperature_error"] < 4e-3
+        assert 0.0 < found["stress_error"] < 4e-3
+        assert found["energy_error"] <= 1e-12
+        assert found["failures"] == 0
+        assert 0.0 < found["rate"]["low"] <= found["rate"]["median"]
+    text = bench.lines([row, {"threads": 1, "ok": False, "reason": "because"}])
+    assert "(temperature)" in text[0]
+    assert text[-1].endswith("FAILED: because")
