@@ -45,7 +45,7 @@ def hex_force(x, u, lam, mu, law: ti.template()):
     point = [
         cells.point_force(
             [[du[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
-            [[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
+            cells.geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
             0.125 * lam,
             0.125 * mu,
             law,
