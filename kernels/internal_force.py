@@ -14,7 +14,8 @@ any number of threads.
 Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
 there the corner forces stay apart and no node sums them.
 
-`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
+`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa], and what only
+some bodies have (lanes.py).
 `cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
 part of the elastic energy that is hourglass energy [J] (0 for elements without).
 `node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
@@ -27,7 +28,7 @@ import taichi as ti
 
 from . import elements, laws
 from .arguments import ARRAY, INDEX
-from .lanes import CELL_SUMS, NODE_SUMS, TABLE, WIDTHS
+from .lanes import CELL_SUMS, DAMPING_RATE, NODE_SUMS, TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
@@ -47,8 +48,12 @@ def node_phase(
     params: ti.template(),
     ranges,
     stride: ti.template(),
+    damped: ti.template(),
 ):
-    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range."""
+    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
+
+    damped: with mass-proportional damping (damping.py).
+    """
     for s in range(ranges * stride):
         if s % stride == 0:
             part = s // stride
@@ -78,6 +83,9 @@ def node_phase(
                     for d in ti.static(range(3)):
                         acceleration = gravity[d] - force[d] * inverse
                         old = v[3 * i + d]
+                        if ti.static(damped):
+                            rate = params[DAMPING_RATE]
+                            acceleration = (acceleration - rate * old) / (1.0 + rate * kick_before)
                         middle = old + kick_before * acceleration
                         new = old + (kick_before + kick_after) * acceleration
                         here = u[3 * i + d]
@@ -199,12 +207,13 @@ def keep_vectors(kernel):
 
 
 @functools.cache
-def make_step(kind: str, law: str, width: int | None = None):
+def make_step(kind: str, law: str, width: int | None = None, damped: bool = False):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
 
     step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
     special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts
     (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    damped: with mass-proportional damping.
     """
     cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind])
 
@@ -240,6 +249,7 @@ def make_step(kind: str, law: str, width: int | None = None):
             params,
             ranges,
             GRAIN,
+            damped,
         )
 
     return keep_vectors(step)

@@ -10,4 +10,6 @@ BOUNDARY_SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of
 SUPPORT_SUMS = 4  # reaction (3), its power
 CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, smallest gap, sweeps
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
+# places in `params` that only some bodies have
+DAMPING_RATE = 8  # [1/s]
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

@@ -79,19 +79,23 @@ def make_serial_step(
     listed_nodes: bool,
     supports: bool,
     passes: bool,
+    damped: bool = False,
 ):
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
-    supports: whether there are any; passes: with the loop over cells, for small bodies.
+    supports: whether there are any; passes: with the loop over cells, for small bodies;
+    damped: with mass-proportional damping.
     """
     touches = contact is not None
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_planes = smallest_gap = impulse_load = penalty_load = None
-    massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
+    if listed_nodes and damped:
+        from .damping import damp
     if touches:
         from .planes import nearest_planes, smallest_gap
     if contact in ("penalty", "impulse"):
@@ -121,6 +125,8 @@ def make_serial_step(
             impulse_load(body, listed, touching, span, slots)
         if ti.static(touches):
             touching.sums[6] = smallest_gap(touching, body.u, planes)
+        if ti.static(listed_nodes and damped):
+            damp(body, listed)
         if ti.static(supports):
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):
@@ -301,6 +307,7 @@ def make_serial_step(
                             params,
                             CHUNKS,
                             1,
+                            damped,
                         )
                 if state == PASS or state == BOUNDARY:
                     boundary(body, listed, supported, touching, system, control)

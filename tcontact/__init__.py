@@ -11,6 +11,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
+from .dissipation import MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
 from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
@@ -29,6 +30,7 @@ __all__ = [
     "ImpulseContact",
     "InputError",
     "LinearElastic",
+    "MassDamping",
     "MasslessContact",
     "Material",
     "Mesh",

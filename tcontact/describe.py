@@ -66,11 +66,14 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         beside.append("massless load, prediction, static solve" if massless else load)
     if len(body.support_rows):
         beside.append("support reactions")
+    if len(body.boundary) and body.damping is not None:
+        beside.append("damping of the boundary nodes")
     if len(body.boundary):
         beside.append("kick and drift of the boundary nodes")
     if body.small:
-        return [f"serial_step({body.variant}, {law}: {', '.join(['force pass', *beside])}; many steps a launch)"]
-    names = [f"step({body.variant}, {law})"]
+        parts = ", ".join([*body.options, "force pass", *beside])
+        return [f"serial_step({body.variant}, {law}: {parts}; many steps a launch)"]
+    names = [f"step({', '.join([body.variant, law, *body.options])})"]
     return [*names, f"serial_step({', '.join(beside)})"] if beside else names
 
 

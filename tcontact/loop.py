@@ -82,7 +82,8 @@ class Run:
         if all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
-        self.history = History(history_every, planned.columns)
+        damping = 0.0 if scene.damping is None else scene.damping.rate
+        self.history = History(history_every, planned.columns, damping)
         self.warnings: list[str] = []
         self.guards = Guards(scene, self.states)
         self.over_limit = False

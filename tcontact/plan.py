@@ -12,6 +12,7 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
+from .dissipation import MassDamping
 from .errors import InputError
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
@@ -66,6 +67,7 @@ class BodyPlan:
     support_axes: np.ndarray
     speeds: np.ndarray
     contact: ContactPlan | None
+    damping: MassDamping | None = None
 
     @property
     def small(self) -> bool:
@@ -91,6 +93,16 @@ class BodyPlan:
         return "hex8-affine" if affine else self.element
 
     @property
+    def options(self) -> dict[str, bool]:
+        """What its kernels are made with besides the ordinary step; empty without."""
+        return {} if self.damping is None else {"damped": True}
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """What those need in the parameters of a pass, as numbered in kernels/lanes.py."""
+        return () if self.damping is None else (self.damping.rate,)
+
+    @property
     def terms(self) -> tuple[str, ...]:
         """Names of the physics this body has."""
         names = ["internal-force"]
@@ -98,6 +110,8 @@ class BodyPlan:
             names.append("gravity")
         if len(self.support_rows):
             names.append("supports")
+        if self.damping is not None:
+            names.append("mass-damping")
         return tuple(names)
 
 
@@ -127,7 +141,10 @@ class Plan:
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of the history that only such a scene has."""
-        return ("hourglass",) if any(body.body.formulation == "reduced" for body in self.bodies) else ()
+        names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
+        if self.scene.damping is not None:
+            names += ["damping_work", "damping_impulse"]
+        return tuple(names)
 
     def describe(self) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated."""
@@ -195,6 +212,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
         contact=contact,
+        damping=scene.damping,
     )
 
 

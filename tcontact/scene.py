@@ -12,6 +12,7 @@ import numpy as np
 
 from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
+from .dissipation import MassDamping
 from .errors import InputError
 from .materials import Material
 from .mesh import Mesh
@@ -155,7 +156,8 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`s; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
-    contact is resolved, or None to let bodies pass through obstacles. Raises `InputError`.
+    contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None.
+    Raises `InputError`.
     """
 
     bodies: Sequence[Body]
@@ -164,7 +166,7 @@ class Scene:
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
     friction: None = None
-    damping: None = None
+    damping: MassDamping | None = None
     viscosity: None = None
 
     def __post_init__(self) -> None:
@@ -185,7 +187,9 @@ class Scene:
             raise InputError(
                 "Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None"
             )
-        for name in ("friction", "damping", "viscosity"):
+        if self.damping is not None and not isinstance(self.damping, MassDamping):
+            raise InputError("Scene.damping", self.damping, "give tcontact.MassDamping(rate) or None")
+        for name in ("friction", "viscosity"):
             validate.later(f"Scene.{name}", getattr(self, name))
         named = [body.name for body in self.bodies if body.name is not None]
         for name in named:

@@ -33,7 +33,7 @@ class InternalForce:
         if plan.contact is not None and plan.contact.graph is not None:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
             packs = self.surface.packs
-        self.step = make_step(kind, material.law)
+        self.step = make_step(kind, material.law, **plan.options)
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._surface_kernel = Prepared(self.step)
         self.gravity = plan.gravity
@@ -47,7 +47,8 @@ class InternalForce:
         self.special_force = arrays.zeros(3 * len(plan.boundary))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
         self.cell_sums = arrays.zeros(2 * CHUNKS * CELL_SUMS)
-        self.parameters = arrays.put(np.array([0.0] * 6 + [*self.lame]))
+        self.constants = (*self.lame, *plan.constants)
+        self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
     def advance(
         self,
@@ -70,7 +71,7 @@ class InternalForce:
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""
         gravity = self.gravity if loaded else np.zeros(3)
-        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.lame]))
+        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.constants]))
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """The arrays of the pass, as in kernels/bundles.Body."""

@@ -51,6 +51,7 @@ class SerialStep:
             listed is not None,
             supports is not None,
             plan.small,
+            **plan.options,
         )
         self._launch = Prepared(self.kernel)
         self._planes = 0 if contact is None else contact.plane_count
