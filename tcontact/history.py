@@ -21,7 +21,8 @@ COLUMNS = (
     "static_residual",
 )
 # only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
-# only with damping: damping_work, dissipated so far [J], part of `energy`; damping_impulse [N s]
+# only with damping: damping_work, dissipated so far [J], part of `energy`; damping_impulse [N s];
+# with viscosity: viscous_work, dissipated so far [J], part of `energy`
 # what a step measures, in this order; the vectors take three places
 MEASURED = {
     "time": 1,
@@ -40,6 +41,8 @@ MEASURED = {
     "static_residual": 1,
     "jacobian_min": 1,
     "hourglass": 1,
+    "viscous_power": 1,
+    "viscous_rate": 1,
 }
 _ends = np.cumsum(list(MEASURED.values()))
 PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
@@ -60,6 +63,8 @@ class History:
         self._integrals = ["contact_force", "support_force", "support_power"]
         if "damping_work" in extra:
             self._integrals += ["kinetic", "momentum"]
+        if "viscous_work" in extra:
+            self._integrals.append("viscous_power")
         ends = WIDTH + np.cumsum([MEASURED[name] for name in self._integrals])
         # where the running integrals over time stand in a row, after what is measured
         self._place = {name: slice(end - MEASURED[name], end) for name, end in zip(self._integrals, ends, strict=True)}
@@ -120,7 +125,8 @@ class History:
             result[name] = (column if MEASURED[name] == 3 else column[:, 0]).copy()
         work = result.pop("load_work")
         result.pop("support_power")
-        result.pop("jacobian_min")
+        for name in ("jacobian_min", "viscous_power", "viscous_rate"):
+            result.pop(name)
         integral = {name: rows[:, place] for name, place in self._place.items()}
         result["impulse"] = integral["contact_force"].copy()
         result["support_impulse"] = integral["support_force"].copy()
@@ -132,6 +138,9 @@ class History:
             result["damping_work"] = 2.0 * self.damping * integral["kinetic"][:, 0]
             result["damping_impulse"] = -self.damping * integral["momentum"]
             result["energy"] = result["energy"] + result["damping_work"]
+        if "viscous_work" in self.extra:
+            result["viscous_work"] = integral["viscous_power"][:, 0].copy()
+            result["energy"] = result["energy"] + result["viscous_work"]
         scale = self.reference_energy
         with np.errstate(invalid="ignore"):  # a run that blew up
             change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
-from .dissipation import MassDamping
+from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
@@ -68,6 +68,7 @@ class BodyPlan:
     speeds: np.ndarray
     contact: ContactPlan | None
     damping: MassDamping | None = None
+    viscosity: BulkViscosity | None = None
 
     @property
     def small(self) -> bool:
@@ -95,12 +96,21 @@ class BodyPlan:
     @property
     def options(self) -> dict[str, bool]:
         """What its kernels are made with besides the ordinary step; empty without."""
-        return {} if self.damping is None else {"damped": True}
+        present = {"damped": self.damping is not None, "viscous": self.viscosity is not None}
+        return {name: True for name, is_there in present.items() if is_there}
 
     @property
     def constants(self) -> tuple[float, ...]:
         """What those need in the parameters of a pass, as numbered in kernels/lanes.py."""
-        return () if self.damping is None else (self.damping.rate,)
+        rate = () if self.damping is None else (self.damping.rate,)
+        if self.viscosity is None:
+            return rate
+        material, contact = self.body.material, self.contact
+        masses = cell_masses(self.body.mesh, material.density)
+        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        massless = 0 if contact is None or contact.basis is None else len(contact.nodes)
+        speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
+        return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -112,6 +122,8 @@ class BodyPlan:
             names.append("supports")
         if self.damping is not None:
             names.append("mass-damping")
+        if self.viscosity is not None:
+            names.append("bulk-viscosity")
         return tuple(names)
 
 
@@ -144,6 +156,8 @@ class Plan:
         names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
         if self.scene.damping is not None:
             names += ["damping_work", "damping_impulse"]
+        if self.scene.viscosity is not None:
+            names.append("viscous_work")
         return tuple(names)
 
     def describe(self) -> str:
@@ -213,6 +227,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         speeds=body.prescribed[node_order[boundary]][rows, axes],
         contact=contact,
         damping=scene.damping,
+        viscosity=scene.viscosity,
     )
 
 

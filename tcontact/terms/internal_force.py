@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, NODE_SUMS
+from ..kernels.lanes import CELL_SUMS, NODE_SUMS, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
@@ -46,7 +46,8 @@ class InternalForce:
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(plan.boundary))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        self.cell_sums = arrays.zeros(2 * CHUNKS * CELL_SUMS)
+        viscous = 2 * CHUNKS * VISCOUS_SUMS if plan.viscosity is not None else 0
+        self.cell_sums = arrays.zeros(VISCOUS_START + viscous)
         self.constants = (*self.lame, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
@@ -95,6 +96,11 @@ class InternalForce:
         nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
         cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
         return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
+
+    def viscous_sums(self) -> np.ndarray:
+        """Of the last pass, only with bulk viscosity [2]: dissipated power [W], largest rate of a cell [1/s]."""
+        chunks = arrays.get(self.cell_sums)[VISCOUS_START:].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
+        return np.array([chunks[:, 0].sum(), chunks[:, 1].max()])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
