@@ -1,12 +1,13 @@
 """Bulk viscosity: an extra pressure q in cells whose volume changes, to spread shocks over a few of them.
 
-    e = V'/V,   q = -rho h (c1 c + c2^2 h max(-e, 0)) e,   f_k = -q dV/dx_k,   dissipation -q V' >= 0
+    e = V'/V,   q = -rho h (c1 c + c2^2 h max(-e, 0)) e,   f_k = -q dV/dx_k,   dissipation -q V'
 
-with V' from v^{n-1/2}, rho and h (volume over the largest mid-face area; for tetrahedra the shortest height) of the
-present state and c the wave speed of the reference state. The linear part (Landshoff) acts in compression and expansion
-and takes the ringing, the quadratic one (von Neumann and Richtmyer, J. Appl. Phys. 21, 232, 1950) only in compression
-and takes the shock; h keeps both away from slow deformation. One pressure a cell and the exact dV/dx_k: linear and
-angular momentum stay exact. Each cell also answers its rate
+with V' from v^{n-1/2}; the step to x^n dissipates -(q^{n-1} + q^n)/2 V' dt, so cells remember their q. rho and h are
+those of the present state (h: volume over the largest mid-face area, in tetrahedra the shortest height), c that of the
+reference state. The linear part (Landshoff) acts in compression and expansion and takes the ringing, the quadratic one
+(von Neumann and Richtmyer, J. Appl. Phys. 21, 232, 1950) only in compression and takes the shock; h keeps both away
+from slow deformation. One pressure a cell and the exact dV/dx_k keep linear and angular momentum exact. Each cell also
+answers its rate
 
     2 xi omega = (c1 c + c2^2 h max(-e, 0)) h corners sum over k of |dV/dx_k|^2 / V^2      [1/s]
 
@@ -36,7 +37,10 @@ def pressure_rate(change, volume, reference, area, speed, square):
 
 @ti.func
 def hex_viscosity(x, u, v, speed, square):
-    """[corner forces [component][corner], power, rate] per reference density of a hex8; speed: c1 c, square: c2^2."""
+    """[corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
+
+    -q and V' have a common factor out of each other: their product is the power. speed: c1 c, square: c2^2.
+    """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
     mode_v = [hex_modes(v[c]) for c in range(3)]
@@ -56,7 +60,7 @@ def hex_viscosity(x, u, v, speed, square):
     push = answer[0] * answer[1] * (1.0 / 64.0)
     zero = push * 0.0
     mode_f = [[push * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], push * change, 64.0 * answer[2] * square_sum]
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], push, change, 64.0 * answer[2] * square_sum]
 
 
 @ti.func
@@ -80,7 +84,7 @@ def tet_viscosity(x, u, v, speed, square):
     answer = pressure_rate(change, tensor3.determinant(now, slopes), reference, ti.sqrt(largest), speed, square)
     push = answer[0] * answer[1] * (1.0 / 6.0)
     force = [tet_corner_forces([push * slopes[c][j] for j in range(3)]) for c in range(3)]
-    return [force, push * change, 4.0 * answer[2] * square_sum]
+    return [force, push, change, 4.0 * answer[2] * square_sum]
 
 
 VISCOSITIES = {

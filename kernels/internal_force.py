@@ -17,7 +17,8 @@ there the corner forces stay apart and no node sums them.
 `params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa], and what only
 some bodies have (lanes.py).
 `cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
-part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity.
+part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity,
+then the pressure each cell held.
 `node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
 about the origin (3), sum m u (3). Special nodes hand out f in special_force [3*s+c] and are not moved.
 """
@@ -28,7 +29,17 @@ import taichi as ti
 
 from . import elements, laws
 from .arguments import ARRAY, INDEX
-from .lanes import CELL_SUMS, DAMPING_RATE, NODE_SUMS, TABLE, VISCOSITY, VISCOUS_START, VISCOUS_SUMS, WIDTHS
+from .lanes import (
+    CELL_SUMS,
+    DAMPING_RATE,
+    NODE_SUMS,
+    TABLE,
+    VISCOSITY,
+    VISCOUS_HELD,
+    VISCOUS_START,
+    VISCOUS_SUMS,
+    WIDTHS,
+)
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
@@ -197,12 +208,16 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                             here *= with_mass(connectivity, node_info, start + k * width, params[VISCOSITY + 3], width)
                         w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
                         added = viscosity_of(x, y, w, params[VISCOSITY], params[VISCOSITY + 1])
-                        rate = params[VISCOSITY + 4] * here * added[2]
+                        rate = params[VISCOSITY + 4] * here * added[3]
                         fastest = ti.max(fastest, rate)
                         # beyond a stable step, until it is shortened: at most what turns the rate of a cell round
                         most = 2.0 / ti.max(params[0] + params[1], TINY)
                         density = params[VISCOSITY + 2] * here * ti.min(one, most / ti.max(rate, TINY))
-                        power += density * added[1]
+                        pressure = density * added[1]
+                        held = [VISCOUS_HELD + pack * width + lane for lane in range(width)]
+                        power += 0.5 * (pressure + ti.Vector([cell_sums[i] for i in held])) * added[2]
+                        for lane in ti.static(range(width)):
+                            cell_sums[held[lane]] = pressure[lane]
                         for c, k in ti.static(ti.ndrange(3, corners)):
                             answer[0][c][k] += density * added[0][c][k]
                     for k in ti.static(range(corners)):

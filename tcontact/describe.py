@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .contact_graph import heirs
-from .kernels.lanes import RAW
+from .kernels.lanes import RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .terms.serial_step import MOST_ROWS
 
@@ -112,7 +112,8 @@ def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
     rows = 0
     if body.small or len(body.boundary):
         rows = MOST_ROWS if body.small else 1
-    return packs.nbytes + nodes * 4 * REAL + rows * RAW * REAL
+    viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
+    return packs.nbytes + nodes * 4 * REAL + (rows * RAW + viscous) * REAL
 
 
 def _readable(size: int) -> str:

@@ -86,6 +86,8 @@ class History:
         half = 0.5 * np.diff(table[:, :1], axis=0)
         both = table[:-1] + table[1:]
         added = np.concatenate([half * both[:, PLACE[name]] for name in self._integrals], axis=1)
+        if "viscous_power" in self._integrals:  # that of the step before, not of the level
+            added[:, -1] = np.diff(table[:, 0]) * table[1:, PLACE["viscous_power"].start]
         running = np.cumsum(np.concatenate([self._running[None], added]), axis=0)[1:]
         self._running = running[-1]
         self._last = rows[-1].copy()

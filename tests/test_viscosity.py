@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import block, material, simulate, thrown, wall
+from scenes import block, material, simulate, thrown
 
 import tcontact as tc
 from tcontact.cases import wall_shock
@@ -122,7 +122,7 @@ def test_the_ledger_closes_with_the_step():
 def test_momentum_in_an_impact(kind, removal, walls):
     """Contact cells have none, so the static solve balances elastic forces alone; linear momentum stays exact."""
     contact = tc.MasslessContact(removal=removal, tolerance=1e-13)
-    scene = viscous(thrown("neo", kind, walls=walls, contact=contact, cells=4))
+    scene = viscous(thrown("neo", kind, walls=walls, contact=contact, cells=4, duration=2.0))
     result = simulate(scene)
     history = result.history
     mass = tc.plan(scene).bodies[0].lumped.sum()
@@ -135,17 +135,12 @@ def test_momentum_in_an_impact(kind, removal, walls):
     assert history["energy_error"].max() <= 0.02
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
-def test_rigid_motion_feels_nothing(kind):
+def test_rigid_motion_feels_nothing():
     """A body that flies and turns dissipates nothing but its own vibration, and keeps its angular momentum."""
-    mesh, mat = block(kind, 3), material("neo")
+    mesh, mat = block("hex8", 3), material("neo")
     c = mat.wave_speed
-    spin = np.array([0.0, 0.1 * c, 0.0])
-    velocity = np.cross(spin, mesh.nodes) + 0.5 * c
-    body = tc.Body(mesh, mat, velocity=velocity, contact="zmin")
-    scene = tc.Scene(
-        [body], [wall(mesh, (0, 0, 1), 10.0)], 0.4 / c, contact=tc.MasslessContact("full", tolerance=1e-13)
-    )
+    velocity = np.cross([0.0, 0.1 * c, 0.0], mesh.nodes) + 0.5 * c
+    scene = tc.Scene([tc.Body(mesh, mat, velocity=velocity)], duration=0.4 / c)
     history = simulate(viscous(scene)).history
     assert history["viscous_work"][-1] <= 1e-5 * history["kinetic"][0]
     spun = history["angular_momentum"]
@@ -155,7 +150,7 @@ def test_rigid_motion_feels_nothing(kind):
 @pytest.mark.parametrize("linear", [0.06, 0.5])
 def test_a_run_at_cfl_0_9_is_stable_and_the_step_without_viscosity_is_not(linear):
     """Noise in every mode of a free block: energy only falls at 0.9 of the limit; the elastic limit is too long."""
-    mesh, mat = block("hex8", 4), material("linear")
+    mesh, mat = block("hex8", 4), material("neo")
     velocity = 1e-3 * mat.wave_speed * np.random.default_rng(1).uniform(-1.0, 1.0, mesh.nodes.shape)
     plain = tc.Scene([tc.Body(mesh, mat, velocity=velocity)], duration=100 * 0.05 / mat.wave_speed)
     scene = viscous(plain, tc.BulkViscosity(linear, 0.0))
@@ -189,11 +184,11 @@ def test_the_step_with_viscosity_is_that_of_the_damped_oscillator():
 
 
 def test_many_steps_a_launch_give_the_same():
-    scene = viscous(wall_shock.scene(cells=20, mach=0.2))
+    scene = viscous(wall_shock.scene(cells=10, mach=0.2, kind="tet4"))
     one = simulate(scene)
     before = dict(SMALL)
     try:
-        SMALL.update(hex8=1000)
+        SMALL.update(tet4=1000)
         many = simulate(scene)
     finally:
         SMALL.update(before)
@@ -204,6 +199,7 @@ def test_many_steps_a_launch_give_the_same():
 
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
+    from tcontact.describe import memory
     from tcontact.kernels.lanes import CELL_SUMS, CHUNKS
     from tcontact.terms.internal_force import InternalForce
 
@@ -218,6 +214,8 @@ def test_absent_it_leaves_nothing_behind():
     assert with_it.columns == ("viscous_work",)
     assert "bulk-viscosity" in with_it.terms
     assert "viscous" in with_it.describe()
+    foreseen = memory(with_it, with_it.bodies[0])["internal-force"]
+    assert foreseen == pytest.approx(simulate(viscous(scene)).memory["internal-force"], rel=0.05)
 
 
 @pytest.mark.parametrize(("linear", "quadratic"), [(-0.1, 1.0), (0.1, -1.0), (0.0, 0.0), (np.nan, 1.0), ("a", 1.0),

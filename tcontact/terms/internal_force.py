@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, NODE_SUMS, VISCOUS_START, VISCOUS_SUMS
+from ..kernels.lanes import CELL_SUMS, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
@@ -46,8 +46,10 @@ class InternalForce:
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(plan.boundary))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        viscous = 2 * CHUNKS * VISCOUS_SUMS if plan.viscosity is not None else 0
-        self.cell_sums = arrays.zeros(VISCOUS_START + viscous)
+        self.cell_sums = arrays.zeros(VISCOUS_START)
+        self.viscous = plan.viscosity is not None
+        if self.viscous:
+            self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
         self.constants = (*self.lame, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
@@ -84,6 +86,8 @@ class InternalForce:
         other = copy(self)
         other.info = arrays.put(arrays.get(self.info) & CHUNK_BITS)
         other.parameters = arrays.put(arrays.get(self.parameters))
+        if self.viscous:  # products leave the pressures alone
+            other.cell_sums = arrays.put(arrays.get(self.cell_sums))
         other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
         return other
 
@@ -98,10 +102,11 @@ class InternalForce:
         return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
 
     def viscous_sums(self) -> np.ndarray:
-        """Of the last pass, only with bulk viscosity [2]: dissipated power [W], largest rate of a cell [1/s]."""
-        chunks = arrays.get(self.cell_sums)[VISCOUS_START:].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
+        """With bulk viscosity: power dissipated in the step to the last pass [W], largest rate of a cell [1/s]."""
+        chunks = arrays.get(self.cell_sums)[VISCOUS_START:VISCOUS_HELD].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
         return np.array([chunks[:, 0].sum(), chunks[:, 1].max()])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [self.connectivity, self.chunks, self.info, self.reference, self.mass, self.rows]
+        shared = [self.connectivity, self.chunks, self.info, self.reference, self.mass, self.rows]
+        return [*shared, self.cell_sums] if self.viscous else shared
