@@ -179,10 +179,11 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     masses = cell_masses(mesh, body.material.density)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
-    node_order, cell_order = slab_order(mesh.nodes, mesh.cells)
+    touching = scene.touching and body.contact is not None
+    facing = scene.obstacles[0].normal if touching else None
+    node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
-    touching = scene.touching and body.contact is not None
     free = np.isnan(body.prescribed)
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
     contact: ContactPlan | None = None
