@@ -14,6 +14,7 @@ from .terms.contact import make_contact
 from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
+AT_ONCE, MOST_AT_ONCE = 200_000, 32  # cell updates, and rows, between two looks at the rows of a large body
 ROW_PARTS = np.cumsum([NODE_SUMS, CELL_SUMS, BOUNDARY_SUMS, SUPPORT_SUMS])
 
 
@@ -38,6 +39,8 @@ class BodyState:
             if plan.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
+        several = 1 if plan.small else int(np.clip(AT_ONCE // len(plan.cells), 1, MOST_AT_ONCE))
+        self._raw = np.zeros((several, RAW + (2 if plan.viscosity is not None else 0)))
 
     def _massive(self, velocity: np.ndarray) -> np.ndarray:
         """The velocity without its massless components."""
@@ -58,7 +61,9 @@ class BodyState:
     @property
     def rows_at_once(self) -> int:
         """Most rows that one call of `advance` does."""
-        return 1 if self.serial is None else self.serial.rows_at_once
+        if self.plan.small and self.serial is not None:
+            return self.serial.rows_at_once
+        return len(self._raw)
 
     def advance(
         self,
@@ -76,30 +81,41 @@ class BodyState:
         steps [s]: before and after level n; rows and what follows: see `SerialStep.run`. Returns the rows done.
         """
         force, serial = self.internal_force, self.serial
-        if serial is None or not self.plan.small:
-            force.advance(self.u, self.v, kick_before, kick_after, drift)
-            start = 0 if serial is None else serial.names.BOUNDARY
-        else:
+        if self.plan.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
-            start = serial.names.PASS
-        if serial is None:
-            return 1
-        return serial.run(start, self.u, self.v, *steps, rows, jacobian, energy, viscous_rate)
+            return serial.run(serial.names.PASS, self.u, self.v, *steps, rows, jacobian, energy, viscous_rate)
+        for number in range(rows):
+            force.advance(self.u, self.v, kick_before, kick_after, drift)
+            raw = self._raw[number]
+            if serial is None:
+                sums = force.sums()
+                raw[: len(sums)] = sums
+                if self.plan.viscosity is not None:
+                    raw[RAW:] = force.viscous_sums()
+            else:
+                serial.run(serial.names.BOUNDARY, self.u, self.v, *steps)
+                raw[:] = serial.rows(1)[0]
+            total = raw[0] + raw[NODE_SUMS] + raw[NODE_SUMS + CELL_SUMS]  # kinetic, elastic
+            calm = total <= energy and raw[NODE_SUMS + 1] > jacobian and not raw[-1] > self._rate_limit(viscous_rate)
+            if not calm or (self.contact is not None and self.contact.trouble):
+                break
+        return number + 1
+
+    def _rate_limit(self, limit: float) -> float:
+        """Of the last number of a raw row, which is the viscous rate only where there is viscosity."""
+        return limit if self.plan.viscosity is not None else np.inf
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """The measured rows [n, WIDTH] (history.MEASURED) of the last `advance`, at the given times [s]."""
-        if self.serial is None:
-            raw = np.append(self.internal_force.sums(), np.zeros(RAW - NODE_SUMS - CELL_SUMS))[None]
-        else:
-            raw = self.serial.rows(len(times))
+        small = self.plan.small and self.serial is not None
+        raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = np.zeros((len(times), WIDTH))
         nodes, cells, listed, support, contact = np.split(raw, ROW_PARTS, axis=1)
         rows[:, PLACE["time"]] = times[:, None]
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
         if self.plan.viscosity is not None:
-            viscous = self.internal_force.viscous_sums()[None] if self.serial is None else raw[:, RAW:]
-            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = viscous[:, :1], viscous[:, 1:]
+            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = raw[:, RAW : RAW + 1], raw[:, RAW + 1 :]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
