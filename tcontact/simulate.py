@@ -35,7 +35,8 @@ def simulate(
     scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
-    the end of another run of the same bodies. Ctrl-C stops after the present step with everything kept.
+    the end of another run of the same bodies, whatever velocity and displacement they name. Ctrl-C stops after the
+    present step with everything kept.
 
     Raises `InputError` before anything is started or written.
     """
@@ -71,7 +72,7 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     """Displacement and velocity [n, 3] of every body at the start."""
     if initial is None:
         return (
-            [np.zeros((body.mesh.node_count, 3)) for body in scene.bodies],
+            [np.array(body.initial_displacement) for body in scene.bodies],
             [np.array(body.initial_velocity) for body in scene.bodies],
         )
     if not isinstance(initial, Result):
