@@ -25,7 +25,7 @@ def names() -> list[str]:
 def load(name: str) -> ModuleType:
     """The problem's module. Raises `InputError` with the known names."""
     if name not in names():
-        raise InputError("case", name, "use one of " + ", ".join([*names(), "hard-cases"]))
+        raise InputError("case", name, "use one of " + ", ".join([*names(), "friction-layer", "hard-cases"]))
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 
