@@ -8,8 +8,7 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the loads
-SUPPORT_SUMS = 4  # reaction (3), its power
+from .lanes import BOUNDARY_SUMS, SUPPORT_SUMS
 
 
 @ti.func
@@ -26,10 +25,18 @@ def row(values: ti.template(), s):
 
 
 @ti.func
+def hand_over(body: ti.template(), touching: ti.template(), k, total):
+    """The contact force of node k goes into the output and leaves the force of the node."""
+    for j in ti.static(range(3)):
+        touching.force[3 * k + j] = total[j]
+        body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+
+
+@ti.func
 def kick_and_drift(body: ti.template(), listed: ti.template()):
     """u, v are advanced in place by the steps in params; sums at time level n."""
     kick_before, kick_after, drift = body.params[0], body.params[1], body.params[2]
-    sums = ti.Vector.zero(ti.f64, SUMS)
+    sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
     for s in range(listed.nodes.shape[0]):
         node = listed.nodes[s]
         acceleration = symmetric(listed.inverse_mass, s) @ (row(listed.load, s) - row(body.special_force, s))
@@ -46,7 +53,7 @@ def kick_and_drift(body: ti.template(), listed: ti.template()):
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
-    for j in ti.static(range(SUMS)):
+    for j in ti.static(range(BOUNDARY_SUMS)):
         listed.sums[j] = sums[j]
 
 

@@ -4,24 +4,14 @@
     impulse   if g_p(x^n) <= 0: the least change of the kicked velocity v* with nu_p . v >= 0; lambda = impulse / dt
 
 The contact nodes come first in the list of boundary nodes; their contact force leaves special_force (internal less
-contact). contact_sums: total force (3), energy, nodes that press, static residual, smallest gap, sweeps.
+contact).
 """
 
 import taichi as ti
 
-from .boundary_nodes import row, symmetric
+from .boundary_nodes import hand_over, row, symmetric
 from .local_contact import multipliers
 from .planes import gap, normal, position
-
-CONTACT_SUMS = 8
-
-
-@ti.func
-def hand_over(body: ti.template(), touching: ti.template(), k, total):
-    """The contact force of node k goes into the output and leaves the force of the node."""
-    for j in ti.static(range(3)):
-        touching.force[3 * k + j] = total[j]
-        body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
 
 
 @ti.func

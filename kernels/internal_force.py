@@ -27,12 +27,10 @@ import taichi as ti
 
 from . import elements, laws
 from .arguments import ARRAY, INDEX
-from .lanes import TABLE, WIDTHS
+from .lanes import CELL_SUMS, NODE_SUMS, TABLE, WIDTHS
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
-CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
-NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 
 
 @ti.func

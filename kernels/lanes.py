@@ -1,6 +1,13 @@
-"""Sizes that the packed cells (tcontact/packing.py) and the kernels that walk them agree on."""
+"""Sizes that the host and the kernels agree on: packed cells (tcontact/packing.py), sweeps, sums of a row."""
 
 CHUNKS = 8  # fixed number of force rows: the same bits at any thread count
 WIDTHS = {"hex8": 8, "hex8-affine": 8, "hex8-reduced": 8, "tet4": 8}  # lanes of a pack
 TABLE = 5  # numbers per chunk in chunk_table: first pack, end pack, row base, end of its cells, 1 if they own rows
+# numbers that kernels sum up, and of all of them side by side in a raw row
+NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
+CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
+BOUNDARY_SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the loads
+SUPPORT_SUMS = 4  # reaction (3), its power
+CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, smallest gap, sweeps
+RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

@@ -9,8 +9,7 @@ momentum is exact at any residual.
 
 import taichi as ti
 
-from .boundary_nodes import row
-from .contact_load import hand_over
+from .boundary_nodes import hand_over, row
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, segment
 from .planes import normal, position

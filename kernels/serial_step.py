@@ -18,16 +18,9 @@ import functools
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
-from .boundary_nodes import SUMS, SUPPORT_SUMS, kick_and_drift, support_reactions
 from .bundles import Body, Listed, Pairs, Supported, System, Touching
-from .contact_load import CONTACT_SUMS, impulse_load, penalty_load
-from .internal_force import CELL_SUMS, NODE_SUMS, keep_vectors, make_cell_phase, node_phase
-from .lanes import CHUNKS, WIDTHS
-from .massless_contact import massless_load, predict
-from .planes import nearest_planes, smallest_gap
-from .static_control import CONVERGED, MEASURE, NEXT
-from .static_control import SWEEPS as SWEEPS_DONE
-from .static_solve import make_resolve
+from .internal_force import keep_vectors, make_cell_phase, node_phase
+from .lanes import BOUNDARY_SUMS, CELL_SUMS, CHUNKS, CONTACT_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS, WIDTHS
 
 # numbers of `control`
 START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6, 7
@@ -36,7 +29,6 @@ CONTROL = 11
 # values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED = 0, 1, 2, 3, 4
 STOP = 5
-RAW = NODE_SUMS + CELL_SUMS + SUMS + SUPPORT_SUMS + CONTACT_SUMS
 
 
 @ti.func
@@ -57,9 +49,9 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
         hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
     raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
     place += CELL_SUMS
-    for j in range(SUMS):
+    for j in range(BOUNDARY_SUMS):
         raw[place + j] = listed.sums[j]
-    place += SUMS
+    place += BOUNDARY_SUMS
     for j in range(SUPPORT_SUMS):
         raw[place + j] = supported.sums[j]
     place += SUPPORT_SUMS
@@ -95,7 +87,22 @@ def make_serial_step(
     """
     touches = contact is not None
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
-    resolve = make_resolve(kind, law, block, slots, plain) if contact == "massless" else None
+    # only what the scene needs is imported; Taichi wants the other names too
+    kick_and_drift = support_reactions = nearest_planes = smallest_gap = impulse_load = penalty_load = None
+    massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    if listed_nodes:
+        from .boundary_nodes import kick_and_drift, support_reactions
+    if touches:
+        from .planes import nearest_planes, smallest_gap
+    if contact in ("penalty", "impulse"):
+        from .contact_load import impulse_load, penalty_load
+    if contact == "massless":
+        from .massless_contact import massless_load, predict
+        from .static_control import CONVERGED, MEASURE, NEXT
+        from .static_control import SWEEPS as SWEEPS_DONE
+        from .static_solve import make_resolve
+
+        resolve = make_resolve(kind, law, block, slots, plain)
 
     @ti.func
     def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),

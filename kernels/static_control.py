@@ -32,16 +32,17 @@ def judge(stats: ti.template(), settings: ti.template(), first):
     stats[TODO] = SWEEP
     if settings[LINEAR] == 1.0:
         stats[TODO] = LAST_SWEEP
+    fine = residual <= ti.max(settings[TOLERANCE], stats[ROUNDING])
     if first == 1:
         stats[SWEEPS] = 0.0
-        if USED_UP * residual <= left and stats[STALE] == 0.0:
+        if fine and USED_UP * residual <= left and stats[STALE] == 0.0:
             stats[TODO] = LAST_SWEEP
     else:
         contraction = ti.min(1.0, residual / ti.max(stats[BEFORE], aim))
         if stats[BEFORE] > aim:
             stats[CONTRACTION] = contraction
         stats[STALE] = ti.select(contraction > USED_UP, 1.0, 0.0)
-        if residual <= ti.max(settings[TOLERANCE], stats[ROUNDING]):
+        if fine:
             enough = residual <= ti.max(aim, stats[ROUNDING])
             slow = contraction > SLOW and left > 0.0
             if enough or slow or contraction * residual <= left:

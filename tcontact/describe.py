@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .packing import WIDTHS, pack_cells
+from .contact_graph import heirs
+from .kernels.lanes import RAW
+from .packing import WIDTHS, append_own_rows, pack_cells
+from .terms.serial_step import MOST_ROWS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,18 +91,25 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         )
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
-            corners = graph.cells.size * body.cells.shape[1]
-            size += count * REAL * (3 * block + 1 + 3 * block + block * block)
-            size += len(graph.column) * (2 * WHOLE + REAL * block * block)
+            off = len(graph.column) - count
+            size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
+            size += len(heirs(body.cells, body.reference, body.boundary, count)[1]) * WHOLE
+            size += int(1.2 * off) * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
-            size += corners * (2 * WHOLE + 2 * 3 * REAL + 12 * REAL)
+            size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE
+            size += 8 * body.cells.shape[1] * 3 * REAL
         result[plan.contact_term or "contact"] = size
     return result
 
 
 def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
     packs = pack_cells(cells, nodes, WIDTHS[body.variant])
-    return packs.nbytes + nodes * 4 * REAL
+    if body.contact is not None and body.contact.graph is not None:
+        packs = append_own_rows(packs, cells[body.contact.graph.cells]).packs
+    rows = 0
+    if body.small or len(body.boundary):
+        rows = MOST_ROWS if body.small else 1
+    return packs.nbytes + nodes * 4 * REAL + rows * RAW * REAL
 
 
 def _readable(size: int) -> str:

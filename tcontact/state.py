@@ -6,6 +6,7 @@ import numpy as np
 
 from . import arrays
 from .history import PLACE, WIDTH
+from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
 from .plan import BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
@@ -13,6 +14,8 @@ from .terms.boundary_nodes import BoundaryNodes, Supports
 from .terms.contact import make_contact
 from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
+
+ROW_PARTS = np.cumsum([NODE_SUMS, CELL_SUMS, BOUNDARY_SUMS, SUPPORT_SUMS])
 
 
 class BodyState:
@@ -86,11 +89,11 @@ class BodyState:
     def rows(self, times: np.ndarray) -> np.ndarray:
         """The measured rows [n, WIDTH] (history.MEASURED) of the last `advance`, at the given times [s]."""
         if self.serial is None:
-            raw = np.concatenate([self.internal_force.sums(), np.zeros(20)])[None]
+            raw = np.append(self.internal_force.sums(), np.zeros(RAW - NODE_SUMS - CELL_SUMS))[None]
         else:
             raw = self.serial.rows(len(times))
         rows = np.zeros((len(times), WIDTH))
-        nodes, cells, listed, support, contact = np.split(raw, (10, 13, 21, 25), axis=1)
+        nodes, cells, listed, support, contact = np.split(raw, ROW_PARTS, axis=1)
         rows[:, PLACE["time"]] = times[:, None]
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
@@ -161,8 +164,8 @@ class BodyState:
         """Bytes by term."""
         result = {"state": arrays.size_in_bytes([self.u, self.v])}
         if self.serial is not None:
-            result["state"] += arrays.size_in_bytes(self.serial.owned())
+            result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
         for term in (self.internal_force, self.listed, self.supports, self.contact):
             if term is not None:
-                result[term.name] = arrays.size_in_bytes(term.owned())
+                result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
         return result

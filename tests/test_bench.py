@@ -122,7 +122,7 @@ def test_parts_exist_where_the_scene_has_them(rows):
     alone, touching = set(rows[0]["parts_s"]), set(rows[1]["parts_s"])
     assert {"force and update", "history row", "history", "guards", "loop"} <= alone
     assert not any("solve" in part or "contact" in part for part in alone)
-    assert touching - alone >= {"contact load", "boundary nodes", "static solve: residual", "static solve: sweeps"}
+    assert touching - alone >= {"contact cells", "boundary nodes and static solve"}
     assert alone | touching <= {*parts.OF_A_BODY, *parts.OF_THE_RUN, "loop"}
 
 

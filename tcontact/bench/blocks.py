@@ -53,9 +53,9 @@ def _element(kind: str) -> tuple[str, str]:
 
 def _moved(nodes: np.ndarray, size: int) -> np.ndarray:
     """Inner nodes at random places up to 0.1 of a cell away."""
-    inner = ((nodes > 1e-9 * LENGTH) & (nodes < (1.0 - 1e-9) * LENGTH)).all(axis=1)
+    inner = (np.abs(nodes - 0.5 * LENGTH) < (0.5 - 1e-9) * LENGTH).all(axis=1)
     away = np.random.default_rng(1).uniform(-0.1, 0.1, nodes.shape) * LENGTH / size
-    return nodes + inner[:, None] * away
+    return nodes + away * inner.reshape(-1, 1)
 
 
 def _velocity(nodes: np.ndarray) -> np.ndarray:

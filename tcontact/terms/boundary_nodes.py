@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..kernels.lanes import BOUNDARY_SUMS, SUPPORT_SUMS
 from ..plan import BodyPlan
 
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -21,14 +22,12 @@ class BoundaryNodes:
     name = "boundary-nodes"
 
     def __init__(self, plan: BodyPlan, force: arrays.Array) -> None:
-        from ..kernels.boundary_nodes import SUMS
-
         self.force = force
         self.nodes = arrays.put(plan.boundary.astype(np.int32))
         self.mass = arrays.put(flat_tensors(plan.tensors))
         self.inverse_mass = arrays.put(flat_tensors(plan.inverses))
         self.load = arrays.put(plan.loads)
-        self.totals = arrays.zeros(SUMS)
+        self.totals = arrays.zeros(BOUNDARY_SUMS)
 
     def arguments(self) -> tuple[arrays.Array, ...]:
         """As in kernels/bundles.Listed."""
@@ -45,8 +44,6 @@ class Supports:
     name = "supports"
 
     def __init__(self, plan: BodyPlan) -> None:
-        from ..kernels.boundary_nodes import SUPPORT_SUMS
-
         self.rows = arrays.put(plan.support_rows.astype(np.int32))
         self.axes = arrays.put(plan.support_axes.astype(np.int32))
         self.speeds = arrays.put(plan.speeds)

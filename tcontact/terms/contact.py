@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import arrays
 from ..errors import InputError
+from ..kernels.lanes import CONTACT_SUMS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -30,8 +31,6 @@ class ContactTerm:
     exact = True  # no penalty
 
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
-        from ..kernels.contact_load import CONTACT_SUMS
-
         assert plan.contact is not None
         contact: ContactPlan = plan.contact
         self.plane_count = len(scene.obstacles)

@@ -8,13 +8,12 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
+from ..kernels.lanes import CELL_SUMS, NODE_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
-CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
-NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), mass-weighted displacement (3)
 
 
 class InternalForce:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..kernels.lanes import RAW
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
@@ -38,7 +39,7 @@ class SerialStep:
         parts += (whole, whole, real, real) if supports is None else supports.arguments()
         parts += none if own is None else (*own, *none[len(own) :])
         self.control = arrays.zeros(kernels.CONTROL)
-        self.raw = arrays.zeros(self.rows_at_once * kernels.RAW)
+        self.raw = arrays.zeros(self.rows_at_once * RAW)
         self._parts = (*parts, self.control, self.raw)
         self.kernel = kernels.make_serial_step(
             plan.variant,
@@ -89,7 +90,7 @@ class SerialStep:
 
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, RAW] of the last run."""
-        return arrays.get(self.raw).reshape(-1, self.names.RAW)[:count]
+        return arrays.get(self.raw).reshape(-1, RAW)[:count]
 
     def use_for_products(self) -> None:
         """Let the force pass of the body go through this kernel, so that no other one is compiled."""
