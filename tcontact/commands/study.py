@@ -68,6 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _study(arguments: argparse.Namespace) -> Any:
+    """Checks the words; returns what runs methods x sizes x steps into a folder and gives the exit code."""
     from ..study import methods, problems
     from ..study.runner import Study, collect
 
@@ -105,6 +106,7 @@ def _study(arguments: argparse.Namespace) -> Any:
 
 
 def _hard_cases(arguments: argparse.Namespace) -> Any:
+    """The same for the register of hard cases."""
     from ..study import hard_cases
 
     _refuse(arguments, ("sizes", "steps", "set", "error"), "hard cases have their own; use --full")
@@ -131,6 +133,7 @@ def _hard_cases(arguments: argparse.Namespace) -> Any:
 
 
 def _friction_layer(arguments: argparse.Namespace) -> Any:
+    """The same for the layer alone."""
     from ..study import friction_layer as study
 
     _refuse(arguments, ("sizes", "steps", "set", "error", "full"), "this study has its own grids, steps and errors")
