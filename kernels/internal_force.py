@@ -14,9 +14,11 @@ any number of threads.
 Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
 there the corner forces stay apart and no node sums them.
 
-`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa].
+`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa], and what only
+some bodies have (lanes.py).
 `cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
-part of the elastic energy that is hourglass energy [J] (0 for elements without).
+part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity,
+then the pressure each cell held.
 `node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
 about the origin (3), sum m u (3). Special nodes hand out f in special_force [3*s+c] and are not moved.
 """
@@ -27,10 +29,21 @@ import taichi as ti
 
 from . import elements, laws
 from .arguments import ARRAY, INDEX
-from .lanes import CELL_SUMS, NODE_SUMS, TABLE, WIDTHS
+from .lanes import (
+    CELL_SUMS,
+    DAMPING_RATE,
+    NODE_SUMS,
+    TABLE,
+    VISCOSITY,
+    VISCOUS_HELD,
+    VISCOUS_START,
+    VISCOUS_SUMS,
+    WIDTHS,
+)
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
 MASK = 0x3FFFFFFF
+TINY = 1e-100
 
 
 @ti.func
@@ -47,8 +60,12 @@ def node_phase(
     params: ti.template(),
     ranges,
     stride: ti.template(),
+    damped: ti.template(),
 ):
-    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range."""
+    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
+
+    damped: with mass-proportional damping (damping.py).
+    """
     for s in range(ranges * stride):
         if s % stride == 0:
             part = s // stride
@@ -78,6 +95,9 @@ def node_phase(
                     for d in ti.static(range(3)):
                         acceleration = gravity[d] - force[d] * inverse
                         old = v[3 * i + d]
+                        if ti.static(damped):
+                            rate = params[DAMPING_RATE]
+                            acceleration = (acceleration - rate * old) / (1.0 + rate * kick_before)
                         middle = old + kick_before * acceleration
                         new = old + (kick_before + kick_after) * acceleration
                         here = u[3 * i + d]
@@ -108,18 +128,38 @@ def gather(connectivity: ti.template(), position: ti.template(), u: ti.template(
     ]
 
 
+@ti.func
+def gather_velocity(connectivity: ti.template(), v: ti.template(), start, width: ti.template()):
+    """Velocity (3) of one corner, each a vector over the lanes."""
+    node = [(3 * connectivity[start + lane]) & MASK for lane in range(width)]
+    return [ti.Vector([v[i + c] for i in node]) for c in range(3)]
+
+
+@ti.func
+def with_mass(connectivity: ti.template(), node_info: ti.template(), start, massless, width: ti.template()):
+    """1 in lanes where this corner is not one of the massless nodes, the first special ones; else 0."""
+    number = ti.Vector([node_info[connectivity[start + lane]] >> 8 for lane in range(width)])
+    zero = ti.Vector([0.0 for _ in range(width)])
+    return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
+
+
 @functools.cache
-def make_cell_phase(kind: str, law: str, width: int):
+def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
-    cell_phase(first, end, connectivity, chunk_table, position, u, rows, cell_sums, params, stride) for the chunks
-    first..end; a kernel that calls it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN, inside a
-    serial loop over steps stride = 1.
+    cell_phase(first, end, connectivity, chunk_table, node_info, position, u, v, rows, cell_sums, params, stride) for
+    the chunks first..end; a kernel that calls it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN,
+    inside a serial loop over steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
     """
     corners = elements.CORNERS[kind]
     force_of = elements.FORCES[kind]
     law_of = laws.LAWS[law]
     lane_numbers = list(range(width))
+    viscosity_of = None
+    if viscous:
+        from .bulk_viscosity import VISCOSITIES
+
+        viscosity_of = VISCOSITIES[kind]
 
     @ti.func
     def cell_phase(
@@ -127,8 +167,10 @@ def make_cell_phase(kind: str, law: str, width: int):
         end,
         connectivity: ti.template(),
         chunk_table: ti.template(),
+        node_info: ti.template(),
         position: ti.template(),
         u: ti.template(),
+        v: ti.template(),
         rows: ti.template(),
         cell_sums: ti.template(),
         params: ti.template(),
@@ -146,6 +188,7 @@ def make_cell_phase(kind: str, law: str, width: int):
                 energy = zero
                 hourglass = zero
                 change = zero + 1e300
+                power, fastest = zero, zero
                 for pack in range(chunk_table[chunk * TABLE], chunk_table[chunk * TABLE + 1]):
                     start = pack * (corners * width)
                     corner = [gather(connectivity, position, u, start + k * width, width) for k in range(corners)]
@@ -158,6 +201,25 @@ def make_cell_phase(kind: str, law: str, width: int):
                     change = ti.min(change, answer[2])
                     if ti.static(len(answer) > 3):
                         hourglass += answer[3]
+                    if ti.static(viscous):
+                        velocity = [gather_velocity(connectivity, v, start + k * width, width) for k in range(corners)]
+                        here = weight
+                        for k in ti.static(range(corners)):
+                            here *= with_mass(connectivity, node_info, start + k * width, params[VISCOSITY + 3], width)
+                        w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
+                        added = viscosity_of(x, y, w, params[VISCOSITY], params[VISCOSITY + 1])
+                        rate = params[VISCOSITY + 4] * here * added[3]
+                        fastest = ti.max(fastest, rate)
+                        # beyond a stable step, until it is shortened: at most what turns the rate of a cell round
+                        most = 2.0 / ti.max(params[0] + params[1], TINY)
+                        density = params[VISCOSITY + 2] * here * ti.min(one, most / ti.max(rate, TINY))
+                        pressure = density * added[1]
+                        held = [VISCOUS_HELD + pack * width + lane for lane in range(width)]
+                        power += 0.5 * (pressure + ti.Vector([cell_sums[i] for i in held])) * added[2]
+                        for lane in ti.static(range(width)):
+                            cell_sums[held[lane]] = pressure[lane]
+                        for c, k in ti.static(ti.ndrange(3, corners)):
+                            answer[0][c][k] += density * added[0][c][k]
                     for k in ti.static(range(corners)):
                         for lane in ti.static(range(width)):
                             place = start + k * width + lane
@@ -168,6 +230,9 @@ def make_cell_phase(kind: str, law: str, width: int):
                 cell_sums[chunk * CELL_SUMS] = energy.sum()
                 cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
                 cell_sums[chunk * CELL_SUMS + 2] = hourglass.sum()
+                if ti.static(viscous):
+                    cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS] = power.sum()
+                    cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1] = fastest.max()
 
     return cell_phase
 
@@ -199,14 +264,15 @@ def keep_vectors(kernel):
 
 
 @functools.cache
-def make_step(kind: str, law: str, width: int | None = None):
+def make_step(kind: str, law: str, width: int | None = None, damped: bool = False, viscous: bool = False):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
 
     step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
     special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts
     (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
-    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind])
+    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
 
     @ti.kernel
     def step(
@@ -226,7 +292,7 @@ def make_step(kind: str, law: str, width: int | None = None):
         node_sums_out: ARRAY,
         cell_sums_out: ARRAY,
     ):
-        cell_phase(first, end, connectivity, chunk_table, position, u, rows, cell_sums_out, params, GRAIN)
+        cell_phase(first, end, connectivity, chunk_table, node_info, position, u, v, rows, cell_sums_out, params, GRAIN)
         node_phase(
             chunk_table,
             node_info,
@@ -240,6 +306,7 @@ def make_step(kind: str, law: str, width: int | None = None):
             params,
             ranges,
             GRAIN,
+            damped,
         )
 
     return keep_vectors(step)

@@ -46,13 +46,8 @@ def plus(a, b):
 
 
 @ti.func
-def reduced_force(x, u, lam, mu, law: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
-
-    x[c][k], u[c][k] as for `cells.hex_force`; the energy includes the hourglass energy.
-    """
-    mode_x = [hex_modes(x[c]) for c in range(3)]
-    mode_u = [hex_modes(u[c]) for c in range(3)]
+def hex_slopes(mode_x):
+    """[D, [s1, s2, s3, s12, s13, s23]] of a hex8 from the modes of its corners, each s a vector [component]."""
     p1, p2, p3, p12, p13, p23 = [[mode_x[c][m] for c in range(3)] for m in range(6)]
     r12, r13, r23 = [[(1.0 / 3.0) * p[c] for c in range(3)] for p in (p12, p13, p23)]
     first, second = cross(p2, r23), cross(r23, p3)
@@ -65,6 +60,19 @@ def reduced_force(x, u, lam, mu, law: ti.template()):
         plus(cross(p3, r13), cross(r12, p2)),
     ]
     d = dot(p1, slopes[0]) + (dot(p12, first) + dot(p13, second))
+    return [d, slopes]
+
+
+@ti.func
+def reduced_force(x, u, lam, mu, law: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
+
+    x[c][k], u[c][k] as for `cells.hex_force`; the energy includes the hourglass energy.
+    """
+    mode_x = [hex_modes(x[c]) for c in range(3)]
+    mode_u = [hex_modes(u[c]) for c in range(3)]
+    geometry = hex_slopes(mode_x)
+    d, slopes = geometry[0], geometry[1]
     inverse = 1.0 / d
     turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
     h = [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]

@@ -10,7 +10,7 @@ rows: one loop over cells serves passes and measures, every turn of the outer lo
 it. The loop ends early at a row that a guard has to look at.
 
 `control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
-contact sums (8) of every row.
+contact sums (8) of every row, with viscosity also its power and rate.
 """
 
 import functools
@@ -20,22 +20,39 @@ import taichi as ti
 from .arguments import ARRAY, INDEX
 from .bundles import Body, Listed, Pairs, Supported, System, Touching
 from .internal_force import keep_vectors, make_cell_phase, node_phase
-from .lanes import BOUNDARY_SUMS, CELL_SUMS, CHUNKS, CONTACT_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS, WIDTHS
+from .lanes import (
+    BOUNDARY_SUMS,
+    CELL_SUMS,
+    CHUNKS,
+    CONTACT_SUMS,
+    NODE_SUMS,
+    RAW,
+    SUPPORT_SUMS,
+    VISCOUS_START,
+    VISCOUS_SUMS,
+    WIDTHS,
+)
 
 # numbers of `control`
 START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6, 7
 ROWS_DONE, FIRST, WANTS_MEASURE = 8, 9, 10
-CONTROL = 11
+RATE_LIMIT = 11
+CONTROL = 12
 # values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED = 0, 1, 2, 3, 4
 STOP = 5
 
 
+def row_width(viscous: bool) -> int:
+    """Numbers of a raw row."""
+    return RAW + VISCOUS_SUMS if viscous else RAW
+
+
 @ti.func
 def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template(), supported: ti.template(),
-            touching: ti.template()):  # fmt: skip
+            touching: ti.template(), viscous: ti.template()):  # fmt: skip
     """All sums of a row, side by side."""
-    place = number * RAW
+    place = number * ti.static(row_width(viscous))
     for j in ti.static(range(NODE_SUMS)):
         total = 0.0
         for part in range(CHUNKS):
@@ -57,14 +74,23 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
     place += SUPPORT_SUMS
     for j in range(CONTACT_SUMS):
         raw[place + j] = touching.sums[j]
+    if ti.static(viscous):
+        place += CONTACT_SUMS
+        power, fastest = 0.0, 0.0
+        for chunk in range(CHUNKS):
+            power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
+            fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
+        raw[place], raw[place + 1] = power, fastest
 
 
 @ti.func
-def suspicious(raw: ti.template(), number, control: ti.template()):
-    """1 at a row that a guard has to look at: not finite, an inverted cell, much energy."""
-    place = number * RAW
+def suspicious(raw: ti.template(), number, control: ti.template(), viscous: ti.template()):
+    """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
+    place = number * ti.static(row_width(viscous))
     energy = raw[place] + raw[place + NODE_SUMS] + raw[place + NODE_SUMS + CELL_SUMS]
     calm = energy <= control[ENERGY_LIMIT] and raw[place + NODE_SUMS + 1] > control[JACOBIAN_LIMIT]
+    if ti.static(viscous):
+        calm = calm and raw[place + RAW + 1] <= control[RATE_LIMIT]
     return ti.select(calm, 0, 1)
 
 
@@ -79,19 +105,24 @@ def make_serial_step(
     listed_nodes: bool,
     supports: bool,
     passes: bool,
+    damped: bool = False,
+    viscous: bool = False,
 ):
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
-    supports: whether there are any; passes: with the loop over cells, for small bodies.
+    supports: whether there are any; passes: with the loop over cells, for small bodies;
+    damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
     touches = contact is not None
-    cell_phase = make_cell_phase(kind, law, WIDTHS[kind]) if passes else None
+    cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_planes = smallest_gap = impulse_load = penalty_load = None
-    massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
+    if listed_nodes and damped:
+        from .damping import damp
     if touches:
         from .planes import nearest_planes, smallest_gap
     if contact in ("penalty", "impulse"):
@@ -121,6 +152,8 @@ def make_serial_step(
             impulse_load(body, listed, touching, span, slots)
         if ti.static(touches):
             touching.sums[6] = smallest_gap(touching, body.u, planes)
+        if ti.static(listed_nodes and damped):
+            damp(body, listed)
         if ti.static(supports):
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):
@@ -285,7 +318,18 @@ def make_serial_step(
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         chunk = ti.select(state == MEASURED, CHUNKS, 0)
                         cell_phase(
-                            chunk, chunk + CHUNKS, connectivity, chunk_table, position, u, rows, cell_sums, params, 1
+                            chunk,
+                            chunk + CHUNKS,
+                            connectivity,
+                            chunk_table,
+                            node_info,
+                            position,
+                            u,
+                            v,
+                            rows,
+                            cell_sums,
+                            params,
+                            1,
                         )
                     if state == PASS or state == PRODUCT:
                         node_phase(
@@ -301,11 +345,12 @@ def make_serial_step(
                             params,
                             CHUNKS,
                             1,
+                            damped,
                         )
                 if state == PASS or state == BOUNDARY:
                     boundary(body, listed, supported, touching, system, control)
-                    log_row(raw_out, number, body, listed, supported, touching)
-                    stop = suspicious(raw_out, number, control)
+                    log_row(raw_out, number, body, listed, supported, touching, viscous)
+                    stop = suspicious(raw_out, number, control, viscous)
                     number += 1
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):

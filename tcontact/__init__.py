@@ -11,6 +11,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
+from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
 from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
@@ -25,10 +26,12 @@ from .simulate import simulate  # noqa: E402
 
 __all__ = [
     "Body",
+    "BulkViscosity",
     "CentralDifference",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
+    "MassDamping",
     "MasslessContact",
     "Material",
     "Mesh",

@@ -63,13 +63,13 @@ def finished(result: Result) -> Check:
 
 
 def momentum_balance(result: Result, bound: float) -> Check:
-    """Change of momentum = impulse of contact, supports and gravity, in every row.
+    """Change of momentum = impulse of contact, supports, gravity and damping, in every row.
 
     The largest deviation relative to the largest momentum or impulse of the run.
     """
     history, scene = result.history, result.scene
     change = history["momentum"] - history["momentum"][0]
-    impulse = history["impulse"] + history.get("support_impulse", 0.0)
+    impulse = history["impulse"] + history.get("support_impulse", 0.0) + history.get("damping_impulse", 0.0)
     if scene.gravity is not None:
         impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
     parts = [

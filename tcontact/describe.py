@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .contact_graph import heirs
-from .kernels.lanes import RAW
+from .kernels.lanes import RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .terms.serial_step import MOST_ROWS
 
@@ -66,11 +66,14 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         beside.append("massless load, prediction, static solve" if massless else load)
     if len(body.support_rows):
         beside.append("support reactions")
+    if len(body.boundary) and body.damping is not None:
+        beside.append("damping of the boundary nodes")
     if len(body.boundary):
         beside.append("kick and drift of the boundary nodes")
     if body.small:
-        return [f"serial_step({body.variant}, {law}: {', '.join(['force pass', *beside])}; many steps a launch)"]
-    names = [f"step({body.variant}, {law})"]
+        parts = ", ".join([*body.options, "force pass", *beside])
+        return [f"serial_step({body.variant}, {law}: {parts}; many steps a launch)"]
+    names = [f"step({', '.join([body.variant, law, *body.options])})"]
     return [*names, f"serial_step({', '.join(beside)})"] if beside else names
 
 
@@ -109,7 +112,8 @@ def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
     rows = 0
     if body.small or len(body.boundary):
         rows = MOST_ROWS if body.small else 1
-    return packs.nbytes + nodes * 4 * REAL + rows * RAW * REAL
+    viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
+    return packs.nbytes + nodes * 4 * REAL + (rows * RAW + viscous) * REAL
 
 
 def _readable(size: int) -> str:

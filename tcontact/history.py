@@ -21,6 +21,8 @@ COLUMNS = (
     "static_residual",
 )
 # only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
+# only with damping: damping_work, dissipated so far [J], part of `energy`; damping_impulse [N s];
+# with viscosity: viscous_work, dissipated so far [J], part of `energy`
 # what a step measures, in this order; the vectors take three places
 MEASURED = {
     "time": 1,
@@ -39,6 +41,8 @@ MEASURED = {
     "static_residual": 1,
     "jacobian_min": 1,
     "hourglass": 1,
+    "viscous_power": 1,
+    "viscous_rate": 1,
 }
 _ends = np.cumsum(list(MEASURED.values()))
 PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
@@ -48,17 +52,26 @@ WIDTH = int(_ends[-1])
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    extra: columns that only some scenes have, of those measured.
+    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one.
     """
 
-    def __init__(self, every: int, extra: tuple[str, ...] = ()) -> None:
+    def __init__(self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0) -> None:
         self.every = every
         self.extra = extra
         self.steps = 0
-        self._rows = np.zeros((256, WIDTH + 7))  # measured, then impulse (3), support impulse (3), support work
+        self.damping = damping
+        self._integrals = ["contact_force", "support_force", "support_power"]
+        if "damping_work" in extra:
+            self._integrals += ["kinetic", "momentum"]
+        if "viscous_work" in extra:
+            self._integrals.append("viscous_power")
+        ends = WIDTH + np.cumsum([MEASURED[name] for name in self._integrals])
+        # where the running integrals over time stand in a row, after what is measured
+        self._place = {name: slice(end - MEASURED[name], end) for name, end in zip(self._integrals, ends, strict=True)}
+        self._rows = np.zeros((256, int(ends[-1])))
         self.count = 0
         self._last: np.ndarray | None = None
-        self._running = np.zeros(7)
+        self._running = np.zeros(int(ends[-1]) - WIDTH)
         self.reference_energy = 0.0  # largest kinetic + elastic so far
         self.largest_work = 0.0
         self._origin: np.ndarray | None = None
@@ -72,8 +85,9 @@ class History:
         table = np.concatenate([self._last[None], rows])
         half = 0.5 * np.diff(table[:, :1], axis=0)
         both = table[:-1] + table[1:]
-        places = (PLACE["contact_force"], PLACE["support_force"], PLACE["support_power"])
-        added = np.concatenate([half * both[:, place] for place in places], axis=1)
+        added = np.concatenate([half * both[:, PLACE[name]] for name in self._integrals], axis=1)
+        if "viscous_power" in self._integrals:  # that of the step before, not of the level
+            added[:, -1] = np.diff(table[:, 0]) * table[1:, PLACE["viscous_power"].start]
         running = np.cumsum(np.concatenate([self._running[None], added]), axis=0)[1:]
         self._running = running[-1]
         self._last = rows[-1].copy()
@@ -94,7 +108,7 @@ class History:
     def _store(self, rows: np.ndarray, running: np.ndarray) -> None:
         end = self.count + len(rows)
         if end > len(self._rows):
-            self._rows = np.concatenate([self._rows, np.zeros((max(end, len(self._rows)), WIDTH + 7))])
+            self._rows = np.concatenate([self._rows, np.zeros((max(end, len(self._rows)), self._rows.shape[1]))])
         self._rows[self.count : end, :WIDTH] = rows
         self._rows[self.count : end, WIDTH:] = running
         self.count = end
@@ -113,13 +127,22 @@ class History:
             result[name] = (column if MEASURED[name] == 3 else column[:, 0]).copy()
         work = result.pop("load_work")
         result.pop("support_power")
-        result.pop("jacobian_min")
-        result["impulse"] = rows[:, WIDTH : WIDTH + 3].copy()
-        result["support_impulse"] = rows[:, WIDTH + 3 : WIDTH + 6].copy()
+        for name in ("jacobian_min", "viscous_power", "viscous_rate"):
+            result.pop(name)
+        integral = {name: rows[:, place] for name, place in self._place.items()}
+        result["impulse"] = integral["contact_force"].copy()
+        result["support_impulse"] = integral["support_force"].copy()
         origin = self._origin[PLACE["load_work"]][0] if self._origin is not None else 0.0
-        result["external_work"] = work - origin + rows[:, WIDTH + 6]
+        result["external_work"] = work - origin + integral["support_power"][:, 0]
         result["friction_work"] = np.zeros(len(rows))
         result["energy"] = result["kinetic"] + result["elastic"] + result["contact"] - result["external_work"]
+        if "damping_work" in self.extra:  # power rate v.Mv, force -rate M v
+            result["damping_work"] = 2.0 * self.damping * integral["kinetic"][:, 0]
+            result["damping_impulse"] = -self.damping * integral["momentum"]
+            result["energy"] = result["energy"] + result["damping_work"]
+        if "viscous_work" in self.extra:
+            result["viscous_work"] = integral["viscous_power"][:, 0].copy()
+            result["energy"] = result["energy"] + result["viscous_work"]
         scale = self.reference_energy
         with np.errstate(invalid="ignore"):  # a run that blew up
             change = np.abs(result["energy"] - result["energy"][0]) if len(rows) else np.zeros(0)

@@ -19,7 +19,7 @@ from .recorder import Recorder
 from .result import Result
 from .scene import Scene
 from .schemes.central_difference import CentralDifference
-from .stable_step import StableStep
+from .stable_step import StableStep, largest_rate, with_viscosity
 from .state import BodyState
 
 FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
@@ -83,7 +83,8 @@ class Run:
         if all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
-        self.history = History(history_every, planned.columns)
+        damping = 0.0 if scene.damping is None else scene.damping.rate
+        self.history = History(history_every, planned.columns, damping)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
@@ -94,7 +95,9 @@ class Run:
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.states, self.limits, strict=True)
-        return min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
+        found = min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
+        self._elastic = min(limit.elastic for limit in self.limits)
+        return found
 
     def _warn_over(self, dt: float, limit: float) -> None:
         if dt > limit and not self.over_limit:
@@ -177,6 +180,8 @@ class Run:
                 self.scheme.step(state, before, after)
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
+        if self.scene.viscosity is not None and self.scheme.dt is None:
+            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE)
         return self.scheme.step(self.states[0], before, after, many, **stop_at)
 
     def _rows_until(self, span: float, number: int) -> int:
@@ -197,7 +202,9 @@ class Run:
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def _watch(self, row: np.ndarray, number: int) -> None:
-        """Look at the stable step again now and then as a nonlinear body deforms."""
+        """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
+        if self.scene.viscosity is not None:
+            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0])))
         if not any(self.guards.nonlinear):
             return
         jacobian = float(row[PLACE["jacobian_min"]][0])
@@ -207,15 +214,22 @@ class Run:
         if not all(np.isfinite(arrays.get(state.u)).all() for state in self.states):
             return  # for the guards to stop at the next row
         limit = self._limit(products=FEW_PRODUCTS)
-        if self.scheme.dt is not None or self.over_limit:
-            self._warn_over(self.dt, limit)
-        elif self.dt > CLOSE * limit:  # an even step is worth more than the cfl number asked for
-            self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
+        if self._keep_below(limit):
             self._check_every = FIRST_CHECK // 2
         if crushed:
             self._jacobian = jacobian
         self._check_every = min(2 * self._check_every, LAST_CHECK)
         self._next_check = number + self._check_every
+
+    def _keep_below(self, limit: float) -> bool:
+        """Shorten a step that comes close to the stable one [s], or warn where it was given; whether it changed."""
+        if self.scheme.dt is not None or self.over_limit:
+            self._warn_over(self.dt, limit)
+            return False
+        if self.dt <= CLOSE * limit:  # an even step is worth more than the cfl number asked for
+            return False
+        self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
+        return True
 
     def _result(
         self,
@@ -263,7 +277,8 @@ def _total(rows: list[np.ndarray]) -> np.ndarray:
         return rows[0]
     total = np.sum(rows, axis=0)
     total[:, 0] = rows[0][:, 0]
-    for name, pick in (("gap_min", np.min), ("jacobian_min", np.min), ("sweeps", np.max), ("static_residual", np.max)):
+    for name, pick in (("gap_min", np.min), ("jacobian_min", np.min), ("sweeps", np.max), ("static_residual", np.max),
+                       ("viscous_rate", np.max)):  # fmt: skip
         place = PLACE[name].start
         total[:, place] = pick([row[:, place] for row in rows], axis=0)
     assert total.shape[1] == WIDTH

@@ -156,13 +156,15 @@ def append_own_rows(packs: CellPacks, cells: NDArray[np.integer]) -> OwnRows:
     return OwnRows(joined, packs.row_count, packs.width, packs.corners)
 
 
-def slab_order(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def slab_order(
+    nodes: NDArray[np.float64], cells: NDArray[np.integer], normal: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """(node_order, cell_order): new node k is old node node_order[k]; likewise cells.
 
     Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.
     Slabs are the grid planes where the coordinates form a grid (box meshes, graded or not), else equal shares of the
     nodes about one mean spacing thick. Cells follow their lowest node: neighbours in space stay neighbours in memory.
-    nodes [n, 3], cells [m, corners].
+    nodes [n, 3], cells [m, corners]; normal: of the contact face, whose nodes stay together if numbers of slabs tie.
     """
     points = np.asarray(nodes, dtype=np.float64)
     count = len(points)
@@ -177,7 +179,8 @@ def slab_order(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> tuple[
         spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
         planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
         counts = [int(plane.max()) + 1 for plane in planes]
-    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], -extent[axis], axis))
+    along = -1 if normal is None else int(np.abs(normal).argmax())
+    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
     node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
     rank = np.empty(count, dtype=np.int64)
     rank[node_order] = np.arange(count)

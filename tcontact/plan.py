@@ -12,6 +12,7 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
+from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
@@ -66,6 +67,8 @@ class BodyPlan:
     support_axes: np.ndarray
     speeds: np.ndarray
     contact: ContactPlan | None
+    damping: MassDamping | None = None
+    viscosity: BulkViscosity | None = None
 
     @property
     def small(self) -> bool:
@@ -91,6 +94,25 @@ class BodyPlan:
         return "hex8-affine" if affine else self.element
 
     @property
+    def options(self) -> dict[str, bool]:
+        """What its kernels are made with besides the ordinary step; empty without."""
+        present = {"damped": self.damping is not None, "viscous": self.viscosity is not None}
+        return {name: True for name, is_there in present.items() if is_there}
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """What those need in the parameters of a pass, as numbered in kernels/lanes.py."""
+        rate = () if self.damping is None else (self.damping.rate,)
+        if self.viscosity is None:
+            return rate
+        material, contact = self.body.material, self.contact
+        masses = cell_masses(self.body.mesh, material.density)
+        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        massless = 0 if contact is None or contact.basis is None else len(contact.nodes)
+        speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
+        return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
+
+    @property
     def terms(self) -> tuple[str, ...]:
         """Names of the physics this body has."""
         names = ["internal-force"]
@@ -98,6 +120,10 @@ class BodyPlan:
             names.append("gravity")
         if len(self.support_rows):
             names.append("supports")
+        if self.damping is not None:
+            names.append("mass-damping")
+        if self.viscosity is not None:
+            names.append("bulk-viscosity")
         return tuple(names)
 
 
@@ -127,7 +153,12 @@ class Plan:
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of the history that only such a scene has."""
-        return ("hourglass",) if any(body.body.formulation == "reduced" for body in self.bodies) else ()
+        names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
+        if self.scene.damping is not None:
+            names += ["damping_work", "damping_impulse"]
+        if self.scene.viscosity is not None:
+            names.append("viscous_work")
+        return tuple(names)
 
     def describe(self) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated."""
@@ -148,10 +179,11 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     masses = cell_masses(mesh, body.material.density)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
-    node_order, cell_order = slab_order(mesh.nodes, mesh.cells)
+    touching = scene.touching and body.contact is not None
+    facing = scene.obstacles[0].normal if touching else None
+    node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
-    touching = scene.touching and body.contact is not None
     free = np.isnan(body.prescribed)
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
     contact: ContactPlan | None = None
@@ -195,6 +227,8 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
         contact=contact,
+        damping=scene.damping,
+        viscosity=scene.viscosity,
     )
 
 

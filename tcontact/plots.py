@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, RED, GREEN, ORANGE, GREY = "#1f5fa8", "#c03a2b", "#2e8b57", "#d98200", "#707070"
+PURPLE, BROWN = "#7d3c98", "#8b5a2b"
 Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
 History = Mapping[str, np.ndarray]
 
@@ -71,6 +72,8 @@ def energy(path: Path, history: History, title: str = "") -> None:
         ("elastic", GREEN),
         ("contact", RED),
         ("friction_work", ORANGE),
+        ("damping_work", PURPLE),
+        ("viscous_work", BROWN),
         ("external_work", GREY),
     ]
     present = [(name, color) for name, color in drawn if name in history and np.any(history[name])]

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from .errors import InputError
+from .tracing import quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
 
@@ -55,6 +56,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
             )
         return load()
     ti = load()
+    quicken()
     wanted = threads or cores
     cache = kernel_cache()
     _drop_stale_lock(cache)

@@ -12,6 +12,7 @@ import numpy as np
 
 from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
+from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
 from .materials import Material
 from .mesh import Mesh
@@ -175,7 +176,9 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`s; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
-    contact is resolved, or None to let bodies pass through obstacles. Raises `InputError`.
+    contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None;
+    viscosity: `BulkViscosity` or None.
+    Raises `InputError`.
     """
 
     bodies: Sequence[Body]
@@ -184,8 +187,8 @@ class Scene:
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
     friction: None = None
-    damping: None = None
-    viscosity: None = None
+    damping: MassDamping | None = None
+    viscosity: BulkViscosity | None = None
 
     def __post_init__(self) -> None:
         bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
@@ -205,8 +208,13 @@ class Scene:
             raise InputError(
                 "Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None"
             )
-        for name in ("friction", "damping", "viscosity"):
-            validate.later(f"Scene.{name}", getattr(self, name))
+        if self.damping is not None and not isinstance(self.damping, MassDamping):
+            raise InputError("Scene.damping", self.damping, "give tcontact.MassDamping(rate) or None")
+        if self.viscosity is not None and not isinstance(self.viscosity, BulkViscosity):
+            raise InputError(
+                "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
+            )
+        validate.later("Scene.friction", self.friction)
         named = [body.name for body in self.bodies if body.name is not None]
         for name in named:
             if named.count(name) > 1:

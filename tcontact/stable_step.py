@@ -36,6 +36,7 @@ class StableStep:
         self.bound, self.size = self._cell_bounds()
         self.planes, self.penalty = planes, penalty
         self.start: np.ndarray | None = None
+        self.elastic = np.inf  # the last estimate without viscosity
 
     def _cell_bounds(self) -> tuple[np.ndarray, float]:
         """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
@@ -113,7 +114,24 @@ class StableStep:
         top = vectors[:, -1]
         self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
-        return SAFETY * 2.0 / np.sqrt(ritz + residual)
+        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
+        if self.plan.viscosity is None:
+            return self.elastic
+        return with_viscosity(self.elastic, self.force.viscous_sums()[1])
+
+
+def with_viscosity(elastic: float, rate: float) -> float:
+    """Stable step [s] with an explicit viscosity of that rate 2 xi omega [1/s]: elastic (sqrt(1 + xi^2) - xi).
+
+    Where 4 M - dt^2 K - 2 dt C is positive definite, with the largest eigenvalues of both parts: the safe side.
+    """
+    xi = 0.25 * rate * elastic
+    return elastic / (np.sqrt(1.0 + xi * xi) + xi)
+
+
+def largest_rate(elastic: float, dt: float) -> float:
+    """The rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
+    return 2.0 / dt - 2.0 * dt / elastic**2
 
 
 def dot(a: np.ndarray, mass: np.ndarray, b: np.ndarray) -> float:

@@ -70,10 +70,11 @@ class BodyState:
         rows: int = 1,
         jacobian: float = -np.inf,
         energy: float = np.inf,
+        viscous_rate: float = np.inf,
     ) -> int:
         """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
 
-        steps [s]: before and after level n; rows, jacobian, energy: see `SerialStep.run`. Returns the rows done.
+        steps [s]: before and after level n; rows and what follows: see `SerialStep.run`. Returns the rows done.
         """
         force, serial = self.internal_force, self.serial
         if serial is None or not self.plan.small:
@@ -84,7 +85,7 @@ class BodyState:
             start = serial.names.PASS
         if serial is None:
             return 1
-        return serial.run(start, self.u, self.v, *steps, rows, jacobian, energy)
+        return serial.run(start, self.u, self.v, *steps, rows, jacobian, energy, viscous_rate)
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """The measured rows [n, WIDTH] (history.MEASURED) of the last `advance`, at the given times [s]."""
@@ -97,6 +98,9 @@ class BodyState:
         rows[:, PLACE["time"]] = times[:, None]
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
+        if self.plan.viscosity is not None:
+            viscous = self.internal_force.viscous_sums()[None] if self.serial is None else raw[:, RAW:]
+            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = viscous[:, :1], viscous[:, 1:]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]

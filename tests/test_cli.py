@@ -62,7 +62,13 @@ def cube(tmp_path_factory) -> tuple[Path, str]:
 def test_list_names_every_case(capsys):
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == ["bar-impact", "bouncing-bar", "cube-impact", "wall-shock"]
+    assert [line.split()[0] for line in lines] == [
+        "bar-impact",
+        "bouncing-bar",
+        "cube-impact",
+        "friction-layer",
+        "wall-shock",
+    ]
 
 
 def test_list_verbose_shows_parameters_with_their_choices(capsys):

@@ -80,8 +80,8 @@ def test_a_contact_face_held_along_the_normal_never_moves_into_the_wall():
     span = 0.5 * 0.2 / bar_speed(mat)
     scene = tc.Scene(bodies=[body], obstacles=[wall], duration=span, contact=tc.MasslessContact(removal="normal"))
     free = tc.Scene(bodies=[body], duration=span, contact=None)
-    one, two = simulate(scene), simulate(free)
-    assert np.array_equal(one.position, two.position)
+    one, two = simulate(scene, dt=1e-5), simulate(free, dt=1e-5)
+    assert np.abs(one.position - two.position).max() <= 1e-13
     assert not one.history["contact_force"].any()
 
 

@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, NODE_SUMS
+from ..kernels.lanes import CELL_SUMS, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
@@ -33,7 +33,7 @@ class InternalForce:
         if plan.contact is not None and plan.contact.graph is not None:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
             packs = self.surface.packs
-        self.step = make_step(kind, material.law)
+        self.step = make_step(kind, material.law, **plan.options)
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._surface_kernel = Prepared(self.step)
         self.gravity = plan.gravity
@@ -46,8 +46,12 @@ class InternalForce:
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(plan.boundary))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        self.cell_sums = arrays.zeros(2 * CHUNKS * CELL_SUMS)
-        self.parameters = arrays.put(np.array([0.0] * 6 + [*self.lame]))
+        self.cell_sums = arrays.zeros(VISCOUS_START)
+        self.viscous = plan.viscosity is not None
+        if self.viscous:
+            self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
+        self.constants = (*self.lame, *plan.constants)
+        self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
     def advance(
         self,
@@ -70,7 +74,7 @@ class InternalForce:
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""
         gravity = self.gravity if loaded else np.zeros(3)
-        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.lame]))
+        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.constants]))
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """The arrays of the pass, as in kernels/bundles.Body."""
@@ -82,6 +86,8 @@ class InternalForce:
         other = copy(self)
         other.info = arrays.put(arrays.get(self.info) & CHUNK_BITS)
         other.parameters = arrays.put(arrays.get(self.parameters))
+        if self.viscous:  # products leave the pressures alone
+            other.cell_sums = arrays.put(arrays.get(self.cell_sums))
         other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
         return other
 
@@ -95,6 +101,12 @@ class InternalForce:
         cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
         return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
 
+    def viscous_sums(self) -> np.ndarray:
+        """With bulk viscosity: power dissipated in the step to the last pass [W], largest rate of a cell [1/s]."""
+        chunks = arrays.get(self.cell_sums)[VISCOUS_START:VISCOUS_HELD].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
+        return np.array([chunks[:, 0].sum(), chunks[:, 1].max()])
+
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [self.connectivity, self.chunks, self.info, self.reference, self.mass, self.rows]
+        shared = [self.connectivity, self.chunks, self.info, self.reference, self.mass, self.rows]
+        return [*shared, self.cell_sums] if self.viscous else shared

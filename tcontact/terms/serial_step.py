@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import RAW
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
@@ -39,7 +38,8 @@ class SerialStep:
         parts += (whole, whole, real, real) if supports is None else supports.arguments()
         parts += none if own is None else (*own, *none[len(own) :])
         self.control = arrays.zeros(kernels.CONTROL)
-        self.raw = arrays.zeros(self.rows_at_once * RAW)
+        self.width = kernels.row_width(plan.viscosity is not None)
+        self.raw = arrays.zeros(self.rows_at_once * self.width)
         self._parts = (*parts, self.control, self.raw)
         self.kernel = kernels.make_serial_step(
             plan.variant,
@@ -51,6 +51,7 @@ class SerialStep:
             listed is not None,
             supports is not None,
             plan.small,
+            **plan.options,
         )
         self._launch = Prepared(self.kernel)
         self._planes = 0 if contact is None else contact.plane_count
@@ -66,16 +67,18 @@ class SerialStep:
         rows: int = 1,
         jacobian: float = -np.inf,
         energy: float = np.inf,
+        viscous_rate: float = np.inf,
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         before, after [s]: the steps that end and start at the present level. It stops after a row with a det F of at
-        most `jacobian`, an energy above `energy` [J] or a static solve that did not converge.
+        most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a static solve that
+        did not converge.
         """
         names = self.names
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._planes, self._exact, jacobian, energy
-        control[names.FIRST] = 1.0
+        control[names.FIRST], control[names.RATE_LIMIT] = 1.0, viscous_rate
         arrays.set_values(self.control, control)
         self._launch(*self.force.arguments(u, v), *self._parts)
         control = arrays.get(self.control)
@@ -89,8 +92,8 @@ class SerialStep:
         return done
 
     def rows(self, count: int) -> np.ndarray:
-        """Raw rows [count, RAW] of the last run."""
-        return arrays.get(self.raw).reshape(-1, RAW)[:count]
+        """Raw rows [count, width] of the last run."""
+        return arrays.get(self.raw).reshape(-1, self.width)[:count]
 
     def use_for_products(self) -> None:
         """Let the force pass of the body go through this kernel, so that no other one is compiled."""

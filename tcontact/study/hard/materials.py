@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from tcontact.cases import bar_impact, cube_impact, wall_shock
 
 from ... import checks as ck
+from ...dissipation import BulkViscosity
 from ...result import Result
 from ..hard_cases import HardCase, Run, sound
 
@@ -18,6 +20,7 @@ def cases() -> list[HardCase]:
     return [
         *(_near_incompressible(nu, removal) for nu in (0.49, 0.499, 0.4999) for removal in ("normal", "full")),
         *(_wall_shock(mach) for mach in (0.05, 0.1, 0.2)),
+        _viscous_shock(),
         HardCase(
             name="svk-beyond-its-limit",
             hard="St Venant-Kirchhoff bar at 0.35 of its wave speed: the law has no solution beyond 0.266",
@@ -74,3 +77,26 @@ def _wall_shock(mach: float) -> HardCase:
         runs=lambda full: [Run(wall_shock.scene(cells=160 if full else 40, mach=mach))],
         judge=lambda results: wall_shock.checks(results[0]),
     )
+
+
+def _viscous_shock() -> HardCase:
+    def runs(full: bool) -> list[Run]:
+        scene = wall_shock.scene(cells=160 if full else 80, mach=0.4)
+        return [Run(scene), Run(replace(scene, viscosity=BulkViscosity()))]
+
+    return HardCase(
+        name="shock-0.4-viscous",
+        hard="neo-Hookean block at 0.4 of its wave speed, too strong a shock without bulk viscosity",
+        runs=runs,
+        judge=lambda results: [*wall_shock.checks(results[1]), _calmer(results)],
+    )
+
+
+def _calmer(results: list[Result]) -> ck.Check:
+    """Ringing of the compression behind the front, standard deviation, over that without viscosity."""
+    spread = []
+    for result in results:
+        levels, stretch = wall_shock.stretches(result)
+        behind = (levels > 0.1 * levels[-1]) & (levels < 0.7 * wall_shock.TRAVEL * levels[-1])
+        spread.append(float(stretch[behind].std()))
+    return ck.at_most("ringing behind the front over that without viscosity", spread[1] / spread[0], 0.1)

@@ -1,0 +1,45 @@
+"""What a scene may dissipate besides contact and friction: damping of all motion, viscosity in shocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import validate
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class MassDamping:
+    """Force -rate M v on everything with mass, to let a body settle; rate [1/s] above 0.
+
+    Free motion decays like exp(-rate t), a mode of angular frequency omega fastest at rate = 2 omega. It does not cut
+    the stable step; above rate = 2/dt velocities change sign from step to step. History: `damping_work` [J],
+    dissipated so far, and `damping_impulse` [N s], the impulse of the damping force on the bodies so far.
+    Raises `InputError`.
+    """
+
+    rate: float
+
+    def __post_init__(self) -> None:
+        validate.number("MassDamping.rate", self.rate, low=0.0)
+
+
+@dataclass(frozen=True)
+class BulkViscosity:
+    """An extra pressure in cells whose volume changes, so that shocks spread over a few cells and do not ring.
+
+    q = rho h (linear c |e| + quadratic^2 h e^2) in compression, -rho h linear c e in expansion, with the volumetric
+    strain rate e, the shortest height h and the wave speed c (Landshoff; von Neumann and Richtmyer 1950). Both numbers
+    are pure and at least 0, one of them above; usual are 0.06 and 1.2. Cells with massless contact nodes have none. It
+    cuts the stable step (`Result.dt_limit` holds the linear part; a run shortens its step as the quadratic one asks
+    for it). History: `viscous_work` [J], dissipated so far. Raises `InputError`.
+    """
+
+    linear: float = 0.06
+    quadratic: float = 1.2
+
+    def __post_init__(self) -> None:
+        validate.number("BulkViscosity.linear", self.linear, low=0.0, strict=False)
+        validate.number("BulkViscosity.quadratic", self.quadratic, low=0.0, strict=False)
+        if self.linear == 0.0 and self.quadratic == 0.0:
+            raise InputError("BulkViscosity.linear", self.linear, "both parts are 0; give Scene(viscosity=None)")
