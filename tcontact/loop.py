@@ -66,6 +66,7 @@ class Run:
         displacement: list[np.ndarray],
         velocity: list[np.ndarray],
         history_every: int,
+        pressures: bool = False,
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.states = [
@@ -84,6 +85,8 @@ class Run:
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
         self.history = History(history_every, planned.columns, damping)
+        records = [(state, state.pressure_record()) for state in self.states if pressures]
+        self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
         self.guards = Guards(scene, self.states)
         self.over_limit = False
@@ -133,7 +136,7 @@ class Run:
                 times = np.cumsum([time, *[after] * (done - 1)])
                 rows = [state.rows(times) for state in self.states]
                 table = _total(rows)
-                self.history.add(table)
+                self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
                 if row_number == 0:
@@ -150,7 +153,7 @@ class Run:
                 before, time, row_number = after, time + after, row_number + 1
                 bar.update(time)
         wall = perf_counter() - compiled - output
-        self.history.finish()
+        self._keep(None)
         if stop is None:
             self._warn_held(row)
         if stop is None and time < end:
@@ -158,6 +161,17 @@ class Run:
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
         return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+
+    def _keep(self, table: np.ndarray | None) -> None:
+        """Take rows into the history, None to close it, and the pressures of the row that it kept."""
+        count = self.history.count
+        if table is None:
+            self.history.finish()
+        else:
+            self.history.add(table)
+        if self.history.count > count:
+            for state, record in self.pressures:
+                record.add(state.contact_node_force())
 
     def _step(self, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
@@ -171,8 +185,8 @@ class Run:
         return self.scheme.step(self.states[0], before, after, many, **stop_at)
 
     def _rows_until(self, span: float, number: int) -> int:
-        """Rows from row `number` on that can be done at once: none of them a frame, the end or due for a look."""
-        if len(self.states) > 1:
+        """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""
+        if len(self.states) > 1 or self.pressures:
             return 1
         rows = min(self.states[0].rows_at_once, int(span / self.dt))
         if any(self.guards.nonlinear):
@@ -253,6 +267,7 @@ class Run:
             history=self.history.columns(),
             scene=self.scene,
             warnings=self.warnings,
+            contact_pressures=tuple(record for _, record in self.pressures),
         )
 
 

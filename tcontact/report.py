@@ -152,6 +152,10 @@ def lines(data: Mapping[str, Any]) -> list[str]:
     smooth = data.get("smoothness")
     if smooth:
         rows["contact"] = f"force variation {_number(smooth['force_variation']):.3g}"
+        if "nodal_variation" in smooth:
+            rows["contact"] += f" (a node's {_number(smooth['nodal_variation']):.3g})"
+            board = _number(smooth["checkerboard"])
+            rows["contact"] += f", checkerboard {board:.2g}" if math.isfinite(board) else ""
         rows["contact"] += f", peak {_number(smooth['peak_over_plateau']):.3g} x plateau, releases {smooth['releases']}"
     found = [f"{data['case']}: {data['reason']} at {si(_number(data['time']), 's', 4)} after {data['steps']} steps"]
     found += [f"  {name:<10}{text}" for name, text in rows.items()]

@@ -29,13 +29,16 @@ def simulate(
     progress: bool = False,
     history_every: int = 1,
     initial: Result | None = None,
+    pressures: bool = False,
 ) -> Result:
     """Run a scene and return its `Result`.
 
     scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
-    the end of another run of the same bodies. Ctrl-C stops after the present step with everything kept.
+    the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
+    pressures of the contact nodes at every row of the history (`Result.contact_pressures`). Ctrl-C stops after the
+    present step with everything kept.
 
     Raises `InputError` before anything is started or written.
     """
@@ -45,15 +48,16 @@ def simulate(
     scheme = scheme_of(scheme)
     validate.whole("frames", frames, 0)
     validate.whole("history_every", history_every, 1)
-    if not isinstance(progress, bool):
-        raise InputError("progress", progress, "use True or False")
+    for name, value in (("progress", progress), ("pressures", pressures)):
+        if not isinstance(value, bool):
+            raise InputError(name, value, "use True or False")
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
     planned = plan(scene)
     runtime.start(arch, threads)
     if folder is not None:
         make_folder(folder)
-    run = Run(scene, planned, scheme, displacement, velocity, history_every)
+    run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
     recorder = None if folder is None else Recorder(folder, scene, run.states, " + ".join(planned.terms))
     with ProgressBar(scene.duration, "simulate", progress) as bar:
         result = run.go(frames, recorder, bar, started)
@@ -71,7 +75,7 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     """Displacement and velocity [n, 3] of every body at the start."""
     if initial is None:
         return (
-            [np.zeros((body.mesh.node_count, 3)) for body in scene.bodies],
+            [np.array(body.initial_displacement) for body in scene.bodies],
             [np.array(body.initial_velocity) for body in scene.bodies],
         )
     if not isinstance(initial, Result):

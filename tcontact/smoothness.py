@@ -10,7 +10,8 @@ weight A_k), P^n = sum_k A_k p_k^n / sum_k A_k the mean pressure of the face:
     checkerboard       sum |p_- - 2 p + p_+| / 4 over sum |p|, both over the inner nodes of all grid lines of the face
                        and the rows with F > 0.2 max F: 0 for pressures linear along the lines, 1 for a checkerboard
 
-The first three need the history; the last two need the pressures of every row (`PressureRecord`).
+The first three need the history; the last two need the pressures of every row (`PressureRecord`),
+which `simulate(pressures=True)` keeps.
 """
 
 from __future__ import annotations
@@ -95,10 +96,9 @@ def grid_lines(faces: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 
 
 class PressureRecord:
-    """Pressures of the contact nodes of one body, a row per step, in float32.
+    """Pressures of the contact nodes of one body, a row per row of the history, in float32.
 
-    nodes: [k] ids of the contact nodes; areas: [k] area weights [m^2]; faces: the contact faces. Nodes without area
-    are left out.
+    nodes: [k] the body's contact nodes; areas: [k] their area weights [m^2]; faces: its contact faces [f, 4|3].
     """
 
     def __init__(self, nodes: np.ndarray, areas: np.ndarray, faces: np.ndarray) -> None:
@@ -109,7 +109,8 @@ class PressureRecord:
 
     def add(self, force: np.ndarray) -> None:
         """Add a row: contact forces [k, 3] [N] on the nodes; their size is taken, normals may differ."""
-        self._rows.append((np.linalg.norm(force, axis=1) / self.areas).astype(np.float32))
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that blows up
+            self._rows.append((np.linalg.norm(force, axis=1) / self.areas).astype(np.float32))
 
     @property
     def pressure(self) -> np.ndarray:
@@ -143,7 +144,7 @@ def of(result: Result, records: Sequence[PressureRecord] | None = None) -> dict[
     Empty if nothing touched or the force is not finite.
     """
     if records is None:
-        records = getattr(result, "contact_pressures", ())
+        records = result.contact_pressures
     force = total_force(result)
     if not np.isfinite(force).all() or not _largest(force) > 0.0:
         return {}

@@ -9,6 +9,7 @@ from .history import PLACE, WIDTH
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
 from .plan import BodyPlan
 from .scene import Scene
+from .smoothness import PressureRecord
 from .terms.boundary_nodes import BoundaryNodes, Supports
 from .terms.contact import make_contact
 from .terms.internal_force import InternalForce
@@ -150,10 +151,22 @@ class BodyState:
     def contact_force(self) -> np.ndarray:
         """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result = np.zeros((len(self.plan.reference), 3))
-        if self.contact is not None and self.plan.contact is not None:
-            nodes = self.plan.contact.nodes
-            result[nodes] = arrays.get(self.contact.contact_force)[: 3 * len(nodes)].reshape(-1, 3)
+        if self.plan.contact is not None:
+            result[self.plan.contact.nodes] = self.contact_node_force()
         return self._to_user(result)
+
+    def contact_node_force(self) -> np.ndarray:
+        """Contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
+        if self.contact is None or self.plan.contact is None:
+            return np.zeros((0, 3))
+        return arrays.get(self.contact.contact_force)[: 3 * len(self.plan.contact.nodes)].reshape(-1, 3)
+
+    def pressure_record(self) -> PressureRecord | None:
+        """An empty record for the pressures of the contact nodes; None without any."""
+        contact = self.plan.contact
+        if self.contact is None or contact is None or not len(contact.nodes):
+            return None
+        return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
     def contact_areas(self) -> np.ndarray:
         """Area weight [n] [m^2] of every node; 0 off the contact set."""

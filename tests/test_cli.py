@@ -311,6 +311,8 @@ def test_comparison_runs_both_and_puts_them_side_by_side(tmp_path, capsys):
     calm, _, ordinary = (figures[label] for label in data["labels"])
     assert calm["force_changes"] < 2.0 < ordinary["force_changes"], "mass on the contact nodes chatters"
     assert calm["energy_error_max"] < ordinary["energy_error_max"]
+    assert calm["nodal_variation"] < ordinary["nodal_variation"], "the command keeps the nodal pressures"
+    assert calm["checkerboard"] < ordinary["checkerboard"]
     assert data["labels"] == ["massless", "massless + penalty", "ordinary mass + penalty"]
     for part in data["runs"]:
         assert names(out / part) == NUMBERS

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tcontact import cases, cli
 from tcontact.commands import settings
+from tcontact.study import hard_cases, methods, problems
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -48,6 +49,8 @@ def test_every_run_of_the_readme_is_one():
         words = cli.parser().parse_args(line.split())
         case = cases.load(words.case)
         wanted = settings.read(words.case, case, words.set)
+        if not hasattr(case, "scene"):
+            continue
         assert case.scene(**wanted.scene)
         settings.scheme(wanted.scheme)
     (more,) = re.findall(r"`--set (contact=[^`]*)`", TEXT)
@@ -61,3 +64,17 @@ def test_every_command_of_the_readme_is_known():
     ).stdout
     for verb in re.findall(r"`tcontact (\w+)", TEXT):
         assert verb in known, verb
+
+
+def test_every_study_of_the_readme_is_one():
+    """Cases and methods of each `tcontact study` exist, and so do the hard cases of the table."""
+    for line in re.findall(r"`tcontact (study [a-z][^`]*)`", TEXT):
+        words = cli.parser().parse_args(line.split())
+        assert words.case in (*problems.names(), "hard-cases", "friction-layer")
+        for name in words.methods or ():
+            methods.method(name)
+    known = hard_cases.register()
+    (table,) = blocks("text")
+    rows = [row.split() for row in table.splitlines()[1:]]
+    assert len(rows) > 10
+    assert all(row[0] in known and row[1] in known[row[0]].expected for row in rows)

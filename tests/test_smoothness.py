@@ -1,5 +1,7 @@
 """Smoothness of a contact pressure: each number is what its formula says on pressures made up for it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scenes
@@ -8,7 +10,7 @@ import tcontact as tc
 from tcontact import report, smoothness
 from tcontact.cases import cube_impact
 from tcontact.lumped_mass import node_areas
-from tcontact.vtkhdf import ResultData
+from tcontact.plan import SMALL
 
 
 def face(n=5, kind="hex8"):
@@ -98,33 +100,71 @@ def test_every_summary_holds_the_numbers_and_they_tell_a_penalty_from_the_massle
     assert found["massless"] < 1.7 < 2.5 < found["penalty"]
 
 
-def recorded(scene, folder):
-    """A run and the pressures of every row, by way of a file with a frame for each."""
-    result = scenes.simulate(scene, out=folder, frames=1000)  # more than there are steps: every one
-    data = ResultData.open(folder / "result.vtkhdf")
-    rows = result.steps + 1
-    assert len(data) == rows == len(result.history["time"])
-    (body,) = scene.bodies
-    nodes = np.unique(body.contact_faces)
-    areas = node_areas(body.mesh.nodes, body.contact_faces)[nodes]
-    record = smoothness.PressureRecord(nodes, areas, body.contact_faces)
-    for row in range(rows):
-        record.add(data.frame(row).point_data["contact_force"][nodes])
-    np.testing.assert_allclose(  # the pressures are those of the history
-        record.pressure @ areas, result.history["contact_force"][:, 2], rtol=1e-5, atol=1e-3
-    )
-    return result, record
+def weights(result):
+    """Nodes [k] and area weights of the contact faces of every body of a result."""
+    found = []
+    for body in result.scene.bodies:
+        nodes = np.unique(body.contact_faces)
+        found.append((nodes, node_areas(body.mesh.nodes, body.contact_faces)[nodes]))
+    return found
 
 
-def test_the_cube_is_pressed_smoothly_by_the_massless_method_and_not_by_a_penalty(tmp_path):
+@pytest.mark.parametrize("at_once", [False, True], ids=["a row per launch", "many rows per launch"])
+@pytest.mark.parametrize("contact", ["massless", "penalty", "impulse"])
+def test_the_pressures_of_every_row_are_those_of_the_history(contact, at_once, monkeypatch):
+    """Their sum is the contact force of the row, their last row that of the result; the run is the same without."""
+    for kind in SMALL:
+        monkeypatch.setitem(SMALL, kind, 10**6 if at_once else 0)
+    scene = cube_impact.scene(cells=3, contact=contact)
+    plain, result = scenes.simulate(scene), scenes.simulate(scene, pressures=True)
+    assert plain.contact_pressures == ()
+    for name, column in plain.history.items():
+        np.testing.assert_allclose(column, result.history[name], rtol=1e-7, atol=1e-9 * np.abs(column).max())
+    (record,), ((nodes, areas),) = result.contact_pressures, weights(result)
+    assert set(record.nodes) == set(nodes)
+    assert record.areas.sum() == pytest.approx(areas.sum())
+    force = result.history["contact_force"][:, 2]
+    np.testing.assert_allclose(record.pressure @ record.areas, force, rtol=1e-5, atol=1e-6 * force.max())
+    last = np.linalg.norm(result.contact_node_force[record.nodes], axis=1) / record.areas
+    np.testing.assert_allclose(record.pressure[-1], last, rtol=1e-6)
+
+
+def test_thinned_rows_keep_their_pressures():
+    scene = cube_impact.scene(cells=3, duration=1.1e-3)
+    full, thin = (scenes.simulate(scene, pressures=True, history_every=every) for every in (1, 7))
+    rows = [*range(0, full.steps, 7), full.steps]
+    assert full.steps % 7
+    assert np.array_equal(thin.contact_pressures[0].pressure, full.contact_pressures[0].pressure[rows])
+
+
+def test_every_body_that_can_touch_has_a_record():
+    one, two = (cube_impact.scene(cells=2, duration=5e-4, size=size).bodies[0] for size in (0.1, 0.08))
+    away = replace(two, contact=None, displacement=(1.0, 0.0, 0.0), name="away")
+    two = replace(two, displacement=(0.3, 0.0, 0.0), name="other")
+    scene = tc.Scene(bodies=[one, away, two], obstacles=[tc.Plane()], duration=5e-4)
+    result = scenes.simulate(scene, pressures=True)
+    total = sum(record.pressure @ record.areas for record in result.contact_pressures)
+    assert len(result.contact_pressures) == 2
+    force = result.history["contact_force"][:, 2]
+    np.testing.assert_allclose(total, force, rtol=1e-5, atol=1e-6 * force.max())
+
+
+def test_pressures_is_true_or_false():
+    with pytest.raises(tc.InputError, match="pressures"):
+        tc.simulate(cube_impact.scene(cells=2), pressures=1)
+
+
+def test_the_cube_is_pressed_smoothly_by_the_massless_method_and_not_by_a_penalty():
     """16^3 hexes at 10 km/h."""
-    result, record = recorded(cube_impact.scene(), tmp_path / "massless")
-    found = smoothness.of(result, [record])
+    result = scenes.simulate(cube_impact.scene(), pressures=True)
+    found = smoothness.of(result)
     assert found["force_variation"] <= 1.4
     assert found["nodal_variation"] <= 1.6
     assert found["checkerboard"] <= 0.02
     assert found["releases"] == 1
-    result, record = recorded(cube_impact.scene(contact="penalty"), tmp_path / "penalty")
-    wild = smoothness.of(result, [record])
+    data = report.summary(result, case="cube-impact", parameters={}, checks=[])
+    assert data["smoothness"] == found
+    assert any("checkerboard" in line for line in report.lines(data))
+    wild = smoothness.of(scenes.simulate(cube_impact.scene(contact="penalty"), pressures=True))
     assert wild["nodal_variation"] > 5.0 * found["nodal_variation"]
     assert wild["checkerboard"] > 10.0 * found["checkerboard"]

@@ -92,6 +92,7 @@ def _one(
         threads=arguments.threads,
         arch=arguments.arch,
         progress=not arguments.quiet,
+        pressures=True,
     )
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks)

@@ -1,4 +1,7 @@
-"""`tcontact study CASE`: what accuracy costs, method by method; `tcontact study hard-cases`: where it breaks."""
+"""`tcontact study CASE`: what accuracy costs, method by method; `tcontact study hard-cases`: where it breaks.
+
+`tcontact study friction-layer` is of a layer alone, without a mechanical scene.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from ..errors import InputError
 from . import folder, settings
 from .bench import _positive, _whole
 
-HARD = "hard-cases"
+HARD, LAYER = "hard-cases", "friction-layer"
 
 
 def add(subparsers: Any) -> None:
@@ -22,7 +25,7 @@ def add(subparsers: Any) -> None:
         " study.png in a folder. CASE hard-cases: run the register of hard cases and print its table.",
     )
     parser.add_argument(
-        "case", metavar="CASE", help="a problem with a reference, or hard-cases; a wrong name lists them"
+        "case", metavar="CASE", help="a problem with a reference, hard-cases or friction-layer; a wrong name lists them"
     )
     parser.add_argument(
         "--methods",
@@ -54,7 +57,7 @@ def add(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the study, write its files, print its table; 1 if no run succeeded or a hard case came out wrong."""
     out = arguments.out or Path("runs") / f"study-{arguments.case}"
-    work = _hard_cases if arguments.case == HARD else _study
+    work = {HARD: _hard_cases, LAYER: _friction_layer}.get(arguments.case, _study)
     ready = work(arguments)  # bad input is refused here, before any file is touched
     try:
         with folder.replacing(out, arguments.force):
@@ -65,6 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _study(arguments: argparse.Namespace) -> Any:
+    """Checks the words; returns what runs methods x sizes x steps into a folder and gives the exit code."""
     from ..study import methods, problems
     from ..study.runner import Study, collect
 
@@ -102,11 +106,10 @@ def _study(arguments: argparse.Namespace) -> Any:
 
 
 def _hard_cases(arguments: argparse.Namespace) -> Any:
+    """The same for the register of hard cases."""
     from ..study import hard_cases
 
-    for option in ("sizes", "steps", "set", "error"):
-        if getattr(arguments, option):
-            raise InputError(f"--{option}", getattr(arguments, option), "hard cases have their own; use --full")
+    _refuse(arguments, ("sizes", "steps", "set", "error"), "hard cases have their own; use --full")
     chosen = hard_cases.choose(arguments.methods)
 
     def go(out: Path) -> int:
@@ -127,6 +130,40 @@ def _hard_cases(arguments: argparse.Namespace) -> Any:
         return 0 if report["passed"] and not report["interrupted"] else 1
 
     return go
+
+
+def _friction_layer(arguments: argparse.Namespace) -> Any:
+    """The same for the layer alone."""
+    from ..study import friction_layer as study
+
+    _refuse(arguments, ("sizes", "steps", "set", "error", "full"), "this study has its own grids, steps and errors")
+    methods = study.choose(arguments.methods)
+
+    def go(out: Path) -> int:
+        from ..friction_layer.study import draw
+        from ..report import write_json
+
+        report = study.collect(
+            methods,
+            budget=arguments.budget,
+            threads=arguments.threads,
+            say=lambda text: print(f"  {text}", flush=True),
+        )
+        write_json(out / "study.json", report)
+        study.write_csv(out / "study.csv", report["rows"])
+        drawn = draw(out / "study.png", report["rows"])
+        print("", *study.lines(report), sep="\n")
+        print(f"\nfiles in {out}" + ("" if drawn else " (no figure: nothing was measured)"))
+        return 0 if report["rows"] and not report["interrupted"] else 1
+
+    return go
+
+
+def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], remedy: str) -> None:
+    """Raise `InputError` if one of the options was given."""
+    for option in options:
+        if getattr(arguments, option):
+            raise InputError(f"--{option}", getattr(arguments, option), remedy)
 
 
 def _words(text: str) -> list[str]:

@@ -52,7 +52,7 @@ def surface(path: Path, runs: Mapping[str, LayerResult], melting_temperature: fl
 
 
 def error_against_cost(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Error of surface temperature and of tau against time per cell step, a line per method and grid of a study."""
+    """Error of the surface temperature against time per cell: a panel per speed, a line per method and grid."""
     velocities = sorted({row["velocity"] for row in rows if row["kind"] == "accuracy"})
     figure, panels = _panels(len(velocities))
     for axes, velocity in zip(panels, velocities, strict=True):

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..lumped_mass import shape_functions
+
 if TYPE_CHECKING:
     from ..result import Result
-
-CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
-)
 
 
 def centred_mean(impulse: Callable[[np.ndarray], np.ndarray], time: np.ndarray) -> np.ndarray:
@@ -49,23 +47,14 @@ def normal_force(result: Result) -> np.ndarray:
 
 def hex_quadrature(mesh: Any, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Points [q, 3], weights [q] [m^3], displacement [q, 3] and its gradient [q, 3, 3] at the 2x2x2 points of hexes."""
-    offset = 0.5 / np.sqrt(3.0)
     parts: list[list[np.ndarray]] = [[], [], [], []]
     nodes, moved = mesh.nodes[mesh.cells], displacement[mesh.cells]
-    for corner in CORNERS:
-        place = 0.5 + (2.0 * corner - 1.0) * offset
-        each = np.where(CORNERS == 1.0, place, 1.0 - place)  # [8, 3] factors of the shape functions
-        shape = each.prod(axis=1)
-        slope = np.stack(
-            [np.where(CORNERS[:, d] == 1.0, 1.0, -1.0) * np.delete(each, d, axis=1).prod(axis=1) for d in range(3)],
-            axis=1,
-        )
+    for shape, slope, weight in zip(*shape_functions("hex8"), strict=True):
         jacobian = np.einsum("mai,ad->mid", nodes, slope)
-        inverse = np.linalg.inv(jacobian)
         parts[0].append(np.einsum("a,mai->mi", shape, nodes))
-        parts[1].append(np.linalg.det(jacobian) / 8.0)
+        parts[1].append(weight * np.linalg.det(jacobian))
         parts[2].append(np.einsum("a,mai->mi", shape, moved))
-        parts[3].append(np.einsum("mai,ad,mdj->mij", moved, slope, inverse))
+        parts[3].append(np.einsum("mai,ad,mdj->mij", moved, slope, np.linalg.inv(jacobian)))
     points, weights, values, gradients = (np.concatenate(part) for part in parts)
     return points, weights, values, gradients
 

@@ -30,11 +30,10 @@ TOLERANCE = 1e-4  # of the static solve where the scene names none
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a case: the scene, its time scheme, the state it starts from, how many steps make a row."""
+    """One run of a case: the scene, its time scheme, how many steps make a row."""
 
     scene: Scene
     scheme: CentralDifference = field(default_factory=CentralDifference)
-    initial: Result | None = None
     history_every: int = 1
 
 
@@ -104,9 +103,7 @@ def evaluate(case: HardCase, full: bool = False, threads: int | None = None) -> 
         warnings.simplefilter("ignore")
         try:
             for run in case.runs(full):
-                result = tc.simulate(
-                    run.scene, run.scheme, threads=threads, history_every=run.history_every, initial=run.initial
-                )
+                result = tc.simulate(run.scene, run.scheme, threads=threads, history_every=run.history_every)
                 results.append(result)
             stopped = [result for result in results if not result.ok]
             checks = case.judge(results) if not stopped else []

@@ -8,11 +8,14 @@ from typing import Any
 LEVELS = tuple(round(m * 10.0**-k, 12) for k in range(7) for m in (1.0, 0.5, 0.2, 0.1))
 
 
-def best(rows: Sequence[Mapping[str, Any]], error: str) -> list[dict[str, Any]]:
+KEYS = ("method", "size", "cfl")  # what tells runs of a study apart
+
+
+def best(rows: Sequence[Mapping[str, Any]], error: str, keys: Sequence[str] = KEYS) -> list[dict[str, Any]]:
     """The run of least wall time among those whose `error` is at or below each level, down to the last level reached.
 
     A run that failed (stopped, changed its energy by more than a tenth, or is wrong by the whole solution) is no
-    candidate, however small its error.
+    candidate, however small its error. keys: what tells runs apart.
     """
     runs = [row for row in rows if row.get("ok") and not row.get("failure") and error in row.get("errors", {})]
     found: list[dict[str, Any]] = []
@@ -21,6 +24,15 @@ def best(rows: Sequence[Mapping[str, Any]], error: str) -> list[dict[str, Any]]:
         if not able:
             break
         row = min(able, key=lambda row: row["wall_s"])
-        keys = ("method", "size", "cfl", "wall_s", "energy_error")
-        found.append({"level": level, "value": row["errors"][error]} | {key: row[key] for key in keys})
+        kept = (*keys, "wall_s", "energy_error")
+        found.append({"level": level, "value": row["errors"][error]} | {key: row[key] for key in kept})
     return found
+
+
+def changes(levels: Sequence[Mapping[str, Any]], keys: Sequence[str] = KEYS) -> list[Mapping[str, Any]]:
+    """Of the levels of `best` those where the cheapest run changes: of several with the same one, the lowest."""
+    return [
+        row
+        for row, following in zip(levels, [*levels[1:], None], strict=False)
+        if following is None or any(row[key] != following[key] for key in keys)
+    ]

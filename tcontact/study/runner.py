@@ -101,12 +101,13 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
 
 
 def build(study: Study, chosen: Method, size: int) -> Any:
-    """The scene of the study with the method's contact."""
+    """The scene of the study with the method's contact and its start."""
     scene = study.problem.scene(cells=size, **study.parameters)
     model = chosen.contact(study.problem.unit(scene))
     if isinstance(model, MasslessContact) and isinstance(scene.contact, MasslessContact):
         model = replace(model, sweeps=scene.contact.sweeps, tolerance=scene.contact.tolerance)
-    return replace(scene, contact=model)
+    scene = replace(scene, contact=model)
+    return study.problem.displaced(scene) if hasattr(study.problem, "displaced") else scene
 
 
 def _forecast(seconds: float, row: dict[str, Any], size: int, cfl: float) -> float:
@@ -124,12 +125,11 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
     result: Any = None
     try:
         scene = build(study, chosen, size)
-        initial = study.problem.initial(scene) if hasattr(study.problem, "initial") else None
         walls: list[float] = []
         while not walls or (sum(walls) < SHORT and len(walls) < REPEATS):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                result = tc.simulate(scene, scheme=chosen.scheme(cfl), threads=study.threads, initial=initial)
+                result = tc.simulate(scene, scheme=chosen.scheme(cfl), threads=study.threads)
             walls.append(result.wall_s)
             row.setdefault("compile_s", result.compile_s)
             if not result.ok:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from .pareto import changes
 
 NOT_RUN = "not run: over the budget, or interrupted"
 COLUMNS = ("method", "size", "cfl", "dt", "steps", "wall_s", "cell_updates", "compile_s", "memory_bytes")
@@ -52,7 +54,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
         found += [
             f"    <= {best['level']:<7g} {best['method']} (size {best['size']}, cfl {best['cfl']:g}):"
             f" {best['wall_s']:.3g} s, energy error {_short(best['energy_error'])}"
-            for best in _steps(report["pareto"][report["error"]])
+            for best in changes(report["pareto"][report["error"]])
         ]
     if report["failures"]:
         found += ["", "  failures"]
@@ -61,15 +63,6 @@ def lines(report: Mapping[str, Any]) -> list[str]:
             for row in report["failures"]
         ]
     return found
-
-
-def _steps(best: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Levels where the cheapest run changes: of those with the same one, the lowest."""
-    return [
-        row
-        for row, following in zip(best, [*best[1:], None], strict=True)
-        if following is None or any(row[key] != following[key] for key in ("method", "size", "cfl"))
-    ]
 
 
 def _short(value: Any) -> str:

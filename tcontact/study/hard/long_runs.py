@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 import tcontact as tc
@@ -12,7 +14,6 @@ from ...contact_models import ContactModel
 from ...result import Result
 from ..hard_cases import HardCase, Run
 from ..problems import column
-from ..start import start
 
 
 def cases() -> list[HardCase]:
@@ -100,7 +101,9 @@ def _resting(steps: int) -> Run:
     moved = np.zeros((mesh.node_count, 3))
     moved[:, 2] = sag[level]
     return Run(
-        scene, tc.CentralDifference(dt=0.5 * crossing), start(scene, moved), history_every=100 if steps > 100_000 else 1
+        replace(scene, bodies=[replace(body, displacement=moved)]),
+        tc.CentralDifference(dt=0.5 * crossing),
+        history_every=100 if steps > 100_000 else 1,
     )
 
 

@@ -3,8 +3,8 @@
 A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error, the names are
 `ERRORS`, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (what the K of penalty-K counts,
 [N/m^3]).
-Optional: `initial(scene)`, the state it starts from; `REFERENCE`, a line on what the errors refer to; `reference`, see
-`tcontact.study.reference`: then `errors(result, reference)`.
+Optional: `displaced(scene)`, the scene with its start, once its contact is known; `REFERENCE`, a line on what the
+errors refer to; `reference`, see `tcontact.study.reference`: then `errors(result, reference)`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def names() -> list[str]:
 def load(name: str) -> ModuleType:
     """The problem's module. Raises `InputError` with the known names."""
     if name not in names():
-        raise InputError("case", name, "use one of " + ", ".join([*names(), "hard-cases"]))
+        raise InputError("case", name, "use one of " + ", ".join([*names(), "friction-layer", "hard-cases"]))
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 

@@ -5,13 +5,13 @@ Unit length, speed, young and density. Without jumps, the order in h of the cont
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .. import errors as err
 from ..exact import SmoothBump
-from ..start import start
 from . import cell_stiffness, column
 
 unit = cell_stiffness
@@ -42,15 +42,15 @@ def scene(*, cells: int = 80, kind: str = "hex8") -> Any:
     return tc.Scene(bodies=[bar], obstacles=[tc.Plane()], duration=END)
 
 
-def initial(scene: Any) -> Any:
-    """The bar pressed, with the wave in it."""
+def displaced(scene: Any) -> Any:
+    """The scene with the bar pressed, and the wave in it."""
     z = scene.bodies[0].mesh.nodes[:, 2]
     moved = np.zeros((len(z), 3))
     moved[:, 2] = -WAVE.prestrain * z - WAVE.integral(z)
     penalty = getattr(scene.contact, "penalty", None) or getattr(scene.contact, "stiffness", None)
     if penalty is not None:  # the wall gives way under the prestress
         moved[:, 2] -= WAVE.prestrain / penalty
-    return start(scene, moved)
+    return replace(scene, bodies=[replace(scene.bodies[0], displacement=moved)])
 
 
 def errors(result: Any) -> dict[str, float]:
