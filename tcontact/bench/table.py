@@ -153,16 +153,11 @@ def _parts(row: Mapping[str, Any]) -> dict[str, str]:
     """Microseconds by group of parts."""
     groups = {
         "force and update": ("force and update",),
-        "solve: residual": ("static solve: residual",),
-        "solve: tangent": ("static solve: tangent",),
-        "solve: sweeps": ("static solve: sweeps", "static solve: control"),
-        "contact, gaps, boundary": ("contact load", "boundary nodes", "predict contact nodes", "gaps"),
+        "contact cells": ("contact cells",),
+        "boundary, static solve": ("boundary nodes and static solve",),
         "rows, guards, loop": ("history row", "history", "guards", "loop"),
         "stable step": ("stable step",),
     }
-    if row["contact"] == "none":
-        groups["rows, guards, loop"] += ("gaps",)
-        groups["contact, gaps, boundary"] = ()
     cells = _head(row)
     for name, parts in groups.items():
         known = [row["parts_s"][part] for part in parts if part in row["parts_s"]]
