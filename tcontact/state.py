@@ -120,7 +120,8 @@ class BodyState:
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
-        rows[:, PLACE["load_work"]] = (nodes[:, 7:10] @ self.plan.gravity + listed[:, 7])[:, None]
+        weight = sum(nodes[:, 7 + j] * self.plan.gravity[j] for j in range(3))  # same bits for any number of rows
+        rows[:, PLACE["load_work"]] = (weight + listed[:, 7])[:, None]
         rows[:, PLACE["support_force"]], rows[:, PLACE["support_power"]] = support[:, :3], support[:, 3:]
         rows[:, PLACE["gap_min"]] = np.inf
         if self.contact is not None:

@@ -23,7 +23,7 @@ def add(subparsers: Any) -> None:
     available = cores()
     threads = [1, available] if available > 1 else [1]
     lists: dict[str, tuple[Callable[[str], Any], list[Any], str]] = {
-        "--kinds": (_among(KINDS), ["hex8", "tet4"], "kinds of cells"),
+        "--kinds": (_among(KINDS), ["hex8", "hex8-reduced", "tet4"], "kinds of cells"),
         "--laws": (_among(LAWS), ["neo-hookean", "linear"], "elastic laws"),
         "--sizes": (_whole, [32], "hexes along an edge of the cube (six tets for each)"),
         "--threads": (_whole, threads, "CPU threads"),
