@@ -31,6 +31,7 @@ from . import elements, laws
 from .arguments import ARRAY, INDEX
 from .lanes import (
     CELL_SUMS,
+    CHUNKS,
     DAMPING_RATE,
     NODE_SUMS,
     TABLE,
@@ -310,3 +311,40 @@ def make_step(kind: str, law: str, width: int | None = None, damped: bool = Fals
         )
 
     return keep_vectors(step)
+
+
+@functools.cache
+def make_measure(kind: str, law: str):
+    """The cells that own their rows alone, on one thread: for few cells, which are not worth waking others."""
+    cell_phase = make_cell_phase(kind, law, WIDTHS[kind])
+
+    @ti.kernel
+    def measure(
+        connectivity: INDEX,
+        chunk_table: INDEX,
+        node_info: INDEX,
+        position: ARRAY,
+        params: ARRAY,
+        u: ARRAY,
+        v: ARRAY,
+        rows: ARRAY,
+        cell_sums_out: ARRAY,
+    ):
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            cell_phase(
+                CHUNKS,
+                2 * CHUNKS,
+                connectivity,
+                chunk_table,
+                node_info,
+                position,
+                u,
+                v,
+                rows,
+                cell_sums_out,
+                params,
+                1,
+            )
+
+    return keep_vectors(measure)

@@ -21,8 +21,9 @@ from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
 
-# up to so many cells a body takes many steps per launch on one thread: waking threads would cost more than they save
-SMALL = {"hex8": 2000, "hex8-reduced": 4000, "tet4": 10000}
+# up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
+# and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
+SMALL = {"hex8": 4096, "hex8-reduced": 8192, "tet4": 20000}
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,12 @@ class BodyPlan:
     def small(self) -> bool:
         """Whether the body takes many steps per launch."""
         return len(self.cells) <= SMALL[self.element]
+
+    @property
+    def few_contact_cells(self) -> bool:
+        """Whether one thread does the contact cells of a larger body."""
+        graph = None if self.contact is None else self.contact.graph
+        return graph is not None and not self.small and len(graph.cells) <= SMALL[self.element]
 
     @property
     def mass(self) -> np.ndarray:

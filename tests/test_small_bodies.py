@@ -20,11 +20,11 @@ SCENES = {
 
 @pytest.fixture
 def small(monkeypatch):
-    """Switches many steps per launch on or off."""
+    """Sets what counts as few cells; True: all, False: none."""
 
     def switch(on):
         for kind in SMALL:
-            monkeypatch.setitem(SMALL, kind, 10**6 if on else 0)
+            monkeypatch.setitem(SMALL, kind, 10**6 if on is True else int(on))
 
     return switch
 
@@ -47,6 +47,18 @@ def test_rows_and_end_state_are_the_same(name, small):
             assert np.abs(many.history[column] - values).max() <= 1e-6 * scale, column
     assert np.abs(many.position - one.position).max() <= 1e-9 * 0.2
     assert np.abs(many.velocity - one.velocity).max() <= 1e-6 * np.abs(one.velocity).max()
+
+
+def test_few_contact_cells_on_one_thread_give_the_same(small):
+    scene = thrown("neo", "hex8", cells=4, contact=tc.MasslessContact(removal="full"))
+    results = []
+    for most in (0, 16):  # 64 cells, 16 of them at the wall
+        small(most)
+        assert plan(scene).bodies[0].few_contact_cells is (most == 16)
+        results.append(simulate(scene))
+    one, other = results
+    assert np.abs(one.history["contact_force"]).max() > 0.0
+    assert np.abs(one.position - other.position).max() <= 1e-12 * 0.2
 
 
 def test_frames_come_at_the_same_times(small, tmp_path):
