@@ -7,7 +7,7 @@ import numpy as np
 from . import arrays
 from .history import PLACE, WIDTH
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
-from .plan import BodyPlan
+from .plan import SMALL, BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
 from .terms.boundary_nodes import BoundaryNodes, Supports
@@ -15,7 +15,7 @@ from .terms.contact import make_contact
 from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
-AT_ONCE, MOST_AT_ONCE = 200_000, 32  # cell updates, and rows, between two looks at the rows of a large body
+AT_ONCE, MOST_AT_ONCE = 60, 32  # passes of SMALL cells (20 ms on a thread), and rows, between looks at a larger body
 ROW_PARTS = np.cumsum([NODE_SUMS, CELL_SUMS, BOUNDARY_SUMS, SUPPORT_SUMS])
 
 
@@ -40,7 +40,7 @@ class BodyState:
             if plan.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
-        several = 1 if plan.small else int(np.clip(AT_ONCE // len(plan.cells), 1, MOST_AT_ONCE))
+        several = 1 if plan.small else int(np.clip(AT_ONCE * SMALL[plan.element] // len(plan.cells), 1, MOST_AT_ONCE))
         self._raw = np.zeros((several, RAW + (2 if plan.viscosity is not None else 0)))
 
     def _massive(self, velocity: np.ndarray) -> np.ndarray:
