@@ -109,10 +109,11 @@ class Beside:
         }
         self.works: dict[str, timing.Work] = {
             "kernel": timing.batch(ours, steps, finish),
-            "no energy": timing.batch(no_energy, steps, finish),
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
+        if not body.small:  # whose many steps a launch have no such kernel beside them
+            self.works["no energy"] = timing.batch(no_energy, steps, finish)
         if assembled.possible(body.body.material.law.partition("_")[0], configuration.kind, configuration.cells):
             matrix = assembled.stiffness(body)
             u = np.random.default_rng(0).uniform(-1e-5, 1e-5, 3 * len(body.reference))

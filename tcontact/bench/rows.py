@@ -66,12 +66,12 @@ def _row(
         "step_bytes_per_cell": touched,
         "roofline_share": spread(touched * cells * copy / step),
     }
-    if contact == "none":
+    if contact == "none" and "no energy" in taken:
         looks = parts.get("stable step", 0.0)  # whether dt still is stable: no business of the ledger
         row["ledger_share"] = spread(1.0 - (taken["no energy"] + looks) / step)
         row["ledger_energy_share"] = spread((taken["kernel"] - taken["no energy"]) / step)
         row["ledger_host_share"] = spread(1.0 - (taken["kernel"] + looks) / step)
-    else:
+    elif contact != "none":
         row["contact_share"] = spread(1.0 - free / step)
     if "scipy" in taken:
         row["scipy_rate"] = spread(cells / taken["scipy"])

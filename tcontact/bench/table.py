@@ -95,7 +95,8 @@ def _cells(row: Mapping[str, Any]) -> dict[str, str]:
     cells["plain"] = f"{1e-6 * row['plain_rate']['median']:.3g}" if alone else ""
     cells["x plain"] = f"{row['ratio_to_plain']['median']:.2f}" if alone else ""
     cells["x 1 thr"] = f"{row['over_one_thread']:.2f}" if row["threads"] > 1 and "over_one_thread" in row else ""
-    cells["share"] = _percent(row, "ledger_share" if alone else "contact_share") + (" ledger" if alone else " contact")
+    share = "ledger" if alone else "contact"
+    cells["share"] = f"{_percent(row, share + '_share')} {share}" if share + "_share" in row else "-"
     cells["B/cell"] = f"{row['bytes_per_cell']:.0f}"
     cells["GB/s"] = f"{1e-9 * row['copy_bytes_per_s']['median']:.1f}"
     cells["roof"] = _percent(row, "roofline_share")

@@ -40,7 +40,7 @@ def add(subparsers: Any) -> None:
     )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("runs/bench"), help="(default: runs/bench)")
-    parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, seconds: a look only")
+    parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, a minute: a look only")
     parser.set_defaults(run=run)
 
 
