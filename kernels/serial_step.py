@@ -107,22 +107,25 @@ def make_serial_step(
     passes: bool,
     damped: bool = False,
     viscous: bool = False,
+    tied: bool = False,
 ):
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies;
-    damped: with mass-proportional damping; viscous: with bulk viscosity.
+    damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_planes = smallest_gap = impulse_load = penalty_load = None
-    damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
     if listed_nodes and damped:
         from .damping import damp
+    if tied:
+        from .images import follow, gather
     if touches:
         from .planes import nearest_planes, smallest_gap
     if contact in ("penalty", "impulse"):
@@ -137,8 +140,10 @@ def make_serial_step(
 
     @ti.func
     def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),
-                 system: ti.template(), control: ti.template()):  # fmt: skip
+                 system: ti.template(), images: ti.template(), control: ti.template()):  # fmt: skip
         planes = int(control[PLANES])
+        if ti.static(tied):
+            gather(body.special_force, images)
         if ti.static(contact == "massless"):
             touching.sums[7] = system.stats[SWEEPS_DONE]
             massless_load(body, listed, touching, system.stats, block, slots)
@@ -158,6 +163,9 @@ def make_serial_step(
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):
             kick_and_drift(body, listed)
+        if ti.static(tied):
+            follow(body.u, listed.nodes, images, listed.nodes.shape[0])
+            follow(body.v, listed.nodes, images, listed.nodes.shape[0])
 
     @ti.func
     def place(body: ti.template(), touching: ti.template(), control: ti.template(), start):
@@ -235,6 +243,7 @@ def make_serial_step(
         increment: ARRAY,
         settings: ARRAY,
         stats: ARRAY,
+        images: INDEX,
         control: ARRAY,
         raw_out: ARRAY,
     ):
@@ -348,7 +357,7 @@ def make_serial_step(
                             damped,
                         )
                 if state == PASS or state == BOUNDARY:
-                    boundary(body, listed, supported, touching, system, control)
+                    boundary(body, listed, supported, touching, system, images, control)
                     log_row(raw_out, number, body, listed, supported, touching, viscous)
                     stop = suspicious(raw_out, number, control, viscous)
                     number += 1
@@ -356,6 +365,8 @@ def make_serial_step(
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
                         resolve(body, listed, touching, pairs, system, first)
+                        if ti.static(tied):
+                            follow(u, boundary_nodes, images, contact_nodes.shape[0])
                         first = 0
                         if stats[NEXT] == MEASURE:
                             again = 1
@@ -363,6 +374,8 @@ def make_serial_step(
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and control[AFTER] > 0.0):
                         place(body, touching, control, state)
+                        if ti.static(tied):
+                            follow(u, boundary_nodes, images, contact_nodes.shape[0])
                         again, first = 1, 1
                 if again == 1:
                     state = MEASURED

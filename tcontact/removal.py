@@ -48,7 +48,7 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     assert isinstance(scene.contact, MasslessContact)
     normals = np.array([obstacle.normal for obstacle in scene.obstacles])
     removal = choose_removal(scene.contact, body, normals)
-    nodes = np.unique(body.contact_faces)
+    nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
     patterns, member = np.unique(free, axis=0, return_inverse=True)
     member = member.reshape(-1)

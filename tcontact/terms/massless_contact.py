@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..contact_graph import heirs
 from ..contact_models import MasslessContact
 from ..plan import BodyPlan
 from ..scene import Scene
@@ -35,7 +34,7 @@ class MasslessContactTerm(ContactTerm):
         self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
         self.last = arrays.zeros(len(contact.nodes) * self.block)
-        start, rows = heirs(plan.cells, plan.reference, plan.boundary, len(contact.nodes))
+        start, rows = plan.heirs
         self.heir_start, self.heirs = arrays.put(start), arrays.put(rows)
         self.static_solve = StaticSolve(plan, model, force, self.slots)
 

@@ -9,6 +9,7 @@ from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
 from .contact import ContactTerm
+from .images import PeriodicImages
 from .internal_force import InternalForce
 
 MOST_ROWS = 256  # in one launch
@@ -24,6 +25,7 @@ class SerialStep:
         listed: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
+        images: PeriodicImages | None = None,
     ) -> None:
         from ..kernels import serial_step as kernels
 
@@ -37,6 +39,7 @@ class SerialStep:
         parts += (whole, real, real, real, real) if listed is None else listed.arguments()
         parts += (whole, whole, real, real) if supports is None else supports.arguments()
         parts += none if own is None else (*own, *none[len(own) :])
+        parts.append(whole if images is None else images.pairs)
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = kernels.row_width(plan.viscosity is not None)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
@@ -51,6 +54,7 @@ class SerialStep:
             listed is not None,
             supports is not None,
             plan.small,
+            tied=images is not None,
             **plan.options,
         )
         self._launch = Prepared(self.kernel)
