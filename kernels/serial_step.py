@@ -140,10 +140,8 @@ def make_serial_step(
 
     @ti.func
     def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),
-                 system: ti.template(), images: ti.template(), control: ti.template()):  # fmt: skip
+                 system: ti.template(), control: ti.template()):  # fmt: skip
         planes = int(control[PLANES])
-        if ti.static(tied):
-            gather(body.special_force, images)
         if ti.static(contact == "massless"):
             touching.sums[7] = system.stats[SWEEPS_DONE]
             massless_load(body, listed, touching, system.stats, block, slots)
@@ -163,9 +161,6 @@ def make_serial_step(
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):
             kick_and_drift(body, listed)
-        if ti.static(tied):
-            follow(body.u, listed.nodes, images, listed.nodes.shape[0])
-            follow(body.v, listed.nodes, images, listed.nodes.shape[0])
 
     @ti.func
     def place(body: ti.template(), touching: ti.template(), control: ti.template(), start):
@@ -357,7 +352,12 @@ def make_serial_step(
                             damped,
                         )
                 if state == PASS or state == BOUNDARY:
-                    boundary(body, listed, supported, touching, system, images, control)
+                    if ti.static(tied):
+                        gather(special_force, images)
+                    boundary(body, listed, supported, touching, system, control)
+                    if ti.static(tied):
+                        follow(u, boundary_nodes, images, boundary_nodes.shape[0])
+                        follow(v, boundary_nodes, images, boundary_nodes.shape[0])
                     log_row(raw_out, number, body, listed, supported, touching, viscous)
                     stop = suspicious(raw_out, number, control, viscous)
                     number += 1
