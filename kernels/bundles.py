@@ -48,8 +48,8 @@ class Touching(NamedTuple):
     obstacles that hold a massless node; basis [k, 3, block]: its massless components; last [k, block]: their
     displacement one level back; heir_start [k+1], heirs: boundary nodes that take what the static solve leaves
     unbalanced. friction: coefficient, slip speed of the regularised law; limit [k] [N]: the most that a friction layer
-    transmits; sliding [k, 2]: slip speed [m/s] of the nodes and how much of it a force takes away [m/(s N)]; rubbed [k, 2]: work [J]
-    and force [N] of friction in the last kick or step;
+    transmits; sliding [k, 2]: slip speed [m/s] of the nodes and how much of it a force takes away [m/(s N)];
+    rubbed [k, 2]: work [J] and force [N] of friction in the last kick or step;
     traction, before [k, slots, 3]: friction in the massless components, now and a row ago; origin [k, 3]: displacement
     a row ago; slip, directions [k, slots, 3]: slip since then and contact normals at the last measure.
     kinds: what the kernel was made for.

@@ -47,7 +47,7 @@ def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: t
 
 @ti.func
 def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
-    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active obstacles, and what stays unbalanced [block].
+    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active obstacles, and the rest [block].
 
     For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
     """

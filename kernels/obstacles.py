@@ -3,7 +3,8 @@
 An obstacle is a record of RECORD numbers in `touching.obstacles`: shape, a reference point o of it, a frame Q (rows:
 its own axes), parameters of the shape, velocity of o and angular velocity, now and as means over the step that led
 here. Positions count from a point among the contact nodes, reference [k, 3] lists where these start: the gap keeps its
-digits far from the origin. Where obstacles move, `touching.motion` holds a row of records per time level and `set_pose` takes the next one.
+digits far from the origin. Where obstacles move, `touching.motion` holds a row of records per time level and `set_pose`
+takes the next one.
 Only the shapes in `touching.kinds.shapes` are compiled.
 """
 

@@ -11,8 +11,8 @@ it. The loop ends early at a row that a guard has to look at. With friction laye
 for them to take their step, and starts again at `kick`.
 
 `control`: numbers below. `raw_out` [rows, width]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
-contact sums (8) of every row; with viscosity also its power and rate, with friction its work, and the loads of obstacles
-and their power where they are asked for.
+contact sums (8) of every row; with viscosity also its power and rate, with friction its work, and where they are asked
+for the loads of the obstacles and their power.
 """
 
 import functools

@@ -21,7 +21,8 @@ COLUMNS = (
     "static_residual",
 )
 # only with several or moving obstacles: obstacle_force:NAME, obstacle_moment:NAME [rows, 3] on each of them
-# only with friction layers: LAYERS below; only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
+# only with friction layers: LAYERS below
+# only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
 # only with damping: damping_work, dissipated so far [J], part of `energy`; damping_impulse [N s];
 # with viscosity: viscous_work, dissipated so far [J], part of `energy`
 # what a step measures, in this order; the vectors take three places

@@ -58,9 +58,7 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     nodes = np.unique(body.contact_faces)
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
     normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in scene.obstacles], axis=1)
-    given = np.concatenate(
-        [free, np.zeros((len(nodes), 0)) if removal == "full" else normals.reshape(len(nodes), -1)], 1
-    )
+    given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(given, axis=0, return_inverse=True)
     member = member.reshape(-1)
     basis = np.zeros((len(nodes), 3, 3))

@@ -176,9 +176,10 @@ class Body:
 class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
-    bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box`, `Sdf`; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
-    contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None;
-    viscosity: `BulkViscosity` or None; friction: `Coulomb`, `RegularizedCoulomb`, `FrictionLayer` or None.
+    bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
+    duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
+    `RegularizedCoulomb`, `FrictionLayer` or None.
     Raises `InputError`.
     """
 
@@ -217,14 +218,8 @@ class Scene:
             )
         if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
-        labels = [self.obstacle_label(index) for index in range(len(self.obstacles))]
-        for label in labels:
-            if labels.count(label) > 1:
-                raise InputError("Obstacle.name", label, "used by several obstacles; give each its own name")
-        named = [body.name for body in self.bodies if body.name is not None]
-        for name in named:
-            if named.count(name) > 1:
-                raise InputError("Body.name", name, "used by several bodies; give each its own name")
+        _check_names("Body.name", "bodies", self.bodies)
+        _check_names("Obstacle.name", "obstacles", self.obstacles)
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -286,3 +281,10 @@ class Scene:
     def label(self, index: int) -> str:
         """Name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
+
+
+def _check_names(field: str, owners: str, named: Sequence[Any]) -> None:
+    names = [one.name for one in named if one.name is not None]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(field, name, f"used by several {owners}; give each its own name")

@@ -93,7 +93,8 @@ class BodyState:
     ) -> int:
         """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
 
-        time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the rows done.
+        time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
+        rows done.
         """
         force, serial = self.internal_force, self.serial
         if self.plan.small and serial is not None:

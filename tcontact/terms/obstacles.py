@@ -64,7 +64,7 @@ class Obstacles:
         rows = np.tile(self._start, (len(times), 1, 1))
         assert self._motions is not None
         steps = np.diff(times)[:, None]
-        for number, (motion, obstacle) in enumerate(zip(self._motions, self.obstacles, strict=True)):
+        for number, motion in enumerate(self._motions):
             points, frames, velocities, spins = motion.poses(times)
             record = rows[:, number]
             record[:, names.POINT : names.FRAME] = points - self.centre

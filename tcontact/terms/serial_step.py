@@ -78,8 +78,8 @@ class SerialStep:
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
-        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with a det F of at
-        most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a static solve that
+        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
+        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a static solve that
         did not converge.
         """
         names = self.names
