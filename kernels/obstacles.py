@@ -4,20 +4,19 @@ An obstacle is a record of RECORD numbers in `touching.obstacles`: shape, a refe
 its own axes), parameters of the shape, velocity of o and angular velocity, now and as means over the step that led
 here. Positions count from a point among the contact nodes, reference [k, 3] lists where these start: the gap keeps its
 digits far from the origin. Where obstacles move, `touching.motion` holds a row of records per time level and `set_pose`
-takes the next one.
+takes the next one; behind them stand the grids of sampled distances.
 Only the shapes in `touching.kinds.shapes` are compiled.
 """
 
 import taichi as ti
 
 from .boundary_nodes import row
-from .lanes import MOST_SLOTS
+from .lanes import LOADS_AT, MOST_SLOTS, TRACKED
 
 # places in a record
 SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
 RECORD = 33
 CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
-TRACKED = 6  # force and moment of an obstacle, about its reference point
 
 
 @ti.func
@@ -78,8 +77,8 @@ def set_pose(touching: ti.template(), level):
 
 @ti.func
 def clear_loads(touching: ti.template()):
-    for j in range(touching.obstacle_sums.shape[0]):
-        touching.obstacle_sums[j] = 0.0
+    for j in range(LOADS_AT, touching.sums.shape[0]):
+        touching.sums[j] = 0.0
 
 
 @ti.func
@@ -87,11 +86,12 @@ def add_load(touching: ti.template(), p, x, force):
     """The force on a body at x, by obstacle p: the obstacle feels the opposite; last number: power into the bodies."""
     arm = x - vector(touching.obstacles, RECORD * p + POINT)
     moment = arm.cross(force)
+    start = LOADS_AT + TRACKED * p
     for j in ti.static(range(3)):
-        touching.obstacle_sums[TRACKED * p + j] = touching.obstacle_sums[TRACKED * p + j] - force[j]
-        touching.obstacle_sums[TRACKED * p + 3 + j] = touching.obstacle_sums[TRACKED * p + 3 + j] - moment[j]
-    last = touching.obstacle_sums.shape[0] - 1
-    touching.obstacle_sums[last] = touching.obstacle_sums[last] + force.dot(velocity_at(touching, p, x, VELOCITY))
+        touching.sums[start + j] = touching.sums[start + j] - force[j]
+        touching.sums[start + 3 + j] = touching.sums[start + 3 + j] - moment[j]
+    last = touching.sums.shape[0] - 1
+    touching.sums[last] = touching.sums[last] + force.dot(velocity_at(touching, p, x, VELOCITY))
 
 
 @ti.func
