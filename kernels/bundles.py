@@ -40,28 +40,73 @@ class Supported(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Contact nodes k and planes: planes, near [k, slots], reference [k, 3] as in planes.py; sums of CONTACT_SUMS.
+    """Contact nodes k and obstacles; sums of CONTACT_SUMS and, with friction, its work before and after the row.
 
+    obstacles, motion, grid, near [k, slots], reference [k, 3] as in obstacles.py; obstacle_sums: their loads;
     all_nodes, all_reference: the whole contact set; give [k]: penalty stiffness kappa A_k, or its inverse for massless
-    nodes (0 = exact); force [k, 3]: the contact force; active [k]: bit mask of the planes that hold a massless node;
-    basis [k, 3, block]: its massless components; last [k, block]: their displacement one level back; heir_start [k+1],
-    heirs: boundary nodes that take what the static solve leaves unbalanced.
+    nodes (0 = exact); force [k, 3]: the contact force; pressing [k, slots]: lambda; active [k]: bit mask of the
+    obstacles that hold a massless node; basis [k, 3, block]: its massless components; last [k, block]: their
+    displacement one level back; heir_start [k+1], heirs: boundary nodes that take what the static solve leaves
+    unbalanced. friction: coefficient, slip speed of the regularised law; limit [k] [N]: the most that a friction layer
+    transmits; sliding [k, 2]: slip speed [m/s] of the nodes and how much of it a force takes away [m/(s N)];
+    rubbed [k, 2]: work [J] and force [N] of friction in the last kick or step;
+    traction, before [k, slots, 3]: friction in the massless components, now and a row ago; origin [k, 3]: displacement
+    a row ago; slip, directions [k, slots, 3]: slip since then and contact normals at the last measure.
+    kinds: what the kernel was made for.
     """
 
     nodes: Any
-    planes: Any
+    obstacles: Any
+    motion: Any
+    grid: Any
+    obstacle_sums: Any
     near: Any
     reference: Any
     all_nodes: Any
     all_reference: Any
     give: Any
     force: Any
+    pressing: Any
     sums: Any
+    friction: Any
+    limit: Any
+    sliding: Any
+    rubbed: Any
     basis: Any
     active: Any
     last: Any
     heir_start: Any
     heirs: Any
+    traction: Any
+    before: Any
+    origin: Any
+    slip: Any
+    directions: Any
+    kinds: Any
+
+
+class Kinds(NamedTuple):
+    """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
+    time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
+    "regularized"), layered: whether friction layers limit it."""
+
+    block: int = 1
+    slots: int = 1
+    shapes: tuple[str, ...] = ("plane",)
+    moving: bool = False
+    tracked: bool = False
+    friction: str = ""
+    layered: bool = False
+
+    @property
+    def static_friction(self) -> bool:
+        """Whether friction is part of the static solve."""
+        return bool(self.friction) and self.block > 1
+
+    @property
+    def curved(self) -> bool:
+        """Whether a gap is not linear in the position."""
+        return self.shapes != ("plane",)
 
 
 class System(NamedTuple):

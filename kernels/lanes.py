@@ -9,6 +9,8 @@ CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
 BOUNDARY_SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the loads
 SUPPORT_SUMS = 4  # reaction (3), its power
 CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, smallest gap, sweeps
+MOST_SLOTS = 3  # obstacles that can hold one node at a time
+FRICTION_SUMS = 2  # work of friction from the row before to this one, and of the half kick after it
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
 # places in `params` that only some bodies have
 DAMPING_RATE = 8  # [1/s]

@@ -10,9 +10,10 @@ momentum is exact at any residual.
 import taichi as ti
 
 from .boundary_nodes import hand_over, row
+from .friction import held
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, segment
-from .planes import normal, position
+from .obstacles import add_load, gap_and_normal, position
 from .static_control import F_REF
 
 
@@ -31,7 +32,7 @@ def predict(
         step = ratio * (now - segment(touching.last, k, block)) + b.transpose() @ fall
         if exact == 1.0:
             x = position(touching.reference, k, body.u, node) + b @ step
-            normals, gaps = constraints(touching.planes, touching.near, k, b, x, block, slots)
+            normals, gaps = constraints(touching, k, b, x, block, slots)
             if gaps.min() < 0.0:
                 free = ti.Vector.zero(ti.f64, block)
                 identity = ti.Matrix.identity(ti.f64, block)
@@ -57,13 +58,27 @@ def massless_load(
     for k in range(touching.nodes.shape[0]):
         b = basis_of(touching.basis, k, block)
         x = position(touching.reference, k, body.u, touching.nodes[k])
-        normals, _gaps = constraints(touching.planes, touching.near, k, b, x, block, slots)
+        normals, _gaps = constraints(touching, k, b, x, block, slots)
         out_of_balance = b.transpose() @ (row(body.special_force, k) - row(listed.load, k))
+        if ti.static(touching.kinds.static_friction):
+            out_of_balance -= b.transpose() @ held(touching, k, slots)
         pressing, rest = balance(out_of_balance, normals, touching.active[k], block, slots)
         total = ti.Vector.zero(ti.f64, 3)
         for p in ti.static(range(slots)):
-            total += pressing[p] * normal(touching.planes, touching.near[k * slots + p])
-            sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
+            place = k * slots + p
+            if pressing[p] > 0.0:
+                _gap, normal = gap_and_normal(touching, touching.near[place], x)
+                force = pressing[p] * normal
+                if ti.static(touching.kinds.static_friction):
+                    force += row(touching.traction, place)
+                if ti.static(touching.kinds.tracked):
+                    add_load(touching, touching.near[place], x, force)
+                total += force
+                sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
+            elif ti.static(touching.kinds.static_friction):
+                rest += b.transpose() @ row(touching.traction, place)
+            if ti.static(touching.kinds.friction != ""):
+                touching.pressing[place] = pressing[p]
         hand_over(body, touching, k, total)
         begin, end = touching.heir_start[k], touching.heir_start[k + 1]
         share = (b @ rest) / ti.max(1.0, float(end - begin))

@@ -13,6 +13,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
@@ -29,7 +30,9 @@ __all__ = [
     "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Coulomb",
     "Cylinder",
+    "FrictionLayer",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
@@ -41,6 +44,7 @@ __all__ = [
     "OverlapWarning",
     "PenaltyContact",
     "Plane",
+    "RegularizedCoulomb",
     "Result",
     "Scene",
     "Sdf",

@@ -14,6 +14,7 @@ from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
 from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
@@ -177,16 +178,17 @@ class Scene:
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
     duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
-    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None.
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
+    `RegularizedCoulomb`, `FrictionLayer` or None.
     Raises `InputError`.
     """
 
     bodies: Sequence[Body]
-    obstacles: Sequence[Any] = ()  # of Obstacle
+    obstacles: Sequence[Obstacle] = ()
     duration: float = 0.0
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
-    friction: None = None
+    friction: FrictionModel | None = None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
 
@@ -214,7 +216,8 @@ class Scene:
             raise InputError(
                 "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
             )
-        validate.later("Scene.friction", self.friction)
+        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
+            raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
         _check_names("Body.name", "bodies", self.bodies)
         _check_names("Obstacle.name", "obstacles", self.obstacles)
         if self.touching:
@@ -228,6 +231,20 @@ class Scene:
     def touching(self) -> bool:
         """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
         return bool(self.obstacles) and self.contact is not None and any(body.contact for body in self.bodies)
+
+    @property
+    def moving(self) -> bool:
+        """Whether an obstacle moves."""
+        return any(obstacle.moves for obstacle in self.obstacles)
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        return len(self.obstacles) > 1 or self.moving
+
+    def obstacle_label(self, index: int) -> str:
+        """Name of an obstacle for messages and results."""
+        return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
         if body.contact is None:
@@ -243,7 +260,7 @@ class Scene:
                 raise InputError(
                     f"Scene.bodies[{index}]",
                     float(gap[node]),
-                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed:"
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {self.obstacle_label(number)} (allowed:"
                     f" {allowed:.3g}); move the body or the obstacle apart",
                 )
 
