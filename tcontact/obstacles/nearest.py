@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-FEW, MANY = 8, 64  # pieces looked at for every point, and for those points where nearer ones may be left
+FEW, MANY = 8, 32  # pieces looked at for every point, and for those near the surface if nearer ones may be left
 AT_ONCE = 1 << 16  # points
 
 
@@ -24,11 +24,11 @@ def pieces_of(corners: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate(done)
 
 
-def nearest_points(corners: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Nearest points [n, 3] of triangles [m, 3, 3] to positions [n, 3], and the triangles [n] they lie on.
 
-    Exact wherever the `MANY` triangles with the nearest centres include it, which near the surface they do; further
-    off another triangle may be nearer by a small part of its size.
+    Exact where the triangles with the nearest centres include the nearest one: `MANY` of them closer than `reach`,
+    `FEW` beyond, where another triangle may be nearer by a small part of its size.
     """
     from scipy.spatial import cKDTree
 
@@ -38,11 +38,11 @@ def nearest_points(corners: np.ndarray, positions: np.ndarray) -> tuple[np.ndarr
     found, owner = np.empty_like(positions), np.empty(len(positions), dtype=np.int64)
     for start in range(0, len(positions), AT_ONCE):
         part = slice(start, start + AT_ONCE)
-        found[part], owner[part] = _portion(tree, corners, radius, positions[part])
+        found[part], owner[part] = _portion(tree, corners, radius, positions[part], reach)
     return found, owner
 
 
-def _portion(tree, corners, radius, positions):  # type: ignore[no-untyped-def]
+def _portion(tree, corners, radius, positions, reach):
     best = np.full(len(positions), np.inf)
     found, owner = np.zeros_like(positions), np.zeros(len(positions), dtype=np.int64)
     rows = np.arange(len(positions))
@@ -58,7 +58,7 @@ def _portion(tree, corners, radius, positions):  # type: ignore[no-untyped-def]
             nearer = distance < best[who]
             who, piece = who[nearer], piece[nearer]
             best[who], found[who], owner[who] = distance[nearer], point[nearer], piece
-        rows, before = rows[away[:, -1] - radius.max() < best[rows]], most
+        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], most
         if before == tree.n or not len(rows):
             break
     return found, owner

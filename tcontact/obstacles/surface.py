@@ -125,7 +125,7 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
         cells = np.asarray(block.data)
         if cells.ndim == 2 and block.type.startswith(("triangle", "quad", "polygon")):
             # fans; corners of second order come after the straight ones
-            corners = {"triangle6": 3, "quad8": 4, "quad9": 4}.get(block.type, cells.shape[1])
+            corners = {"triangle6": 3, "quad8": 4, "quad9": 4}.get(block.type) or cells.shape[1]
             triangles += [cells[:, [0, i, i + 1]].astype(np.int64) for i in range(1, corners - 1)]
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():

@@ -14,6 +14,7 @@ from .winding import winding_numbers
 
 MARGIN = 4  # cells around the solid unless asked otherwise
 PIECE = 2.0  # longest edge of the pieces, in cells
+NEAR = 3.0  # cells from the surface within which distances are exact
 
 
 def sample_surface(
@@ -38,7 +39,7 @@ def sample_surface(
     positions = origin + spacing * nodes
 
     corners = pieces_of(points[triangles], PIECE * spacing)
-    found, piece = nearest_points(corners, positions)
+    found, piece = nearest_points(corners, positions, NEAR * spacing)
     away = positions - found
     distance = np.linalg.norm(away, axis=1)
     side = _sides(surface, points, triangles, origin, spacing, (nx, ny, nz), distance)

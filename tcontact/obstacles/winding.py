@@ -32,7 +32,7 @@ def winding_numbers(
     return None
 
 
-def _crossings(points: np.ndarray, triangles: np.ndarray, count: tuple[int, int, int]):  # type: ignore[no-untyped-def]
+def _crossings(points: np.ndarray, triangles: np.ndarray, count: tuple[int, int, int]):
     """Column, row, height and sense (+1 out of the solid, upward) of the crossings, in portions."""
     corner = points[triangles][:, :, :2]
     low = np.maximum(np.ceil(corner.min(axis=1)), 0).astype(np.int64)
