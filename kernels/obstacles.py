@@ -12,6 +12,7 @@ import taichi as ti
 
 from .boundary_nodes import row
 from .lanes import LOADS_AT, MOST_SLOTS, TRACKED
+from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
 SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
@@ -45,6 +46,9 @@ def gap_and_normal(touching: ti.template(), p, x):
             gap, normal = round_gap(
                 y - normal.dot(y) * normal, values[start + PARAMETERS], values[start + PARAMETERS + 1]
             )
+    if ti.static("box" in touching.kinds.shapes or "sdf" in touching.kinds.shapes):
+        if shape == 3 or shape == 4:
+            gap, normal = framed_gap(touching, start, shape, y)
     return gap, normal
 
 
@@ -56,6 +60,33 @@ def round_gap(y, radius, side):
     if length > 1e-12 * radius:
         normal = y / length
     return side * (length - radius), side * normal
+
+
+@ti.func
+def framed_gap(touching: ti.template(), start, shape, y):
+    """Of shapes with axes of their own."""
+    values = ti.static(touching.obstacles)
+    place = start + PARAMETERS
+    frame = ti.Matrix([[values[start + FRAME + 3 * i + j] for j in range(3)] for i in range(3)])
+    own = frame @ y
+    gap = 1e300
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    if ti.static("box" in touching.kinds.shapes):
+        if shape == 3:
+            gap, normal = box_gap_normal(own, vector(values, place))
+    if ti.static("sdf" in touching.kinds.shapes):
+        if shape == 4:
+            gap, normal = grid_gap_normal(
+                touching.motion,
+                ti.cast(values[place + 7], ti.i32),
+                vector(values, place),
+                values[place + 3],
+                values[place + 4],
+                values[place + 5],
+                values[place + 6],
+                own,
+            )
+    return gap, frame.transpose() @ normal
 
 
 @ti.func
