@@ -15,7 +15,7 @@ import numpy as np
 
 from .errors import InputError
 from .mesh_geometry import shortest_edge
-from .obstacles import Plane
+from .obstacles import Obstacle, Plane
 from .packing import grid_planes
 
 if TYPE_CHECKING:
@@ -187,12 +187,12 @@ def check_contact(body: Body) -> None:
                 raise InputError("Body.contact", body.contact, remedy)
 
 
-def check_obstacles(body: Body, obstacles: Sequence[object]) -> None:
+def check_obstacles(body: Body, obstacles: Sequence[Obstacle]) -> None:
     """Refuse obstacles that do not repeat as the body does. Raises `InputError`."""
     if body.images is None or body.contact is None:
         return
     for obstacle in obstacles:
-        fits = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS
-        if not fits:
-            remedy = "a periodic body can touch planes along its periodic directions only; give such a tcontact.Plane"
+        along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS
+        if not along or obstacle.angular_velocity is not None:
+            remedy = "a periodic body can touch planes along its periodic directions only, which do not turn"
             raise InputError("Scene.obstacles", obstacle, f"{remedy} (Body.periodic = {body.periodic!r})")
