@@ -76,6 +76,31 @@ def test_a_column_hits_the_floor_like_a_bar_without_lateral_strain(kind, removal
     assert result.history["energy_error"].max() <= 6e-3
 
 
+@pytest.mark.parametrize("removal", ["normal", "full"])
+@pytest.mark.parametrize(("friction", "sideways"), [(0.5, 0.5), (0.2, 1.0)])
+def test_pressure_shear_impact_sticks_or_slides_as_the_waves_say(removal, friction, sideways):
+    """p = rho c_d v_n; stick iff rho c_s v_t <= mu p, with that shear; else mu p at slip v_t - mu p/(rho c_s)."""
+    count, density, normal = 80, material().density, 1.0
+    body = column(velocity=(sideways, 0, -normal), contact="zmin", count=count)
+    scene, fast = impact(body, tc.MasslessContact(removal=removal), friction=tc.Coulomb(friction))
+    result, slow = simulate(scene, cfl=0.9), speeds(body)[1]
+    area, end = (H / count) ** 2, 2 * H / fast
+    pressure, stick = density * fast * normal, density * slow * sideways
+    shear = min(stick, friction * pressure)
+    slip = sideways - shear / (density * slow)
+    time, force = result.history["time"], result.history["contact_force"] / area
+    plateau = force[(time > 0.1 * end) & (time < 0.9 * end)].mean(axis=0)
+    assert plateau == pytest.approx((-shear, 0.0, pressure), rel=1e-3, abs=1e-9 * pressure)
+    work, kinetic = result.history["friction_work"][-1], result.history["kinetic"][0]
+    if slip > 0.0:
+        assert work == pytest.approx(shear * slip * end * area, rel=0.01)
+    else:
+        assert 0.0 <= work <= 5e-3 * kinetic
+    speed = result.history["momentum"][-1, 0] / (density * area * H)
+    assert speed == pytest.approx(sideways - shear * end / (density * H), abs=5e-3 * sideways)
+    assert result.history["energy_error"].max() <= 4e-3
+
+
 def test_a_slab_of_uniform_data_is_the_column():
     """Four columns side by side: four times every force, the same motion."""
     results = []
@@ -118,6 +143,7 @@ def uneven(nodes):
     return np.stack([0.8 * wave, 0.5 * wave * z, -2.0 - 0.7 * wave], axis=1)
 
 
+SUMS = ("contact_force", "momentum", "kinetic", "elastic", "external_work", "support_force", "friction_work")
 HELD = [tc.Support("zmax", "x", velocity=0.1)]
 CUTS = {
     "normal removal": ("hex8", "neo", {"contact": tc.MasslessContact("normal", tolerance=1e-12)}, {}),
@@ -136,6 +162,18 @@ CUTS = {
             "gravity": (30.0, 0.0, -900.0),
         },
         {"formulation": "reduced"},
+    ),
+    "normal removal, friction": (
+        "hex8",
+        "linear",
+        {"contact": tc.MasslessContact("normal", tolerance=1e-12), "friction": tc.Coulomb(0.3)},
+        {},
+    ),
+    "full removal, friction": (
+        "hex8",
+        "linear",
+        {"contact": tc.MasslessContact("full", tolerance=1e-12), "friction": tc.Coulomb(0.3)},
+        {},
     ),
     "penalty, supports": ("tet4", "linear", {"contact": tc.PenaltyContact(3e9)}, {"supports": HELD}),
     "impulse": ("hex8", "linear", {"contact": tc.ImpulseContact()}, {}),
@@ -161,7 +199,15 @@ def test_one_period_is_what_two_periods_are(name):
     dt = 0.5 * tc.simulate(tc.Scene(scene.bodies, duration=1e-9, contact=None)).dt_limit
     (one, names), (two, again) = ((simulate(slab(name, p)[0], dt=dt), slab(name, p)[1]) for p in (1, 2))
     assert np.abs(one.history["contact_force"][:, 2]).max() > 0.0
-    for column in ("contact_force", "momentum", "kinetic", "elastic", "external_work", "support_force"):
+    for column in (
+        "contact_force",
+        "momentum",
+        "kinetic",
+        "elastic",
+        "external_work",
+        "support_force",
+        "friction_work",
+    ):
         scale = np.abs(one.history[column]).max()
         assert np.abs(two.history[column] / 2 - one.history[column]).max() <= 1e-8 * scale, column
     for field in (lambda r: r.position - r.scene.bodies[0].mesh.nodes, lambda r: r.velocity):
@@ -299,8 +345,14 @@ def test_bad_bodies_are_refused(name):
 
 def test_a_wall_that_does_not_repeat_is_refused():
     body = tc.Body(**BOX, contact="zmin")
-    for normal in ((0.01, 0, 1), (1, 0, 0)):
+    turning = tc.Plane(angular_velocity=(0.0, 0.0, 1.0))
+    for wall in (
+        tc.Plane((-1, 0, -1), (0.01, 0, 1)),
+        tc.Plane((-1, 0, 0), (1, 0, 0)),
+        tc.Sphere((0, 0, -3), 1),
+        turning,
+    ):
         with pytest.raises(tc.InputError, match="obstacles"):
-            tc.Scene([body], [tc.Plane((-1, 0, -1), normal)], 1.0)
+            tc.Scene([body], [wall], 1.0)
     tc.Scene([tc.Body(**BOX)], [tc.Plane((-1, 0, -1), (0.01, 0, 1))], 1.0)  # nothing touches
     tc.Scene([tc.Body(**{**BOX, "periodic": "y"}, contact="zmin")], [tc.Plane((-1, 0, -1), (0.01, 0, 1))], 1.0)
