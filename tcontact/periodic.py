@@ -1,7 +1,8 @@
 """Periodic bodies: nodes on opposite sides that share their degrees of freedom, called the images of one node.
 
-The first of them, the master, carries the mass, load and force of all; the others follow it. Nothing here looks at the
-inside of a body: its cells, their forces and their masses stay those of a body with free sides.
+The first of them, the master, carries the mass, load, contact and force of all; the others follow it. Nothing here
+looks at the inside of a body: its cells, their forces and their masses stay those of a body with free sides. Momentum
+and energy count every degree of freedom once; angular momentum, which no periodic body conserves, at the master.
 """
 
 from __future__ import annotations
