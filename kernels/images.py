@@ -2,8 +2,8 @@
 
     F_master = sum of the images' F,   u_image = u_master,  v_image = v_master
 
-`images`: flat pairs (follower, master) of places in the list of boundary nodes, ascending by the master. A follower has
-no mass, no load and after `gather` no force: sums over the boundary nodes count every degree of freedom once.
+`images`: flat pairs (follower, master) of places in the list of boundary nodes. A follower has no mass, no load and
+after `gather` no force: sums over the boundary nodes count every degree of freedom once.
 """
 
 import taichi as ti
@@ -20,11 +20,10 @@ def gather(special_force: ti.template(), images: ti.template()):
 
 
 @ti.func
-def follow(values: ti.template(), nodes: ti.template(), images: ti.template(), masters):
-    """Values [n, 3] of the nodes: every follower of the first boundary nodes, `masters` of them, takes its master's."""
-    i = 0
-    while i < images.shape[0] // 2 and images[2 * i + 1] < masters:
+def follow(u: ti.template(), v: ti.template(), nodes: ti.template(), images: ti.template()):
+    """The followers move as their masters; nodes [s]: of the list."""
+    for i in range(images.shape[0] // 2):
         follower, master = nodes[images[2 * i]], nodes[images[2 * i + 1]]
         for j in ti.static(range(3)):
-            values[3 * follower + j] = values[3 * master + j]
-        i += 1
+            u[3 * follower + j] = u[3 * master + j]
+            v[3 * follower + j] = v[3 * master + j]

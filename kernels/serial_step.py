@@ -412,9 +412,6 @@ def make_serial_step(
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
                     kick(body, listed, supported, touching)
-                    if ti.static(tied):
-                        follow(u, boundary_nodes, images, boundary_nodes.shape[0])
-                        follow(v, boundary_nodes, images, boundary_nodes.shape[0])
                     log_row(raw_out, number, body, touching, viscous)
                     stop = suspicious(raw_out, number, control, touching, viscous)
                     number += 1
@@ -425,8 +422,6 @@ def make_serial_step(
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
                         resolve(body, listed, touching, pairs, system, first)
-                        if ti.static(tied):
-                            follow(u, boundary_nodes, images, contact_nodes.shape[0])
                         first = 0
                         if stats[NEXT] == MEASURE:
                             again = 1
@@ -434,9 +429,10 @@ def make_serial_step(
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         place(body, touching, control, state)
-                        if ti.static(tied):
-                            follow(u, boundary_nodes, images, contact_nodes.shape[0])
                         again, first = 1, 1
+                if ti.static(tied):
+                    if state != PRODUCT:
+                        follow(u, v, boundary_nodes, images)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not passes):

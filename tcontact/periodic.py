@@ -94,11 +94,10 @@ class Images:
         return np.concatenate([start, rest]).astype(np.int64)
 
     def pairs(self, boundary: np.ndarray) -> np.ndarray:
-        """(follower, master) as places in the list of boundary nodes [.., 2], ascending by the master."""
+        """(follower, master) as places in the list of boundary nodes [.., 2]."""
         row = np.full(len(self.master), -1)
         row[boundary] = np.arange(len(boundary))
-        found = np.stack([row[self.followers], row[self.master[self.followers]]], axis=1)
-        return found[np.lexsort((found[:, 0], found[:, 1]))]
+        return np.stack([row[self.followers], row[self.master[self.followers]]], axis=1)
 
     def renumbered(self, node_order: np.ndarray, place: np.ndarray) -> Images:
         """The same where node i is node node_order[i] of this numbering and place is its inverse."""
