@@ -21,7 +21,10 @@ class Body(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext, sums."""
+    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
+
+    sums: of all parts of a step but the force pass, as placed in lanes.py; the other bundles have the same array.
+    """
 
     nodes: Any
     mass: Any
@@ -40,48 +43,32 @@ class Supported(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Contact nodes k and obstacles; sums of CONTACT_SUMS and, with friction, its work before and after the row.
+    """Contact nodes k and obstacles.
 
-    obstacles, motion, grid, near [k, slots], reference [k, 3] as in obstacles.py; obstacle_sums: their loads;
-    all_nodes, all_reference: the whole contact set; give [k]: penalty stiffness kappa A_k, or its inverse for massless
-    nodes (0 = exact); force [k, 3]: the contact force; pressing [k, slots]: lambda; active [k]: bit mask of the
-    obstacles that hold a massless node; basis [k, 3, block]: its massless components; last [k, block]: their
-    displacement one level back; heir_start [k+1], heirs: boundary nodes that take what the static solve leaves
-    unbalanced. friction: coefficient, slip speed of the regularised law; limit [k] [N]: the most that a friction layer
-    transmits; sliding [k, 2]: slip speed [m/s] of the nodes and how much of it a force takes away [m/(s N)];
-    rubbed [k, 2]: work [J] and force [N] of friction in the last kick or step;
-    traction, before [k, slots, 3]: friction in the massless components, now and a row ago; origin [k, 3]: displacement
-    a row ago; slip, directions [k, slots, 3]: slip since then and contact normals at the last measure.
-    kinds: what the kernel was made for.
+    obstacles, motion, near [k, slots], reference [k, 3] as in obstacles.py; all_nodes, all_reference: the whole contact
+    set; give [k]: penalty stiffness kappa A_k, or its inverse for massless nodes (0 = exact); force [k, 3]: the contact
+    force; active [k]: bit mask of the obstacles that hold a massless node; basis [k, 3, block]: its massless
+    components; last [k, block]: their displacement one level back; heirs: boundary nodes that take what the static
+    solve leaves unbalanced, those of node k at heirs[k] .. heirs[k + 1]; friction: as in friction.py, its settings and
+    what it keeps for every node; traces: what it keeps for every node and slot; kinds: what the kernel was made for.
     """
 
     nodes: Any
     obstacles: Any
     motion: Any
-    grid: Any
-    obstacle_sums: Any
     near: Any
     reference: Any
     all_nodes: Any
     all_reference: Any
     give: Any
     force: Any
-    pressing: Any
     sums: Any
-    friction: Any
-    limit: Any
-    sliding: Any
-    rubbed: Any
     basis: Any
     active: Any
     last: Any
-    heir_start: Any
     heirs: Any
-    traction: Any
-    before: Any
-    origin: Any
-    slip: Any
-    directions: Any
+    friction: Any
+    traces: Any
     kinds: Any
 
 
@@ -112,14 +99,13 @@ class Kinds(NamedTuple):
 class System(NamedTuple):
     """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
 
-    corner_start [k+1], corner_rows: force rows of the cell corners of a node; lane_start [packs+1],
+    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; lane_start [packs+1],
     lane_node [packs, lanes], column [entries, lanes], values [entries, block, block, lanes];
     inverse [k, block, block] of the diagonal blocks, stiffness [k]: their trace; right, increment [k, block];
     gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single plane;
     settings and stats: static_control.py.
     """
 
-    corner_start: Any
     corner_rows: Any
     lane_start: Any
     lane_node: Any

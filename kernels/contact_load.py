@@ -10,6 +10,8 @@ contact).
 import taichi as ti
 
 from .boundary_nodes import hand_over, row, symmetric
+from .friction import PRESSING, trace_place
+from .lanes import CONTACT_AT
 from .local_contact import multipliers
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
@@ -28,10 +30,10 @@ def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.templat
             force = touching.give[k] * overlap * normal
             total += force
             sums[3] += 0.5 * touching.give[k] * overlap * overlap
-            press(touching, place, x, touching.give[k] * overlap, force)
+            press(touching, k, p, x, touching.give[k] * overlap, force)
         tally(body, touching, k, total, sums)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]
 
 
 @ti.func
@@ -55,20 +57,20 @@ def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.templa
         impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
         for p in ti.static(range(slots)):
             direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
-            press(touching, k * slots + p, x, impulses[p] / span, impulses[p] / span * direction)
+            press(touching, k, p, x, impulses[p] / span, impulses[p] / span * direction)
         tally(body, touching, k, normals.transpose() @ impulses / span, sums)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]
 
 
 @ti.func
-def press(touching: ti.template(), place, x, pressing, force):
+def press(touching: ti.template(), k, p: ti.template(), x, pressing, force):
     """One obstacle at one node, for whoever asks for it."""
     if ti.static(touching.kinds.friction != ""):
-        touching.pressing[place] = pressing
+        touching.traces[trace_place(touching, k, p, PRESSING)] = pressing
     if ti.static(touching.kinds.tracked):
         if pressing > 0.0:
-            add_load(touching, touching.near[place], x, force)
+            add_load(touching, touching.near[k * touching.kinds.slots + p], x, force)
 
 
 @ti.func

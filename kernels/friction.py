@@ -10,7 +10,17 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 
 import taichi as ti
 
-from .boundary_nodes import row
+# `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
+# most that its layer transmits [N]; slip speed [m/s] without friction and what a force takes of it [m/(s N)]; work [J]
+# and force [N] of friction in the last kick or step; displacement (3) that slip in the static solve counts from
+COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
+LIMIT, SPEED, SOFTNESS, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5
+NODE = 8
+# `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
+# then and contact normal at the last measure
+PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
+TRACE = 13
+SHORT_TRACE = 1  # without static friction
 
 SINGULAR = 1e-12  # of the trace: a direction that a force cannot move
 STOPPED = 1e-6  # of the slip
@@ -99,9 +109,33 @@ def resist(law: ti.template(), mobility, slip, most, scale):
 
 
 @ti.func
-def held(touching: ti.template(), k, slots: ti.template()):
+def node_place(k, number: ti.template()):
+    """Of a number of node k in `friction`."""
+    return FIRST + NODE * k + number
+
+
+@ti.func
+def trace_place(touching: ti.template(), k, p, number: ti.template()):
+    """Of a number of slot p of node k in `traces`."""
+    stride = ti.static(TRACE if touching.kinds.static_friction else SHORT_TRACE)
+    return (k * ti.static(touching.kinds.slots) + p) * stride + number
+
+
+@ti.func
+def three(values: ti.template(), place):
+    return ti.Vector([values[place + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def put_three(values: ti.template(), place, vector):
+    for j in ti.static(range(3)):
+        values[place + j] = vector[j]
+
+
+@ti.func
+def held(touching: ti.template(), k):
     """Friction [3] of node k in the static solve, all obstacles together."""
     total = ti.Vector.zero(ti.f64, 3)
-    for p in ti.static(range(slots)):
-        total += row(touching.traction, k * slots + p)
+    for p in ti.static(range(touching.kinds.slots)):
+        total += three(touching.traces, trace_place(touching, k, p, TRACTION))
     return total

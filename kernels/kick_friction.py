@@ -9,8 +9,23 @@ The work up to row n takes the part of the kick before it:  -t.(v^{n-1/2} + v^n)
 import taichi as ti
 
 from .boundary_nodes import row, symmetric
-from .friction import resist, tangents
-from .lanes import CONTACT_SUMS, DAMPING_RATE
+from .friction import (
+    COEFFICIENT,
+    FORCE,
+    LIMIT,
+    PRESSING,
+    RUBBED,
+    SLIP_SPEED,
+    SOFTNESS,
+    SPEED,
+    TRACTION,
+    node_place,
+    resist,
+    tangents,
+    three,
+    trace_place,
+)
+from .lanes import CONTACT_AT, DAMPING_RATE, FRICTION_AT
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
 SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
@@ -25,7 +40,7 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
     net = row(listed.load, k) - row(body.special_force, k)
     if ti.static(damped):
         rate = body.params[DAMPING_RATE]
-        net -= rate * (symmetric(listed.mass, k) @ velocity)
+        net = net - rate * (symmetric(listed.mass, k) @ velocity)
         flexible = flexible / (1.0 + rate * body.params[0])
     return velocity, flexible @ net, flexible
 
@@ -40,10 +55,11 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
     for k in range(touching.nodes.shape[0]):
         pressed = 0.0
         for p in ti.static(range(slots)):
-            pressed += touching.pressing[k * slots + p]
+            pressed += touching.traces[trace_place(touching, k, p, PRESSING)]
         if ti.static(touching.kinds.layered):
             if ti.static(not touching.kinds.static_friction):
-                touching.rubbed[2 * k], touching.rubbed[2 * k + 1] = 0.0, 0.0
+                touching.friction[node_place(k, RUBBED)] = 0.0
+                touching.friction[node_place(k, FORCE)] = 0.0
         if pressed > 0.0 and span > 0.0:
             x = position(touching.reference, k, body.u, touching.nodes[k])
             velocity, acceleration, flexible = trial(body, listed, k, damped)
@@ -51,7 +67,8 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
             for _ in range(ti.static(1 if slots == 1 else SEVERAL)):
                 for p in ti.static(range(slots)):
                     place = k * slots + p
-                    if touching.pressing[place] > 0.0:
+                    pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
+                    if pressing > 0.0:
                         others = ti.Vector.zero(ti.f64, 3)
                         for q in ti.static(range(slots)):
                             if q != p:
@@ -60,15 +77,15 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         across = tangents(normal)
                         wall = velocity_at(touching, touching.near[place], x, VELOCITY)
                         slip = across @ (velocity + span * (acceleration + flexible @ others) - wall)
-                        most = touching.friction[0] * touching.pressing[place]
+                        most = touching.friction[COEFFICIENT] * pressing
                         if ti.static(touching.kinds.static_friction):
-                            there = row(touching.traction, place)
+                            there = three(touching.traces, trace_place(touching, k, p, TRACTION))
                             most = ti.sqrt(ti.max(0.0, most * most - there.dot(there)))
                         if ti.static(touching.kinds.layered):
-                            most = ti.min(most, touching.limit[k])
+                            most = ti.min(most, touching.friction[node_place(k, LIMIT)])
                         mobility = span * (across @ flexible @ across.transpose())
                         force = across.transpose() @ resist(
-                            touching.kinds.friction, mobility, slip, most, touching.friction[1]
+                            touching.kinds.friction, mobility, slip, most, touching.friction[SLIP_SPEED]
                         )
                         for j in ti.static(range(3)):
                             forces[p, j] = force[j]
@@ -88,18 +105,19 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                 work_after += late
                 if ti.static(touching.kinds.layered):
                     if ti.static(not touching.kinds.static_friction):
-                        touching.rubbed[2 * k] = touching.rubbed[2 * k] + early + late
-                        touching.rubbed[2 * k + 1] = ti.max(touching.rubbed[2 * k + 1], force.norm())
+                        rubbed, strongest = node_place(k, RUBBED), node_place(k, FORCE)
+                        touching.friction[rubbed] = touching.friction[rubbed] + early + late
+                        touching.friction[strongest] = ti.max(touching.friction[strongest], force.norm())
                 if ti.static(touching.kinds.tracked):
-                    if touching.pressing[k * slots + p] > 0.0:
+                    if touching.traces[trace_place(touching, k, p, PRESSING)] > 0.0:
                         add_load(touching, obstacle, x, force)
             for j in ti.static(range(3)):
                 place = 3 * k + j
                 touching.force[place] = touching.force[place] + total[j]
                 body.special_force[place] = body.special_force[place] - total[j]
-                touching.sums[j] = touching.sums[j] + total[j]
-    touching.sums[CONTACT_SUMS] = touching.sums[CONTACT_SUMS] + work_before
-    touching.sums[CONTACT_SUMS + 1] = work_after
+                touching.sums[CONTACT_AT + j] = touching.sums[CONTACT_AT + j] + total[j]
+    touching.sums[FRICTION_AT] = touching.sums[FRICTION_AT] + work_before
+    touching.sums[FRICTION_AT + 1] = work_after
 
 
 @ti.func
@@ -112,8 +130,9 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
         x = position(touching.reference, k, body.u, touching.nodes[k])
         for p in ti.static(range(slots)):
             place = k * slots + p
-            if touching.pressing[place] > most:
-                most = touching.pressing[place]
+            pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
+            if pressing > most:
+                most = pressing
                 _gap, normal = gap_and_normal(touching, touching.near[place], x)
                 across = tangents(normal)
                 velocity, acceleration, flexible = trial(body, listed, k, damped)
@@ -122,5 +141,5 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
                 speed = slip.norm()
                 if speed > 0.0:
                     mobility = slip.dot(span * (across @ flexible @ across.transpose()) @ slip) / (speed * speed)
-        touching.sliding[2 * k] = speed
-        touching.sliding[2 * k + 1] = mobility
+        touching.friction[node_place(k, SPEED)] = speed
+        touching.friction[node_place(k, SOFTNESS)] = mobility

@@ -10,7 +10,8 @@ momentum is exact at any residual.
 import taichi as ti
 
 from .boundary_nodes import hand_over, row
-from .friction import held
+from .friction import PRESSING, TRACTION, held, three, trace_place
+from .lanes import CONTACT_AT
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, segment
 from .obstacles import add_load, gap_and_normal, position
@@ -61,7 +62,7 @@ def massless_load(
         normals, _gaps = constraints(touching, k, b, x, block, slots)
         out_of_balance = b.transpose() @ (row(body.special_force, k) - row(listed.load, k))
         if ti.static(touching.kinds.static_friction):
-            out_of_balance -= b.transpose() @ held(touching, k, slots)
+            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
         pressing, rest = balance(out_of_balance, normals, touching.active[k], block, slots)
         total = ti.Vector.zero(ti.f64, 3)
         for p in ti.static(range(slots)):
@@ -70,17 +71,17 @@ def massless_load(
                 _gap, normal = gap_and_normal(touching, touching.near[place], x)
                 force = pressing[p] * normal
                 if ti.static(touching.kinds.static_friction):
-                    force += row(touching.traction, place)
+                    force += three(touching.traces, trace_place(touching, k, p, TRACTION))
                 if ti.static(touching.kinds.tracked):
                     add_load(touching, touching.near[place], x, force)
                 total += force
                 sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
             elif ti.static(touching.kinds.static_friction):
-                rest += b.transpose() @ row(touching.traction, place)
+                rest += b.transpose() @ three(touching.traces, trace_place(touching, k, p, TRACTION))
             if ti.static(touching.kinds.friction != ""):
-                touching.pressing[place] = pressing[p]
+                touching.traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
         hand_over(body, touching, k, total)
-        begin, end = touching.heir_start[k], touching.heir_start[k + 1]
+        begin, end = touching.heirs[k], touching.heirs[k + 1]
         share = (b @ rest) / ti.max(1.0, float(end - begin))
         for i in range(begin, end):
             for j in ti.static(range(3)):
@@ -93,4 +94,4 @@ def massless_load(
         sums[5] = ti.max(sums[5], largest(rest))
     sums[5] /= ti.max(stats[F_REF], 1e-300)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]

@@ -4,20 +4,20 @@ An obstacle is a record of RECORD numbers in `touching.obstacles`: shape, a refe
 its own axes), parameters of the shape, velocity of o and angular velocity, now and as means over the step that led
 here. Positions count from a point among the contact nodes, reference [k, 3] lists where these start: the gap keeps its
 digits far from the origin. Where obstacles move, `touching.motion` holds a row of records per time level and `set_pose`
-takes the next one.
+takes the next one; behind them stand the grids of sampled distances.
 Only the shapes in `touching.kinds.shapes` are compiled.
 """
 
 import taichi as ti
 
 from .boundary_nodes import row
-from .lanes import MOST_SLOTS
+from .lanes import LOADS_AT, MOST_SLOTS, TRACKED
+from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
 SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
 RECORD = 33
 CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
-TRACKED = 6  # force and moment of an obstacle, about its reference point
 
 
 @ti.func
@@ -46,6 +46,9 @@ def gap_and_normal(touching: ti.template(), p, x):
             gap, normal = round_gap(
                 y - normal.dot(y) * normal, values[start + PARAMETERS], values[start + PARAMETERS + 1]
             )
+    if ti.static("box" in touching.kinds.shapes or "sdf" in touching.kinds.shapes):
+        if shape == 3 or shape == 4:
+            gap, normal = framed_gap(touching, start, shape, y)
     return gap, normal
 
 
@@ -57,6 +60,33 @@ def round_gap(y, radius, side):
     if length > 1e-12 * radius:
         normal = y / length
     return side * (length - radius), side * normal
+
+
+@ti.func
+def framed_gap(touching: ti.template(), start, shape, y):
+    """Of shapes with axes of their own."""
+    values = ti.static(touching.obstacles)
+    place = start + PARAMETERS
+    frame = ti.Matrix([[values[start + FRAME + 3 * i + j] for j in range(3)] for i in range(3)])
+    own = frame @ y
+    gap = 1e300
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    if ti.static("box" in touching.kinds.shapes):
+        if shape == 3:
+            gap, normal = box_gap_normal(own, vector(values, place))
+    if ti.static("sdf" in touching.kinds.shapes):
+        if shape == 4:
+            gap, normal = grid_gap_normal(
+                touching.motion,
+                ti.cast(values[place + 7], ti.i32),
+                vector(values, place),
+                values[place + 3],
+                values[place + 4],
+                values[place + 5],
+                values[place + 6],
+                own,
+            )
+    return gap, frame.transpose() @ normal
 
 
 @ti.func
@@ -78,8 +108,8 @@ def set_pose(touching: ti.template(), level):
 
 @ti.func
 def clear_loads(touching: ti.template()):
-    for j in range(touching.obstacle_sums.shape[0]):
-        touching.obstacle_sums[j] = 0.0
+    for j in range(LOADS_AT, touching.sums.shape[0]):
+        touching.sums[j] = 0.0
 
 
 @ti.func
@@ -87,11 +117,12 @@ def add_load(touching: ti.template(), p, x, force):
     """The force on a body at x, by obstacle p: the obstacle feels the opposite; last number: power into the bodies."""
     arm = x - vector(touching.obstacles, RECORD * p + POINT)
     moment = arm.cross(force)
+    start = LOADS_AT + TRACKED * p
     for j in ti.static(range(3)):
-        touching.obstacle_sums[TRACKED * p + j] = touching.obstacle_sums[TRACKED * p + j] - force[j]
-        touching.obstacle_sums[TRACKED * p + 3 + j] = touching.obstacle_sums[TRACKED * p + 3 + j] - moment[j]
-    last = touching.obstacle_sums.shape[0] - 1
-    touching.obstacle_sums[last] = touching.obstacle_sums[last] + force.dot(velocity_at(touching, p, x, VELOCITY))
+        touching.sums[start + j] = touching.sums[start + j] - force[j]
+        touching.sums[start + 3 + j] = touching.sums[start + 3 + j] - moment[j]
+    last = touching.sums.shape[0] - 1
+    touching.sums[last] = touching.sums[last] + force.dot(velocity_at(touching, p, x, VELOCITY))
 
 
 @ti.func

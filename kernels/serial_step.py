@@ -23,15 +23,16 @@ from .arguments import ARRAY, INDEX
 from .bundles import Body, Kinds, Listed, Pairs, Supported, System, Touching
 from .internal_force import keep_vectors, make_cell_phase, node_phase
 from .lanes import (
-    BOUNDARY_SUMS,
     CELL_SUMS,
     CHUNKS,
-    CONTACT_SUMS,
+    CONTACT_AT,
+    FRICTION_AT,
     FRICTION_SUMS,
+    LOADS_AT,
     MOST_SLOTS,
     NODE_SUMS,
     RAW,
-    SUPPORT_SUMS,
+    TRACKED,
     VISCOUS_START,
     VISCOUS_SUMS,
     WIDTHS,
@@ -47,6 +48,11 @@ PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP = 6
 
 
+def loads_of(obstacles: int) -> int:
+    """Numbers of the loads of tracked obstacles: force and moment of each, power of all."""
+    return TRACKED * obstacles + 1
+
+
 def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int, int]:
     """Where the numbers that only some raw rows have begin: viscous, friction, loads of obstacles; and the end."""
     after_viscous = RAW + VISCOUS_SUMS * viscous
@@ -55,10 +61,9 @@ def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int
 
 
 @ti.func
-def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template(), supported: ti.template(),
-            touching: ti.template(), viscous: ti.template()):  # fmt: skip
+def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template()):
     """All sums of a row, side by side."""
-    friction = ti.static(touching.kinds.friction != "")
+    sums = ti.static(touching.sums)
     width = row_width(touching, viscous)
     place = number * width
     for j in ti.static(range(NODE_SUMS)):
@@ -74,15 +79,9 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
         hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
     raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
     place += CELL_SUMS
-    for j in range(BOUNDARY_SUMS):
-        raw[place + j] = listed.sums[j]
-    place += BOUNDARY_SUMS
-    for j in range(SUPPORT_SUMS):
-        raw[place + j] = supported.sums[j]
-    place += SUPPORT_SUMS
-    for j in range(CONTACT_SUMS):
-        raw[place + j] = touching.sums[j]
-    place += CONTACT_SUMS
+    for j in range(FRICTION_AT):
+        raw[place + j] = sums[j]
+    place += FRICTION_AT
     if ti.static(viscous):
         power, fastest = 0.0, 0.0
         for chunk in range(CHUNKS):
@@ -90,13 +89,13 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
             fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
         raw[place], raw[place + 1] = power, fastest
         place += VISCOUS_SUMS
-    if ti.static(friction):
-        for j in range(FRICTION_SUMS):
-            raw[place + j] = touching.sums[CONTACT_SUMS + j]
+    if ti.static(touching.kinds.friction != ""):
+        for j in range(FRICTION_AT, LOADS_AT):
+            raw[place + j - FRICTION_AT] = sums[j]
         place += FRICTION_SUMS
     if ti.static(touching.kinds.tracked):
-        for j in range(touching.obstacle_sums.shape[0]):
-            raw[place + j] = touching.obstacle_sums[j]
+        for j in range(LOADS_AT, sums.shape[0]):
+            raw[place + j - LOADS_AT] = sums[j]
 
 
 @ti.func
@@ -105,7 +104,7 @@ def row_width(touching: ti.template(), viscous: ti.template()):
     fixed = ti.static(row_places(viscous, touching.kinds.friction != "", 0)[3])
     width = 0
     if ti.static(touching.kinds.tracked):
-        width = touching.obstacle_sums.shape[0]
+        width = touching.sums.shape[0] - LOADS_AT
     return fixed + width
 
 
@@ -157,7 +156,8 @@ def make_serial_step(
     if rubs:
         from .kick_friction import kick_friction, slide
     if sticks_still:
-        from .static_friction import STEP, remember, sliding_work
+        from .friction import STEP
+        from .static_friction import remember, sliding_work
     if contact in ("penalty", "impulse"):
         from .contact_load import impulse_load, penalty_load
     if contact == "massless":
@@ -169,12 +169,12 @@ def make_serial_step(
         resolve = make_resolve(kind, law, block, slots, plain)
 
     @ti.func
-    def load(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
-             control: ti.template()):  # fmt: skip
+    def push_back(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
+                  control: ti.template()):  # fmt: skip
         if ti.static(touches and kinds.tracked):
             clear_loads(touching)
         if ti.static(contact == "massless"):
-            touching.sums[7] = system.stats[SWEEPS_DONE]
+            touching.sums[CONTACT_AT + 7] = system.stats[SWEEPS_DONE]
             massless_load(body, listed, touching, system.stats, block, slots)
         if ti.static(contact in ("penalty", "impulse")):
             if ti.static(slots == MOST_SLOTS):
@@ -186,10 +186,10 @@ def make_serial_step(
                 span = ti.select(after > 0.0, 0.5 * (before + after), before)
                 impulse_load(body, listed, touching, span, slots)
         if ti.static(touches):
-            touching.sums[6] = smallest_gap(touching, body.u)
+            touching.sums[CONTACT_AT + 6] = smallest_gap(touching, body.u)
         if ti.static(rubs):
             for j in ti.static(range(FRICTION_SUMS)):
-                touching.sums[CONTACT_SUMS + j] = 0.0
+                touching.sums[FRICTION_AT + j] = 0.0
         if ti.static(sticks_still):
             sliding_work(body, touching)
         if ti.static(rubs and kinds.layered and not sticks_still):
@@ -236,42 +236,29 @@ def make_serial_step(
         special_force: ARRAY,
         node_sums: ARRAY,
         cell_sums: ARRAY,
+        sums: ARRAY,
         boundary_nodes: INDEX,
         tensor_mass: ARRAY,
         inverse_mass: ARRAY,
         load: ARRAY,
-        boundary_sums: ARRAY,
         support_slots: INDEX,
         support_axes: INDEX,
         support_speeds: ARRAY,
-        support_sums: ARRAY,
         contact_nodes: INDEX,
         obstacles: ARRAY,
         motion: ARRAY,
-        grid: ARRAY,
-        obstacle_sums: ARRAY,
         near: INDEX,
         reference: ARRAY,
         all_nodes: INDEX,
         all_reference: ARRAY,
         give: ARRAY,
         contact_force: ARRAY,
-        pressing: ARRAY,
-        contact_sums: ARRAY,
-        friction: ARRAY,
-        limit: ARRAY,
-        sliding: ARRAY,
-        rubbed: ARRAY,
         basis: ARRAY,
         active: INDEX,
         last: ARRAY,
-        heir_start: INDEX,
         heirs: INDEX,
-        traction: ARRAY,
-        traction_before: ARRAY,
-        origin: ARRAY,
-        slip: ARRAY,
-        directions: ARRAY,
+        friction: ARRAY,
+        traces: ARRAY,
         cell_nodes: INDEX,
         shape_gradients: ARRAY,
         weights: ARRAY,
@@ -283,7 +270,6 @@ def make_serial_step(
         entry_start: INDEX,
         entry_pairs: INDEX,
         entry_place: INDEX,
-        corner_start: INDEX,
         corner_rows: INDEX,
         lane_start: INDEX,
         lane_node: INDEX,
@@ -317,37 +303,26 @@ def make_serial_step(
                 cell_sums,
             )
         )
-        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, boundary_sums))
-        supported = ti.static(Supported(support_slots, support_axes, support_speeds, support_sums))
+        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, sums))
+        supported = ti.static(Supported(support_slots, support_axes, support_speeds, sums))
         touching = ti.static(
             Touching(
                 contact_nodes,
                 obstacles,
                 motion,
-                grid,
-                obstacle_sums,
                 near,
                 reference,
                 all_nodes,
                 all_reference,
                 give,
                 contact_force,
-                pressing,
-                contact_sums,
-                friction,
-                limit,
-                sliding,
-                rubbed,
+                sums,
                 basis,
                 active,
                 last,
-                heir_start,
                 heirs,
-                traction,
-                traction_before,
-                origin,
-                slip,
-                directions,
+                friction,
+                traces,
                 kinds,
             )
         )
@@ -368,7 +343,6 @@ def make_serial_step(
         )
         system = ti.static(
             System(
-                corner_start,
                 corner_rows,
                 lane_start,
                 lane_node,
@@ -426,13 +400,13 @@ def make_serial_step(
                             damped,
                         )
                 if state == PASS or state == BOUNDARY:
-                    load(body, listed, touching, system, control)
+                    push_back(body, listed, touching, system, control)
                     if ti.static(kinds.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
                     kick(body, listed, supported, touching)
-                    log_row(raw_out, number, body, listed, supported, touching, viscous)
+                    log_row(raw_out, number, body, touching, viscous)
                     stop = suspicious(raw_out, number, control, touching, viscous)
                     number += 1
                     if ti.static(touches and kinds.moving):

@@ -65,7 +65,7 @@ def assemble(
         rounding = ti.max(rounding, EPSILON * moved)
         force = ti.Vector.zero(ti.f64, 3)
         magnitude = 0.0
-        for i in range(system.corner_start[k], system.corner_start[k + 1]):
+        for i in range(system.corner_rows[k], system.corner_rows[k + 1]):
             part = row(body.rows, system.corner_rows[i])
             for j in ti.static(range(3)):
                 body.rows[3 * system.corner_rows[i] + j] = 0.0
@@ -77,7 +77,7 @@ def assemble(
         normals, gaps = constraints(touching, k, b, x, block, slots)
         out_of_balance = 0.0 - right
         if ti.static(touching.kinds.static_friction):
-            out_of_balance -= b.transpose() @ held(touching, k, slots)
+            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
             pressing, _rest = balance(out_of_balance, normals, touching.active[k], block, slots)
             directions = ti.Matrix.zero(ti.f64, slots, 3)
             for p in ti.static(range(slots)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from time import perf_counter
 
 import numpy as np
@@ -269,7 +270,7 @@ class Run:
         )
 
 
-COMBINED = {
+COMBINED: dict[str, Callable[..., np.ndarray]] = {
     "gap_min": np.min,
     "jacobian_min": np.min,
     "sweeps": np.max,

@@ -55,6 +55,7 @@ class CentralDifference:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
 
         time [s]: of level n; before, after [s]: the steps that end and start there; 0 before the first and after the
-        last row. A small body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows done.
+        last row. A small body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows
+        done.
         """
         return body.advance(before / 2, after / 2, after, time, (before, after), rows, **stop_at)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import arrays
 from ..errors import InputError
-from ..kernels.lanes import CONTACT_SUMS, FRICTION_SUMS, MOST_SLOTS
+from ..kernels.lanes import MOST_SLOTS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -50,7 +50,6 @@ class ContactTerm:
         self.give = arrays.zeros(1)
         self.contact_force = arrays.zeros(3 * len(contact.nodes))
         self.friction: Friction | None = None
-        self.totals = arrays.zeros(CONTACT_SUMS + FRICTION_SUMS)
 
     def rub(self, scene: Scene, plan: BodyPlan) -> None:
         """Take the friction of the scene, if there is any."""
@@ -93,29 +92,15 @@ class ContactTerm:
             "nodes": self.nodes,
             "obstacles": obstacles.records,
             "motion": obstacles.motion,
-            "grid": obstacles.grid,
-            "obstacle_sums": obstacles.loads,
             "near": self.near,
             "reference": self.reference,
             "all_nodes": self.all_nodes,
             "all_reference": self.all_reference,
             "give": self.give,
             "force": self.contact_force,
-            "sums": self.totals,
         }
         if friction is not None:
-            arguments |= {
-                "pressing": friction.pressing,
-                "friction": friction.settings,
-                "limit": friction.limit,
-                "sliding": friction.sliding,
-                "rubbed": friction.rubbed,
-                "traction": friction.traction,
-                "before": friction.before,
-                "origin": friction.origin,
-                "slip": friction.slip,
-                "directions": friction.directions,
-            }
+            arguments |= {"friction": friction.data, "traces": friction.traces}
         return arguments
 
     def owned(self) -> list[arrays.Array]:

@@ -17,16 +17,24 @@ class Friction:
     name = "friction"
 
     def __init__(self, model: FrictionModel, nodes: int, slots: int, stays: bool) -> None:
+        from ..kernels import friction as names
+
         self.law = law_of(model)
         speed = model.slip_speed if isinstance(model, RegularizedCoulomb) else 1.0
-        self.settings = arrays.put(np.array([model.coefficient, speed, 0.0]))
-        self.pressing = arrays.zeros(nodes * slots)
-        self.limit, self.sliding = arrays.put(np.full(nodes, 1e300)), arrays.zeros(2 * nodes)
-        self.rubbed = arrays.zeros(2 * nodes)
-        count = nodes * slots * 3 if stays else 1
-        self.traction, self.before = arrays.zeros(count), arrays.zeros(count)
-        self.slip, self.directions = arrays.zeros(count), arrays.zeros(count)
-        self.origin = arrays.zeros(3 * nodes if stays else 1)
+        self.names, self.slots, self.stays = names, slots, stays
+        rows = np.zeros((nodes, names.NODE))
+        rows[:, names.LIMIT] = 1e300
+        self.data = arrays.put(np.concatenate([[model.coefficient, speed, 0.0], rows.ravel()]))
+        self.traces = arrays.zeros(nodes * slots * (names.TRACE if stays else names.SHORT_TRACE))
+
+    def node(self, number: int) -> np.ndarray:
+        """A number of every node [k], as placed in kernels/friction.py."""
+        rows = arrays.get(self.data)[self.names.FIRST :].reshape(-1, self.names.NODE)
+        return rows[:, number].copy()
+
+    def pressing(self) -> np.ndarray:
+        """lambda [k] [N], all obstacles together."""
+        return np.asarray(arrays.get(self.traces).reshape(self.node(0).size, self.slots, -1)[:, :, 0].sum(axis=1))
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

@@ -34,7 +34,7 @@ class LayeredFriction(Friction):
 
     def __init__(self, model: FrictionLayer, areas: np.ndarray, slots: int, stays: bool) -> None:
         super().__init__(model, len(areas), slots, stays)
-        self.model, self.areas, self.slots, self.stays = model, areas, slots, stays
+        self.model, self.areas = model, areas
         self.layer = Layer(
             (model.material,),
             len(areas),
@@ -62,7 +62,7 @@ class LayeredFriction(Friction):
 
         before, after [s]: the steps that end and start at the present level.
         """
-        pressure = arrays.get(self.pressing).reshape(-1, self.slots).sum(axis=1) / self.areas
+        pressure = self.pressing() / self.areas
         pressed = pressure > 0.0
         if (pressed & ~self._pressed).any():
             self.span = 1
@@ -82,7 +82,10 @@ class LayeredFriction(Friction):
         else:
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
-        arrays.set_values(self.limit, np.minimum(limit * self.areas, 1e300))
+        data = arrays.get(self.data).copy()
+        rows = data[self.names.FIRST :].reshape(-1, self.names.NODE)
+        rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
+        arrays.set_values(self.data, data)
 
     def shear(self) -> np.ndarray:
         """Shear stress of the layers [k] [Pa]; 0 where open."""
@@ -90,7 +93,7 @@ class LayeredFriction(Friction):
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
         """Layers and kick together: mean shear stress [Pa] over the kick [s]."""
-        speed, softness = arrays.get(self.sliding).reshape(-1, 2).T.copy()
+        speed, softness = self.node(self.names.SPEED), self.node(self.names.SOFTNESS)
         parts = self.substeps
         dt = kick / parts
         softness = softness * self.areas / parts  # slip speed that a shear stress of 1 Pa takes in a part
@@ -106,7 +109,7 @@ class LayeredFriction(Friction):
 
     def _collect(self, dt: float, pressure: np.ndarray) -> None:
         """Take note of what friction did in the last kick or step of length dt [s]."""
-        work, force = arrays.get(self.rubbed).reshape(-1, 2).T
+        work, force = self.node(self.names.RUBBED), self.node(self.names.FORCE)
         self._waiting += work / self.areas
         self._push += force / self.areas * dt
         self._load += np.maximum(pressure, 0.0) * dt
@@ -171,7 +174,7 @@ class LayeredFriction(Friction):
         plastic = model.plastic_heat * layer.cell("PLASTIC_WORK") if model.plastic_heat > 0.0 else 0.0
         heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
         if self._kick > 0.0:  # the last kick has not been collected
-            heat += model.heat_share * float(arrays.get(self.rubbed).reshape(-1, 2)[:, 0].sum())
+            heat += model.heat_share * float(self.node(self.names.RUBBED).sum())
         stress = self.shear()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
         hottest = float(self.surface_temperature().max())

@@ -36,7 +36,7 @@ class MasslessContactTerm(ContactTerm):
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
         self.last = arrays.zeros(len(contact.nodes) * self.block)
         start, rows = heirs(plan.cells, plan.reference, plan.boundary, len(contact.nodes))
-        self.heir_start, self.heirs = arrays.put(start), arrays.put(rows)
+        self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
         self.static_solve = StaticSolve(scene, plan, force, self.slots)
 
     @property
@@ -65,7 +65,6 @@ class MasslessContactTerm(ContactTerm):
             "basis": self.basis,
             "active": self.active,
             "last": self.last,
-            "heir_start": self.heir_start,
             "heirs": self.heirs,
         }
 

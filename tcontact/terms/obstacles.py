@@ -26,19 +26,19 @@ class Obstacles:
         self.shapes = tuple(sorted({obstacle.shape for obstacle in scene.obstacles}))
         grids = [obstacle.grid for obstacle in scene.obstacles]
         ends = np.cumsum([0 if grid is None else grid.size for grid in grids])
-        self.grid = arrays.put(np.concatenate([np.zeros(0) if grid is None else grid.ravel() for grid in grids]))
+        sampled = np.concatenate([np.zeros(0) if grid is None else grid.ravel() for grid in grids])
         self._start = np.zeros((len(grids), names.RECORD))
+        rows = (rows_at_once + 1) * self._start.size if self.moving else 0
         for record, obstacle, grid, end in zip(self._start, scene.obstacles, grids, ends, strict=True):
             record[names.SHAPE] = names.CODES[obstacle.shape]
             parameters = list(obstacle.parameters)
             if grid is not None:
-                parameters.append(end - grid.size)  # where its nodes begin
+                parameters.append(rows + end - grid.size)  # where its nodes begin
             record[names.PARAMETERS : names.PARAMETERS + len(parameters)] = parameters
             record[names.POINT : names.FRAME] = self._point(obstacle) - centre
             record[names.FRAME : names.PARAMETERS] = obstacle.frame.ravel()
         self.records = arrays.put(self._start)
-        self.motion = arrays.zeros((rows_at_once + 1) * self._start.size if self.moving else 1)
-        self.loads = arrays.zeros(names.TRACKED * len(self.obstacles) + 1 if self.tracked else 1)
+        self.motion = arrays.put(np.concatenate([np.zeros(rows), sampled]))
         self._motions: list | None = None
         if self.moving:
             from ..obstacles.motion import Motion
@@ -77,7 +77,7 @@ class Obstacles:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the obstacles."""
-        return [self.records, self.motion, self.grid, self.loads]
+        return [self.records, self.motion]
 
 
 def _rotation_between(frames: np.ndarray) -> np.ndarray:

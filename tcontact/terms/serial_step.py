@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..kernels.lanes import LOADS_AT
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
@@ -12,7 +13,7 @@ from .contact import MOST_ROWS, ContactTerm
 from .friction_layer import LayeredFriction
 from .internal_force import InternalForce
 
-WHOLE = ("nodes", "near", "all_nodes", "active", "heir_start", "heirs")  # the arrays of whole numbers in Touching
+WHOLE = ("nodes", "near", "all_nodes", "active", "heirs")  # the arrays of whole numbers in Touching
 
 
 class SerialStep:
@@ -34,17 +35,20 @@ class SerialStep:
         self.force = force
         self.contact = contact
         real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
-        parts: list[arrays.Array] = []
-        parts += (whole, real, real, real, real) if listed is None else listed.arguments()
-        parts += (whole, whole, real, real) if supports is None else supports.arguments()
+        self.kinds = Kinds() if contact is None else contact.kinds
+        loads = kernels.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
+        self.sums = arrays.zeros(LOADS_AT + loads)
+        parts: list[arrays.Array] = [self.sums]
+        parts += (whole, real, real, real) if listed is None else listed.arguments()
+        parts += (whole, whole, real) if supports is None else supports.arguments()
         touching = {} if contact is None else contact.arguments()
-        parts += [touching.get(name, whole if name in WHOLE else real) for name in Touching._fields if name != "kinds"]
+        parts += [
+            touching.get(name, whole if name in WHOLE else real) for name in Touching._fields[:-1] if name != "sums"
+        ]
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         parts += _dummies(real, whole) if solve is None else solve.arguments()
-        self.kinds = Kinds() if contact is None else contact.kinds
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        loads = arrays.get(contact.obstacles.loads).size if contact is not None and self.kinds.tracked else 0
         self.places = kernels.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
         self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
@@ -79,8 +83,8 @@ class SerialStep:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
-        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a static solve that
-        did not converge.
+        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a
+        static solve that did not converge.
         """
         names = self.names
         contact = self.contact
@@ -123,11 +127,11 @@ class SerialStep:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""
-        return [self.raw, self.control]
+        return [self.raw, self.control, self.sums]
 
 
 def _dummies(real: arrays.Array, whole: arrays.Array) -> tuple[arrays.Array, ...]:
     """Stand-ins for the arrays of Pairs and System."""
     pairs = (whole, real, real, whole, whole, whole, real, whole, whole, whole, whole)
-    system = (whole, whole, whole, whole, whole, *(real,) * 10)
+    system = (whole, whole, whole, whole, *(real,) * 10)
     return (*pairs, *system)

@@ -59,10 +59,10 @@ class StaticSolve:
             )
         ]
         width = cells.shape[1]
+        corners = force.surface.rows(graph.corners // width, graph.corners % width)
         self.stats = arrays.put(self._start())
         self._system = [
-            arrays.put(graph.corner_start),
-            arrays.put(force.surface.rows(graph.corners // width, graph.corners % width)),
+            arrays.put(np.concatenate([graph.corner_start + len(graph.corner_start), corners])),
             arrays.put(order.lane_start),
             arrays.put(order.lane_node),
             arrays.put(order.column),
