@@ -118,7 +118,9 @@ def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:
     twin = np.flatnonzero((ends[1:] == ends[:-1]).all(axis=1))
     first, second = face[twin], face[twin + 1]
     seen = (facing[first] != facing[second]) | (np.einsum("ni,ni->n", normal[first], normal[second]) < 0.8)
-    sound = np.einsum("ni,ni->n", normal, normal) > 0.5  # not the flat ones around a pole
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    sound = area > 0.05 * np.median(area)  # slivers and the flat ones around a pole have no sure normal
     seen &= sound[first] & sound[second]
     screen = eye.project(points)
     start, end = (screen[ends[twin[seen], side]] for side in (0, 1))
