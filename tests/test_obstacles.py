@@ -193,6 +193,21 @@ def test_later_calls_go_on_and_earlier_times_start_anew():
     )
 
 
+def test_going_back_a_few_steps_is_as_exact_as_going_on():
+    """A run that stops within a launch asks again for times it has asked for, and for others between."""
+    ball = tc.Sphere(velocity=lambda t: np.array([np.cos(40 * t), 0.0, 0.0]), angular_velocity=(0, 0, 1.0))
+    times = np.linspace(0.0, 1.0, 201)
+    motion = Motion(ball)
+    whole = motion.poses(times)[0]
+    np.testing.assert_array_equal(motion.poses(times[150:])[0], whole[150:])
+    between = motion.poses([0.50251])[0][0, 0]
+    assert abs(between - np.sin(40 * 0.50251) / 40) < 1e-8
+    np.testing.assert_allclose(motion.poses(times[101:])[0], whole[101:], atol=1e-8)
+    far = Motion(ball)
+    far.poses(np.linspace(0.0, 30.0, 6001))  # the first places are given up
+    assert abs(far.poses([0.7])[0][0, 0] - np.sin(28.0) / 40) < 1e-8
+
+
 @pytest.mark.parametrize(
     "wrong",
     [lambda t: [1.0, 2.0], lambda t: [0.0, np.nan, 0.0] if t > 0.5 else [0.0] * 3, lambda t: 1 / 0, lambda t: "x"],
