@@ -43,7 +43,8 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells."""
+    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
+    with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
     def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str) -> None:
         self.states = states
@@ -83,7 +84,8 @@ class Recorder:
                 "velocity": np.concatenate(velocities),
                 "contact_force": force,
                 "contact_pressure": pressure,
-            },
+            }
+            | _stacked([state.layer_fields() for state in self.states]),
             {"von_mises": np.concatenate(stress)},
         )
 
@@ -93,3 +95,8 @@ class Recorder:
         there = describe(self.obstacles, sorted(set(self.times)))
         self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
         self.file.close()
+
+
+def _stacked(bodies: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Fields of all bodies, one after the other."""
+    return {name: np.concatenate([fields[name] for fields in bodies]) for name in bodies[0]}
