@@ -8,6 +8,7 @@ from .friction_models import FrictionLayer, FrictionModel
 from .kernels.lanes import MOST_SLOTS, RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
+from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
 
 if TYPE_CHECKING:
@@ -103,10 +104,10 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         size += _obstacles(plan, body)
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
-            off = len(graph.column) - count
+            order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
             size += len(body.heirs[1]) * WHOLE
-            size += int(1.2 * off) * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
+            size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
             size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE
             size += 8 * body.cells.shape[1] * 3 * REAL
