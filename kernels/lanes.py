@@ -10,9 +10,10 @@ BOUNDARY_SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of
 SUPPORT_SUMS = 4  # reaction (3), its power
 CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, smallest gap, sweeps
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
+MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
 # places in `params` that only some bodies have
-DAMPING_RATE = 8  # [1/s]
-VISCOSITY = 9  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
+DAMPING_RATE = 9  # [1/s]
+VISCOSITY = 10  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
 VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]; per chunk they stand after all the cell sums
 VISCOUS_START = 2 * CHUNKS * CELL_SUMS
 VISCOUS_HELD = VISCOUS_START + 2 * CHUNKS * VISCOUS_SUMS  # and then the viscous pressure of every cell

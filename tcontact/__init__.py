@@ -13,7 +13,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
-from .materials import LinearElastic, Material, NeoHookean, StVenantKirchhoff  # noqa: E402
+from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
 from .mesh_io import read_mesh  # noqa: E402
@@ -35,6 +35,7 @@ __all__ = [
     "MasslessContact",
     "Material",
     "Mesh",
+    "MooneyRivlin",
     "NeoHookean",
     "OverlapWarning",
     "PenaltyContact",

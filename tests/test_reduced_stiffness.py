@@ -48,11 +48,11 @@ def contact_stiffness(body, removal, u):
     basis = plan.contact.basis[:, :, :block]
     values = arrays.zeros(len(graph.pair_nodes) * block * block)
     _, gradients, weights = shape_functions("hex8")
-    lame = np.array([0.0] * 6 + [body.material.lame_lambda, body.material.lame_mu])
+    params = np.array([0.0] * 6 + [*body.material.moduli])
     kernel = tangent_kernel(body.material.law, block)
     cell_nodes = plan.cells[graph.cells]
     graph_lists = (graph.pair_start, graph.pair_corners, graph.pair_nodes)
-    before = (lame, plan.reference, u[plan.node_order], cell_nodes, gradients, weights, *graph_lists)
+    before = (params, plan.reference, u[plan.node_order], cell_nodes, gradients, weights, *graph_lists)
     kernel(*map(arrays.put, before), values, arrays.put(basis))
     matrix = np.zeros((count, block, count, block))
     pair_values = np.array(arrays.get(values)).reshape(-1, block, block)

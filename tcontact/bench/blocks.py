@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .. import materials
@@ -11,10 +13,11 @@ from ..mesh_box import box_mesh
 from ..obstacles import Plane
 from ..scene import Body, Scene
 
-MATERIALS = {
+MATERIALS: dict[str, Callable[..., materials.Material]] = {
     "neo-hookean": materials.NeoHookean,
     "linear": materials.LinearElastic,
     "st-venant-kirchhoff": materials.StVenantKirchhoff,
+    "mooney-rivlin": materials.MooneyRivlin.of,
 }
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]

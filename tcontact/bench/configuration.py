@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 KINDS = ("hex8", "hex8-distorted", "hex8-reduced", "tet4")
-LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff")
+LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff", "mooney-rivlin")
 CONTACTS = ("none", "normal", "full")
 
 

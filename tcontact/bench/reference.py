@@ -8,6 +8,8 @@ mode a stiffness k gamma gamma^t with gamma_a = h_a - (sum over b of h_b X_b).G_
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
@@ -27,10 +29,19 @@ def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(axes, axis=2), np.full(8, 1 / 8)
 
 
-def energy_and_stress(law: str, lam: float, mu: float, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """W [...] [J/m^3] and P = dW/dF [..., 3, 3] [Pa] for displacement gradients h [..., 3, 3]."""
     eye, turned = np.eye(3), np.swapaxes(h, -1, -2)
     f = eye + h
+    lam, mu = moduli[:2]
+    if law == "mooney-rivlin":
+        c2 = moduli[2] / 4
+        c1 = mu / 2 - 2 * c2
+        j, c = np.linalg.det(f), np.swapaxes(f, -1, -2) @ f
+        first, square = np.trace(c, axis1=-2, axis2=-1), np.trace(c @ c, axis1=-2, axis2=-1)
+        w = c1 * (first - 3) + c2 * ((first**2 - square) / 2 - 3) - mu * np.log(j) + lam / 2 * (j - 1) ** 2
+        pull = (lam * (j - 1) * j - mu)[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
+        return w, 2 * c1 * f + 2 * c2 * (first[..., None, None] * f - f @ c) + pull
     if law == "neo-hookean":
         j = np.linalg.det(f)
         inverse = np.swapaxes(np.linalg.inv(f), -1, -2)
@@ -44,9 +55,9 @@ def energy_and_stress(law: str, lam: float, mu: float, h: np.ndarray) -> tuple[n
 
 
 def force(
-    kind: str, law: str, lame: tuple[float, float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
+    kind: str, law: str, moduli: Sequence[float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]."""
+    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli as in kernels/laws.py."""
     slopes, weights = shape_slopes(kind)
     result, energy = np.zeros_like(u), 0.0
     for start in range(0, len(cells), AT_ONCE):
@@ -58,13 +69,13 @@ def force(
             gradients = np.einsum("ep,epkc->ekc", volume, gradients)[:, None]
             volume = volume.sum(axis=1, keepdims=True)
             gradients /= volume[:, :, None, None]
-        w, p = energy_and_stress(law, *lame, np.einsum("ekc,epkd->epcd", u[some], gradients))
+        w, p = energy_and_stress(law, moduli, np.einsum("ekc,epkd->epcd", u[some], gradients))
         corner = np.einsum("ep,epcd,epkd->ekc", volume, p, gradients, optimize=True)
         energy += float(np.sum(volume * w))
         if kind == "hex8-reduced":
             mean = gradients[:, 0]
             gamma = HOURGLASS - np.einsum("hk,ekc,eac->eha", HOURGLASS, nodes[some], mean, optimize=True)
-            stiffness = 0.05 * (lame[0] + 2 * lame[1]) * volume[:, 0] * np.sum(mean**2, axis=(1, 2)) / 8
+            stiffness = 0.05 * (moduli[0] + 2 * moduli[1]) * volume[:, 0] * np.sum(mean**2, axis=(1, 2)) / 8
             q = np.einsum("eha,eac->ehc", gamma, u[some])
             corner += np.einsum("e,eha,ehc->eac", stiffness, gamma, q)
             energy += 0.5 * float(np.einsum("e,ehc,ehc->", stiffness, q, q))
@@ -72,7 +83,7 @@ def force(
     return result, energy
 
 
-def cell_stiffness(kind: str, lame: tuple[float, float], corners: np.ndarray) -> np.ndarray:
+def cell_stiffness(kind: str, lame: Sequence[float], corners: np.ndarray) -> np.ndarray:
     """K [3 corners, 3 corners] [N/m] of a linear elastic cell with the given corners [corners, 3], column by column."""
     count = corners.size
     cell = np.arange(len(corners))[None]

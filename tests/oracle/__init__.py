@@ -9,7 +9,7 @@ from oracle import meshes
 from oracle.cells import Quadrature, assemble, energy, internal_force, quadrature, tangent, von_mises
 from oracle.central_difference import Body, History, Impulse, Massless, Penalty, Plane, run, stable_step
 from oracle.exact import BarImpact, bar_metrics, characteristic_bar
-from oracle.laws import LinearElastic, NeoHookean, StVenantKirchhoff
+from oracle.laws import LinearElastic, MooneyRivlin, NeoHookean, StVenantKirchhoff
 from oracle.mass import Redistribution, choose_removal, face_area_weights, lumped_cell_mass, redistribute
 from oracle.reduced import ReducedHex
 from oracle.static_contact import StaticContact, solve_lcp
@@ -21,6 +21,7 @@ __all__ = [
     "Impulse",
     "LinearElastic",
     "Massless",
+    "MooneyRivlin",
     "NeoHookean",
     "Penalty",
     "Plane",
