@@ -200,7 +200,7 @@ def test_many_steps_a_launch_give_the_same():
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
     from tcontact.describe import memory
-    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS
+    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, MODULI
     from tcontact.terms.internal_force import InternalForce
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
@@ -208,7 +208,7 @@ def test_absent_it_leaves_nothing_behind():
     assert without.columns == ()
     assert without.bodies[0].options == {}
     assert len(InternalForce(without.bodies[0]).cell_sums) == 2 * CHUNKS * CELL_SUMS
-    assert len(InternalForce(without.bodies[0]).parameters) == 8
+    assert len(InternalForce(without.bodies[0]).parameters) == 6 + MODULI
     assert "visco" not in without.describe()
     assert "viscous_work" not in simulate(scene).history
     assert with_it.columns == ("viscous_work",)
