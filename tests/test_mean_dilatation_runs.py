@@ -21,7 +21,7 @@ def with_mean(scene, **changes):
     )
 
 
-@pytest.mark.parametrize(("law", "removal", "walls"), [("neo", "full", 2), ("linear", "normal", 1)])
+@pytest.mark.parametrize(("law", "removal", "walls"), [("neo", "full", 1), ("linear", "normal", 1)])
 def test_balance_in_mid_contact(law, removal, walls):
     """f_K(x) = contact force, recomputed in numpy from the results alone; the ledger holds the energy."""
     contact = tc.MasslessContact(removal=removal, tolerance=1e-10)
