@@ -13,11 +13,12 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
 from .mesh_io import read_mesh  # noqa: E402
-from .obstacles import Plane  # noqa: E402
+from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
@@ -26,8 +27,12 @@ from .simulate import simulate  # noqa: E402
 
 __all__ = [
     "Body",
+    "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Coulomb",
+    "Cylinder",
+    "FrictionLayer",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
@@ -40,8 +45,11 @@ __all__ = [
     "OverlapWarning",
     "PenaltyContact",
     "Plane",
+    "RegularizedCoulomb",
     "Result",
     "Scene",
+    "Sdf",
+    "Sphere",
     "StVenantKirchhoff",
     "Support",
     "box_mesh",

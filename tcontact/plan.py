@@ -14,6 +14,8 @@ from .contact_graph import ContactGraph, contact_graph
 from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from .history import Layout
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
 from .packing import slab_order
@@ -24,6 +26,13 @@ from .scene import Body, Scene
 # up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
 # and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
 SMALL = {"hex8": 4096, "hex8-mean-dilatation": 4096, "hex8-reduced": 8192, "tet4": 20000}
+
+
+FRICTION_TERMS: dict[type, str] = {
+    Coulomb: "coulomb-friction",
+    RegularizedCoulomb: "regularized-friction",
+    FrictionLayer: "friction-layer",
+}
 
 
 @dataclass(frozen=True)
@@ -155,7 +164,17 @@ class Plan:
         found = dict.fromkeys(name for body in self.bodies for name in body.terms)
         if self.contact_term:
             found[self.contact_term] = None
+            if self.scene.friction is not None:
+                found[FRICTION_TERMS[type(self.scene.friction)]] = None
         return (*found, "ledger")
+
+    @property
+    def layout(self) -> Layout:
+        """Of the measured rows of its history."""
+        tracked = self.scene.touching and self.scene.tracked
+        names = tuple(self.scene.obstacle_label(i) for i in range(len(self.scene.obstacles))) if tracked else ()
+        rubbing = self.scene.touching and self.scene.friction is not None
+        return Layout(rubbing, names, rubbing and isinstance(self.scene.friction, FrictionLayer))
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -165,6 +184,8 @@ class Plan:
             names += ["damping_work", "damping_impulse"]
         if self.scene.viscosity is not None:
             names.append("viscous_work")
+        own = self.layout
+        names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
         return tuple(names)
 
     def describe(self) -> str:
@@ -187,7 +208,9 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
     touching = scene.touching and body.contact is not None
-    facing = scene.obstacles[0].normal if touching else None
+    facing = None
+    if touching:
+        facing = scene.obstacles[0].normal_at(body.initial_nodes.mean(axis=0)[None])[0]
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .fields import von_mises
+from .obstacles import Plane
 from .scene import Scene
 from .state import BodyState
 from .vtkhdf import ResultFile
@@ -55,6 +56,7 @@ class Recorder:
         planes = [
             {"kind": "plane", "point": obstacle.point.tolist(), "normal": obstacle.normal.tolist()}
             for obstacle in scene.obstacles
+            if isinstance(obstacle, Plane)
         ]
         self.attributes: dict[str, Any] = {"title": title, "obstacles": planes}
         self.file = ResultFile.create(

@@ -14,10 +14,11 @@ from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
 from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
-from .obstacles import Plane
+from .obstacles import Obstacle
 
 
 class OverlapWarning(UserWarning):
@@ -184,18 +185,19 @@ class Body:
 class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
-    bodies: one or more `Body`; obstacles: `Plane`s; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
-    contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None;
-    viscosity: `BulkViscosity` or None.
+    bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
+    duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
+    `RegularizedCoulomb`, `FrictionLayer` or None.
     Raises `InputError`.
     """
 
     bodies: Sequence[Body]
-    obstacles: Sequence[Plane] = ()
+    obstacles: Sequence[Obstacle] = ()
     duration: float = 0.0
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
-    friction: None = None
+    friction: FrictionModel | None = None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
 
@@ -204,8 +206,8 @@ class Scene:
         if not isinstance(bodies, Sequence) or not bodies or not all(isinstance(body, Body) for body in bodies):
             raise InputError("Scene.bodies", self.bodies, "give a list of one or more tcontact.Body")
         object.__setattr__(self, "bodies", tuple(bodies))
-        obstacles = (self.obstacles,) if isinstance(self.obstacles, Plane) else self.obstacles
-        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Plane) for obstacle in obstacles):
+        obstacles = (self.obstacles,) if isinstance(self.obstacles, Obstacle) else self.obstacles
+        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Obstacle) for obstacle in obstacles):
             raise InputError(
                 "Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)"
             )
@@ -223,11 +225,10 @@ class Scene:
             raise InputError(
                 "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
             )
-        validate.later("Scene.friction", self.friction)
-        named = [body.name for body in self.bodies if body.name is not None]
-        for name in named:
-            if named.count(name) > 1:
-                raise InputError("Body.name", name, "used by several bodies; give each its own name")
+        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
+            raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
+        _check_names("Body.name", "bodies", self.bodies)
+        _check_names("Obstacle.name", "obstacles", self.obstacles)
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -239,6 +240,20 @@ class Scene:
     def touching(self) -> bool:
         """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
         return bool(self.obstacles) and self.contact is not None and any(body.contact for body in self.bodies)
+
+    @property
+    def moving(self) -> bool:
+        """Whether an obstacle moves."""
+        return any(obstacle.moves for obstacle in self.obstacles)
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        return len(self.obstacles) > 1 or self.moving
+
+    def obstacle_label(self, index: int) -> str:
+        """Name of an obstacle for messages and results."""
+        return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
         if body.contact is None:
@@ -254,7 +269,7 @@ class Scene:
                 raise InputError(
                     f"Scene.bodies[{index}]",
                     float(gap[node]),
-                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed:"
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {self.obstacle_label(number)} (allowed:"
                     f" {allowed:.3g}); move the body or the obstacle apart",
                 )
 
@@ -275,3 +290,10 @@ class Scene:
     def label(self, index: int) -> str:
         """Name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
+
+
+def _check_names(field: str, owners: str, named: Sequence[Any]) -> None:
+    names = [one.name for one in named if one.name is not None]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(field, name, f"used by several {owners}; give each its own name")

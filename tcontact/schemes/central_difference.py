@@ -51,10 +51,11 @@ class CentralDifference:
         """Static solve of the start; dt [s]: the first step."""
         body.begin_contact(dt)
 
-    def step(self, body: BodyState, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
+    def step(self, body: BodyState, time: float, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
 
-        before, after [s]: the steps that end and start at level n; 0 before the first and after the last row. A small
-        body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows done.
+        time [s]: of level n; before, after [s]: the steps that end and start there; 0 before the first and after the
+        last row. A small body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows
+        done.
         """
-        return body.advance(before / 2, after / 2, after, (before, after), rows, **stop_at)
+        return body.advance(before / 2, after / 2, after, time, (before, after), rows, **stop_at)
