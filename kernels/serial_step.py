@@ -131,29 +131,33 @@ def make_serial_step(
     passes: bool,
     damped: bool = False,
     viscous: bool = False,
+    tied: bool = False,
 ):
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies;
-    damped: with mass-proportional damping; viscous: with bulk viscosity.
+    damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
     block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
     rubs = loads and kinds.friction != ""
+    kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
-    damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
     clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
     if listed_nodes and damped:
         from .damping import damp
+    if tied:
+        from .images import follow, gather
     if touches:
         from .obstacles import clear_loads, nearest_obstacles, set_pose, smallest_gap
-    if rubs:
+    if kicked:
         from .kick_friction import kick_friction, slide
     if sticks_still:
         from .friction import STEP
@@ -192,12 +196,12 @@ def make_serial_step(
                 touching.sums[FRICTION_AT + j] = 0.0
         if ti.static(sticks_still):
             sliding_work(body, touching)
-        if ti.static(rubs and kinds.layered and not sticks_still):
+        if ti.static(kicked and kinds.layered and not sticks_still):
             slide(body, listed, touching, damped)
 
     @ti.func
     def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
-        if ti.static(rubs):
+        if ti.static(kicked):
             kick_friction(body, listed, touching, damped)
         if ti.static(listed_nodes and damped):
             damp(body, listed)
@@ -284,6 +288,7 @@ def make_serial_step(
         increment: ARRAY,
         settings: ARRAY,
         stats: ARRAY,
+        images: INDEX,
         control: ARRAY,
         raw_out: ARRAY,
     ):
@@ -400,6 +405,8 @@ def make_serial_step(
                             damped,
                         )
                 if state == PASS or state == BOUNDARY:
+                    if ti.static(tied):
+                        gather(special_force, images)
                     push_back(body, listed, touching, system, control)
                     if ti.static(kinds.layered):
                         control[WANTS_LAYERS] = 1.0
@@ -424,6 +431,9 @@ def make_serial_step(
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         place(body, touching, control, state)
                         again, first = 1, 1
+                if ti.static(tied):
+                    if state != PRODUCT:
+                        follow(u, v, boundary_nodes, images)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not passes):

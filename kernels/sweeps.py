@@ -113,10 +113,20 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
             k = system.lane_node[pack * LANES + lane]
             if k >= 0:
                 own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
-                if ti.static(touching.kinds.static_friction):
-                    defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
-                else:
+                if ti.static(slots == 1 and not touching.kinds.static_friction):
                     defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                else:
+                    for i in ti.static(range(block)):
+                        system.push[k * block + i] = own[i]
+        if ti.static(slots > 1 or touching.kinds.static_friction):  # too much code for a copy per lane
+            for lane in range(LANES):
+                k = system.lane_node[pack * LANES + lane]
+                if k >= 0:
+                    own = segment(system.push, k, block)
+                    if ti.static(touching.kinds.static_friction):
+                        defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
+                    else:
+                        defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
 
@@ -130,7 +140,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     stats, settings = ti.static(system.stats, system.settings)
     for i in range(touching.nodes.shape[0] * block):
         system.increment[i] = 0.0
-    if ti.static(slots == 1):
+    if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
     least, aim = settings[LEAST_SWEEPS], settings[AIM]
     if settings[LINEAR] == 0.0:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .contact_graph import heirs
 from .kernels.lanes import RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .terms.serial_step import MOST_ROWS
@@ -59,7 +58,7 @@ GEOMETRY = {
 def kernels(plan: Plan, body: BodyPlan) -> list[str]:
     """The kernels a step of the body launches, each with what it does in one launch."""
     law = body.body.material.law
-    beside = []
+    beside = [] if body.images is None else ["images of periodic nodes"]
     if body.contact is not None:
         massless = body.contact.graph is not None
         load = {"penalty-contact": "penalty load", "impulse-contact": "impulse load"}.get(
@@ -88,6 +87,8 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(body.support_rows):
         result["supports"] = len(body.support_rows) * (2 * WHOLE + REAL)
+    if body.images is not None:
+        result["periodic"] = 2 * WHOLE * len(body.images.followers)
     contact = body.contact
     if contact is not None:
         slots, planes, count = min(len(plan.scene.obstacles), 3), len(plan.scene.obstacles), len(contact.nodes)
@@ -98,7 +99,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
             graph, block = contact.graph, contact.block
             off = len(graph.column) - count
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
-            size += len(heirs(body.cells, body.reference, body.boundary, count)[1]) * WHOLE
+            size += len(body.heirs[1]) * WHOLE
             size += int(1.2 * off) * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
             size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .contact_graph import ContactGraph, contact_graph
+from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
@@ -19,6 +19,7 @@ from .history import Layout
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
 from .packing import slab_order
+from .periodic import Images
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
@@ -58,7 +59,8 @@ class BodyPlan:
 
     lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
-    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s].
+    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s]; images: of a periodic body, whose masters
+    alone have mass, loads and contact.
     """
 
     label: str
@@ -79,6 +81,7 @@ class BodyPlan:
     contact: ContactPlan | None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
+    images: Images | None = None
 
     @property
     def small(self) -> bool:
@@ -125,13 +128,28 @@ class BodyPlan:
         masses = cell_masses(self.body.mesh, material.density)
         uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
         massless = 0 if contact is None or contact.basis is None else len(contact.nodes)
+        if massless and contact is not None and self.images is not None:  # their followers come next in the list
+            massless += len(self.images.followers_of(contact.nodes))
         speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
         return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
+
+    @property
+    def heirs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Who takes what the static solve leaves unbalanced, as `contact_graph.heirs`."""
+        assert self.contact is not None
+        count = len(self.contact.nodes)
+        if self.images is None:
+            return heirs(self.cells, self.reference, self.boundary, count)
+        rows = np.flatnonzero(self.images.master[self.boundary] == self.boundary)
+        start, own = heirs(self.images.master[self.cells], self.reference, self.boundary[rows], count)
+        return start, rows[own]
 
     @property
     def terms(self) -> tuple[str, ...]:
         """Names of the physics this body has."""
         names = ["internal-force"]
+        if self.images is not None:
+            names.append("periodic")
         if self.gravity.any():
             names.append("gravity")
         if len(self.support_rows):
@@ -222,7 +240,8 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         massless = massless_nodes(scene, body)
         if len(massless.nodes):
             check_clusters(body, massless)
-            moved = redistribute(mesh, masses, massless, free, scene.contact.depth)
+            massless = massless if body.images is None else body.images.masters_of(massless)
+            moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
@@ -232,7 +251,11 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     held = place[np.flatnonzero(~free.all(axis=1))]
     special = np.unique(np.concatenate([first, place[tensors["nodes"]], held]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
-    mass = lumped[node_order[boundary]][:, None, None] * np.eye(3)
+    images, total = None, lumped
+    if body.images is not None:
+        images, total = body.images.renumbered(node_order, place), body.images.total(lumped)
+        boundary = images.boundary(first, special)
+    mass = total[node_order[boundary]][:, None, None] * np.eye(3)
     row = np.full(mesh.node_count, -1)
     row[boundary] = np.arange(len(boundary))
     mass[row[place[tensors["nodes"]]]] = tensors["values"]
@@ -259,21 +282,27 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
+        images=images,
     )
 
 
 def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray) -> ContactPlan:
     areas = node_areas(body.mesh.nodes, body.contact_faces)
-    everyone = np.unique(body.contact_faces)
+    everyone, named = body.contact_nodes, cells
+    touching = everyone
+    if body.images is not None:  # the masters stand for all
+        areas = body.images.total(areas)
+        touching = np.unique(body.images.master[everyone])
+        named = place[body.images.master][np.argsort(place)[cells]]
     if massless is None:
-        order = np.argsort(place[everyone])
-        return ContactPlan(place[everyone][order], place[everyone][order], areas[everyone][order])
+        touching = touching[np.argsort(place[touching])]
+        return ContactPlan(place[touching], np.sort(place[everyone]), areas[touching])
     if len(massless.nodes) == 0:
         none = np.zeros(0)
         return ContactPlan(massless.nodes, np.sort(place[everyone]), none, massless.removal)
     internal = place[massless.nodes]
     order = np.argsort(internal)
-    graph = contact_graph(cells, internal[order], body.mesh.node_count)
+    graph = contact_graph(named, internal[order], body.mesh.node_count)
     index = np.empty(body.mesh.node_count, dtype=np.int64)
     index[internal] = np.arange(len(internal))
     into = index[graph.nodes]

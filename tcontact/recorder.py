@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .fields import von_mises
-from .obstacles import Plane
+from .obstacles.description import describe
 from .scene import Scene
 from .state import BodyState
 from .vtkhdf import ResultFile
@@ -53,12 +53,8 @@ class Recorder:
             blocks.append((body.mesh.kind, body.mesh.cells + start))
             start += body.mesh.node_count
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
-        planes = [
-            {"kind": "plane", "point": obstacle.point.tolist(), "normal": obstacle.normal.tolist()}
-            for obstacle in scene.obstacles
-            if isinstance(obstacle, Plane)
-        ]
-        self.attributes: dict[str, Any] = {"title": title, "obstacles": planes}
+        self.obstacles, self.times = scene.obstacles, [0.0]
+        self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         self.file = ResultFile.create(
             folder / FILE,
             points,
@@ -71,6 +67,7 @@ class Recorder:
         self, time: float, displacements: list[np.ndarray], velocities: list[np.ndarray], forces: list[np.ndarray]
     ) -> None:
         """Append a frame; lists hold one array [n, 3] per body in the user's numbering."""
+        self.times.append(float(time))
         force = np.concatenate(forces)
         area = np.concatenate([state.contact_areas() for state in self.states])
         size = np.linalg.norm(force, axis=1)
@@ -93,5 +90,6 @@ class Recorder:
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file."""
         self.file.write_history(history)
-        self.file.write_attributes(self.attributes | attributes)
+        there = describe(self.obstacles, sorted(set(self.times)))
+        self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
         self.file.close()

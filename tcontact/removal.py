@@ -55,7 +55,7 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     """
     assert isinstance(scene.contact, MasslessContact)
     removal = choose_removal(scene, body)
-    nodes = np.unique(body.contact_faces)
+    nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
     normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in scene.obstacles], axis=1)
     given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)

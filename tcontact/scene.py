@@ -19,6 +19,7 @@ from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
 from .obstacles import Obstacle
+from .periodic import MATCH, SAME_SPEED, Images, check_contact, check_obstacles, images_of
 
 
 class OverlapWarning(UserWarning):
@@ -67,7 +68,9 @@ class Body:
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
     displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
-    supported components too are held or driven from where it puts them.
+    supported components too are held or driven from where it puts them;
+    periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
+    a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -99,7 +102,6 @@ class Body:
                 f"{type(self.material).__name__} has no part that is of the volume change alone; use NeoHookean,"
                 " MooneyRivlin or LinearElastic, or leave it at 'full'",
             )
-        validate.later("Body.periodic", self.periodic)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")
         if self.contact is not None:
@@ -108,6 +110,7 @@ class Body:
                 raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
             object.__setattr__(self, "contact", tuple(names))
             self.mesh.faces_of(names)
+        check_contact(self)
         supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
             raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
@@ -129,6 +132,17 @@ class Body:
         return self.mesh.faces_of(list(self.contact))
 
     @cached_property
+    def images(self) -> Images | None:
+        """Which nodes share their degrees of freedom; None unless the body is periodic."""
+        return None if self.periodic is None else images_of(self.mesh, self.periodic)
+
+    @cached_property
+    def contact_nodes(self) -> np.ndarray:
+        """Nodes [k] of the contact faces with all that share with them, ascending."""
+        nodes = np.unique(self.contact_faces)
+        return nodes if self.images is None else self.images.with_images(nodes)
+
+    @cached_property
     def prescribed(self) -> np.ndarray:
         """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
         result = np.full((self.mesh.node_count, 3), np.nan)
@@ -141,6 +155,8 @@ class Body:
                         "Body.supports", support, "another support prescribes the same components with another velocity"
                     )
                 result[nodes, axis] = speed
+        if self.images is not None:
+            result = self.images.prescribed(result, self.supports)
         if result.size and np.isfinite(result).all():
             raise InputError(
                 "Body.supports", self.supports, "every component is prescribed; leave something free to move"
@@ -153,6 +169,9 @@ class Body:
         result = self._nodal("Body.velocity", self.velocity)
         fixed = np.isfinite(self.prescribed)
         result[fixed] = self.prescribed[fixed]
+        if self.images is not None:
+            tolerance = SAME_SPEED * float(np.abs(result).max())
+            result = self.images.agreed("Body.velocity", self.velocity, result, tolerance)
         result.setflags(write=False)
         return result
 
@@ -160,6 +179,9 @@ class Body:
     def initial_displacement(self) -> np.ndarray:
         """Initial displacement [n, 3] [m]."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
+        if self.images is not None:
+            tolerance = MATCH * shortest_edge(self.mesh.nodes, self.mesh.cells)
+            result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)
         result.setflags(write=False)
         return result
 
@@ -232,6 +254,7 @@ class Scene:
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
+                check_obstacles(body, self.obstacles)
         if self.obstacles and self.contact is None:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
         self._check_bodies_apart()

@@ -88,6 +88,8 @@ class StableStep:
             for normal in self.normals:
                 stiff = (self.penalty * (part @ normal) / self.plan.lumped[nodes])[:, None] * normal
                 product.reshape(-1, 3)[nodes] += stiff
+        if self.plan.images is not None:  # the modes of the tied body are among those of the free one
+            product = self.plan.images.mean(product.reshape(-1, 3), self.plan.lumped).reshape(-1)
         return product
 
     def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
@@ -97,6 +99,8 @@ class StableStep:
             generator = np.random.default_rng(20071)
             relative = np.repeat(self.bound / self.bound.max(), 3)
             self.start = generator.uniform(-1.0, 1.0, u.size) * relative**4
+            if self.plan.images is not None:
+                self.start = self.plan.images.follow(self.start.reshape(-1, 3)).reshape(-1)
         current = self.start / np.sqrt(dot(self.start, mass, self.start))
         here = self._acceleration(u)
         before = np.zeros_like(current)

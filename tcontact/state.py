@@ -13,6 +13,7 @@ from .smoothness import PressureRecord
 from .terms.boundary_nodes import BoundaryNodes, Supports
 from .terms.contact import make_contact
 from .terms.friction_layer import LayeredFriction
+from .terms.images import PeriodicImages
 from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
@@ -31,16 +32,19 @@ class BodyState:
     ) -> None:
         self.plan = plan
         self.layout = layout or Layout()
-        order = plan.node_order
+        order, images = plan.node_order, plan.images
+        if images is not None:
+            order = order[images.master]  # they start together, whatever is handed in
         self.u = arrays.put(displacement[order])
         self.start_velocity = velocity[order]
         self.internal_force = InternalForce(plan)
         self.listed = BoundaryNodes(plan, self.internal_force.special_force) if len(plan.boundary) else None
         self.supports = Supports(plan) if len(plan.support_rows) else None
         self.contact = make_contact(scene, plan, self.listed, self.internal_force)
+        self.images = None if images is None else PeriodicImages(plan, images)
         self.serial: SerialStep | None = None
         if self.listed is not None or self.contact is not None or plan.small:
-            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact)
+            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact, self.images)
             if plan.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -63,7 +67,7 @@ class BodyState:
         if contact is not None and contact.basis is not None:
             along = np.einsum("kic,ki->kc", contact.basis, velocity[contact.nodes])
             result[contact.nodes] -= np.einsum("kic,kc->ki", contact.basis, along)
-        return result
+        return result if self.plan.images is None else self.plan.images.follow(result)
 
     def begin_contact(self, dt: float) -> None:
         """Bring massless nodes to equilibrium at the start; dt [s]: the first step."""
@@ -182,6 +186,8 @@ class BodyState:
         result = massive.copy()
         if massless is not None and self.plan.contact is not None:
             result[self.plan.contact.nodes] += massless
+        if self.plan.images is not None:
+            result = self.plan.images.follow(result)
         return self._to_user(result)
 
     def contact_force(self) -> np.ndarray:
@@ -189,6 +195,8 @@ class BodyState:
         result = np.zeros((len(self.plan.reference), 3))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.contact_node_force()
+        if self.plan.images is not None:
+            result = self.plan.images.shared(result)
         return self._to_user(result)
 
     def contact_node_force(self) -> np.ndarray:
@@ -209,6 +217,8 @@ class BodyState:
         result = np.zeros(len(self.plan.reference))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.plan.contact.areas
+        if self.plan.images is not None:
+            result = self.plan.images.shared(result)
         return self._to_user(result)
 
     def _to_user(self, values: np.ndarray) -> np.ndarray:
@@ -222,7 +232,7 @@ class BodyState:
         if self.serial is not None:
             result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
         friction = None if self.contact is None else self.contact.friction
-        for term in (self.internal_force, self.listed, self.supports, self.contact, friction):
+        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, self.images):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
         return result

@@ -106,9 +106,9 @@ modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswit
 print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
 UNUSED = {  # parts of names of kernel modules
-    "bare": ("contact", "massless", "static", "surface", "boundary", "raster"),
-    "massless": ("contact_load", "raster"),
-    "penalty": ("massless", "static", "surface", "raster"),
+    "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster"),
+    "massless": ("contact_load", "images", "raster"),
+    "penalty": ("massless", "static", "surface", "images", "raster"),
 }
 
 

@@ -11,6 +11,7 @@ from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
 from .contact import MOST_ROWS, ContactTerm
 from .friction_layer import LayeredFriction
+from .images import PeriodicImages
 from .internal_force import InternalForce
 
 WHOLE = ("nodes", "near", "all_nodes", "active", "heirs")  # the arrays of whole numbers in Touching
@@ -26,6 +27,7 @@ class SerialStep:
         listed: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
+        images: PeriodicImages | None = None,
     ) -> None:
         from ..kernels import serial_step as kernels
         from ..kernels.bundles import Kinds, Touching
@@ -47,6 +49,7 @@ class SerialStep:
         ]
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         parts += _dummies(real, whole) if solve is None else solve.arguments()
+        parts.append(whole if images is None else images.pairs)
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
         self.places = kernels.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
@@ -62,6 +65,7 @@ class SerialStep:
             listed is not None,
             supports is not None,
             plan.small,
+            tied=images is not None,
             **plan.options,
         )
         self._launch = Prepared(self.kernel)

@@ -74,7 +74,7 @@ class StaticSolve:
             arrays.zeros(count * block),  # right
             arrays.zeros(count * slots),  # gaps
             arrays.zeros(count * slots * block),  # normals
-            arrays.zeros(count * (block + 1) if slots == 1 else 1),  # push
+            arrays.zeros(count * (block + 1)),  # push
             arrays.zeros(count * block),  # increment
             arrays.put(self._settings(scene, plan, model, graph.cells)),
             self.stats,
