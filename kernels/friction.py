@@ -87,6 +87,8 @@ def resist(law: ti.template(), mobility, slip, most, scale):
                     high = 2.0 * high
                     size = shifted(mobility, slip, high).norm()
             shift = high
+            if ti.static(law == "coulomb"):  # right at once where the mobility is the same in all directions
+                shift = ti.max(0.0, high - 0.5 * (mobility[0, 0] + mobility[1, 1]))
             for _ in range(ROUNDS):
                 force = shifted(mobility, slip, shift)
                 size = force.norm()
