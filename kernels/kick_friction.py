@@ -46,6 +46,15 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
 
 
 @ti.func
+def with_mass(touching: ti.template(), k, relative):
+    """What a velocity [3] is without the massless components of node k: their friction is in the static solve."""
+    for j in ti.static(range(touching.kinds.block)):
+        column = ti.Vector([touching.basis[(3 * k + i) * touching.kinds.block + j] for i in ti.static(range(3))])
+        relative = relative - column.dot(relative) * column
+    return relative
+
+
+@ti.func
 def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.template(), damped: ti.template()):
     """Friction of all contact nodes leaves special_force and joins the contact force; its work joins the sums."""
     slots = ti.static(touching.kinds.slots)
@@ -76,7 +85,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         _gap, normal = gap_and_normal(touching, touching.near[place], x)
                         across = tangents(normal)
                         wall = velocity_at(touching, touching.near[place], x, VELOCITY)
-                        slip = across @ (velocity + span * (acceleration + flexible @ others) - wall)
+                        relative = velocity + span * (acceleration + flexible @ others) - wall
+                        if ti.static(touching.kinds.static_friction):
+                            relative = with_mass(touching, k, relative)
+                        slip = across @ relative
                         most = touching.friction[COEFFICIENT] * pressing
                         if ti.static(touching.kinds.static_friction):
                             there = three(touching.traces, trace_place(touching, k, p, TRACTION))
