@@ -109,13 +109,19 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
                 for i in ti.static(range(block)):
                     first = (i * block + j) * LANES
                     rest[i] += ti.Vector([system.values[start + (first + lane)] for lane in range(LANES)]) * moved
-        for lane in ti.static(range(LANES)):
-            k = system.lane_node[pack * LANES + lane]
-            if k >= 0:
-                own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
-                if ti.static(touching.kinds.static_friction):
+        if ti.static(touching.kinds.static_friction):
+            for lane in range(LANES):  # its code is long: only once
+                k = system.lane_node[pack * LANES + lane]
+                if k >= 0:
+                    own = ti.Vector([system.right[k * block + i] for i in range(block)])
+                    for other, i in ti.static(ti.ndrange(LANES, block)):
+                        own[i] -= ti.select(lane == other, rest[i][other], 0.0)
                     defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
-                else:
+        else:
+            for lane in ti.static(range(LANES)):
+                k = system.lane_node[pack * LANES + lane]
+                if k >= 0:
+                    own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
                     defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
