@@ -28,7 +28,8 @@ from .friction import (
 from .lanes import CONTACT_AT, DAMPING_RATE, FRICTION_AT
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
-SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
+SEVERAL = 300  # rounds over the obstacles of a node that touches more than one, until their forces agree to
+AGREED = 1e-13  # of what presses; sticking to two at a small angle takes a hundred
 
 
 @ti.func
@@ -74,6 +75,7 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
             velocity, acceleration, flexible = trial(body, listed, k, damped)
             forces = ti.Matrix.zero(ti.f64, slots, 3)
             for _ in range(ti.static(1 if slots == 1 else SEVERAL)):
+                change = 0.0
                 for p in ti.static(range(slots)):
                     place = k * slots + p
                     pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
@@ -100,7 +102,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                             touching.kinds.friction, mobility, slip, most, touching.friction[SLIP_SPEED]
                         )
                         for j in ti.static(range(3)):
+                            change += ti.abs(force[j] - forces[p, j])
                             forces[p, j] = force[j]
+                if change <= AGREED * pressed:
+                    break
             total = ti.Vector.zero(ti.f64, 3)
             for p in ti.static(range(slots)):
                 total += ti.Vector([forces[p, j] for j in ti.static(range(3))])
