@@ -75,7 +75,7 @@ class Touching(NamedTuple):
 class Kinds(NamedTuple):
     """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
     time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
-    "regularized"), layered: whether friction layers limit it."""
+    "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass."""
 
     block: int = 1
     slots: int = 1
@@ -84,6 +84,7 @@ class Kinds(NamedTuple):
     tracked: bool = False
     friction: str = ""
     layered: bool = False
+    kicked: bool = False
 
     @property
     def static_friction(self) -> bool:
@@ -102,7 +103,8 @@ class System(NamedTuple):
     corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; lane_start [packs+1],
     lane_node [packs, lanes], column [entries, lanes], values [entries, block, block, lanes];
     inverse [k, block, block] of the diagonal blocks, stiffness [k]: their trace; right, increment [k, block];
-    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single plane;
+    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
+    with several or friction [k, block]: what the neighbours leave to a node;
     settings and stats: static_control.py.
     """
 

@@ -142,6 +142,7 @@ def make_serial_step(
     touches = contact is not None
     block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
     rubs = loads and kinds.friction != ""
+    kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
@@ -156,7 +157,7 @@ def make_serial_step(
         from .images import follow, gather
     if touches:
         from .obstacles import clear_loads, nearest_obstacles, set_pose, smallest_gap
-    if rubs:
+    if kicked:
         from .kick_friction import kick_friction, slide
     if sticks_still:
         from .friction import STEP
@@ -195,12 +196,12 @@ def make_serial_step(
                 touching.sums[FRICTION_AT + j] = 0.0
         if ti.static(sticks_still):
             sliding_work(body, touching)
-        if ti.static(rubs and kinds.layered and not sticks_still):
+        if ti.static(kicked and kinds.layered and not sticks_still):
             slide(body, listed, touching, damped)
 
     @ti.func
     def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
-        if ti.static(rubs):
+        if ti.static(kicked):
             kick_friction(body, listed, touching, damped)
         if ti.static(listed_nodes and damped):
             damp(body, listed)

@@ -109,20 +109,24 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
                 for i in ti.static(range(block)):
                     first = (i * block + j) * LANES
                     rest[i] += ti.Vector([system.values[start + (first + lane)] for lane in range(LANES)]) * moved
-        if ti.static(touching.kinds.static_friction):
-            for lane in range(LANES):  # its code is long: only once
-                k = system.lane_node[pack * LANES + lane]
-                if k >= 0:
-                    own = ti.Vector([system.right[k * block + i] for i in range(block)])
-                    for other, i in ti.static(ti.ndrange(LANES, block)):
-                        own[i] -= ti.select(lane == other, rest[i][other], 0.0)
-                    defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
-        else:
-            for lane in ti.static(range(LANES)):
-                k = system.lane_node[pack * LANES + lane]
-                if k >= 0:
-                    own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
+        for lane in ti.static(range(LANES)):
+            k = system.lane_node[pack * LANES + lane]
+            if k >= 0:
+                own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
+                if ti.static(slots == 1 and not touching.kinds.static_friction):
                     defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                else:
+                    for i in ti.static(range(block)):
+                        system.push[k * block + i] = own[i]
+        if ti.static(slots > 1 or touching.kinds.static_friction):  # too much code for a copy per lane
+            for lane in range(LANES):
+                k = system.lane_node[pack * LANES + lane]
+                if k >= 0:
+                    own = segment(system.push, k, block)
+                    if ti.static(touching.kinds.static_friction):
+                        defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
+                    else:
+                        defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
 
@@ -136,7 +140,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     stats, settings = ti.static(system.stats, system.settings)
     for i in range(touching.nodes.shape[0] * block):
         system.increment[i] = 0.0
-    if ti.static(slots == 1):
+    if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
     least, aim = settings[LEAST_SWEEPS], settings[AIM]
     if settings[LINEAR] == 0.0:

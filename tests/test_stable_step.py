@@ -17,9 +17,8 @@ def ratio(body, displacement=None, planes=(), penalty=None, **options):
     scene = tc.Scene(bodies=[body], obstacles=planes, duration=1.0, contact=penalty and tc.PenaltyContact(penalty))
     planned = plan(scene).bodies[0]
     normals = np.array([plane.normal for plane in planes])
-    stiffness = penalty * planned.contact.areas if penalty else None
     force = InternalForce(planned)
-    estimator = StableStep(planned, force, normals, stiffness)
+    estimator = StableStep(planned, force, planes, penalty)
     u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
     estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
     there = twin(body)
@@ -56,8 +55,10 @@ def test_ratio_to_the_dense_eigenvalue_for_many_meshes(kind, shape):
     assert 0.9 <= share <= 1.0
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3, 0.49])
+@pytest.mark.parametrize(
+    ("law", "poisson"),
+    [(law, poisson) for law in LAWS for poisson in (-0.5, 0.0, 0.3, 0.49) if law != "mooney" or poisson > 0.2],
+)
 def test_ratio_for_every_law_and_poisson_ratio(law, poisson):
     kind = "hex8" if poisson < 0.1 else "tet4"
     share, _ = ratio(tc.Body(block(kind, 3), material(law, poisson=poisson)))

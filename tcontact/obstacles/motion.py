@@ -7,7 +7,8 @@ R <- exp([h (w1 + w2)/2 + sqrt(3) h^2/12 w2 x w1]) R (Iserles, Munthe-Kaas, Nors
 
 from __future__ import annotations
 
-from typing import Any
+from collections import deque
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,20 +18,31 @@ from .base import Obstacle
 GAUSS_3, WEIGHTS_3 = np.polynomial.legendre.leggauss(3)
 GAUSS_2 = np.polynomial.legendre.leggauss(2)[0]
 
+KEPT = 4096  # places to go back to
+
+
+class Place(NamedTuple):
+    """Displacement [3] and rotation [3, 3] at a time."""
+
+    time: float
+    moved: np.ndarray
+    turn: np.ndarray
+
 
 class Motion:
     """The prescribed motion of an obstacle from t = 0.
 
     step: longest interval [s] over which a function of time is integrated at once, None for whatever lies between two
-    times asked for. The times of a run are asked for in order, so each function is integrated once; going back starts
-    again from t = 0.
+    times asked for. The times of a run are asked for in order, so each function is integrated once; going back goes on
+    from the last of the `KEPT` latest places before, or from t = 0 with intervals as long as the longest one so far.
     """
 
     def __init__(self, obstacle: Obstacle, step: float | None = None) -> None:
         self.obstacle, self.step = obstacle, step
         self.velocity = Rate(obstacle, "velocity")
         self.spin = Rate(obstacle, "angular_velocity")
-        self._restart()
+        self._longest = 0.0
+        self._places: deque[Place] = deque(maxlen=KEPT)
 
     def poses(self, times: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Reference points [m, 3] [m], frames [m, 3, 3] (local axes in rows), velocities [m, 3] [m/s] of these points
@@ -49,30 +61,35 @@ class Motion:
         frames = self.obstacle.frame @ np.swapaxes(turns, 1, 2)
         return self.obstacle.reference + moved, frames, velocities, spins
 
-    def _restart(self) -> None:
-        self._time, self._moved, self._turn = 0.0, np.zeros(3), np.eye(3)
-
     def _advance(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement [3] and rotation [3, 3] at a time, from the last one."""
-        if abs(time) < abs(self._time) or time * self._time < 0.0:
-            self._restart()
-        parts = 1 if self.step is None else max(1, int(np.ceil(abs(time - self._time) / self.step)))
-        for end in np.linspace(self._time, time, parts + 1)[1:]:
-            self._over(float(end) - self._time)
-            self._time = float(end)
-        return self._moved, self._turn
+        """Displacement [3] and rotation [3, 3] at a time, from the last place before it."""
+        back = bool(self._places)
+        while self._places and self._places[-1].time > time:
+            self._places.pop()
+        anew = back and not self._places
+        place = self._places[-1] if self._places else Place(0.0, np.zeros(3), np.eye(3))
+        if time != place.time:
+            length = time - place.time
+            longest = self.step or (self._longest if anew else abs(length)) or abs(length)
+            for end in np.linspace(place.time, time, max(1, int(np.ceil(abs(length) / longest - 1e-9))) + 1)[1:]:
+                place = self._over(place, float(end))
+                self._longest = max(self._longest, min(longest, abs(length)))
+        if not self._places or place.time > self._places[-1].time:
+            self._places.append(place)
+        return place.moved, place.turn
 
-    def _over(self, length: float) -> None:
-        """Add the motion over an interval from the last time."""
-        if length == 0.0:
-            return
+    def _over(self, place: Place, end: float) -> Place:
+        """The place at the end of an interval."""
+        start, moved, turn = place
+        length = end - start
         if self.velocity.varies:
-            rates = self.velocity.at(self._time + 0.5 * length * (1.0 + GAUSS_3))
-            self._moved = self._moved + 0.5 * length * (WEIGHTS_3 @ rates)
+            rates = self.velocity.at(start + 0.5 * length * (1.0 + GAUSS_3))
+            moved = moved + 0.5 * length * (WEIGHTS_3 @ rates)
         if self.spin.varies:
-            first, second = self.spin.at(self._time + 0.5 * length * (1.0 + GAUSS_2))
-            turn = 0.5 * length * (first + second) + np.sqrt(3.0) / 12.0 * length**2 * np.cross(second, first)
-            self._turn = rotations(turn[None])[0] @ self._turn
+            first, second = self.spin.at(start + 0.5 * length * (1.0 + GAUSS_2))
+            vector = 0.5 * length * (first + second) + np.sqrt(3.0) / 12.0 * length**2 * np.cross(second, first)
+            turn = rotations(vector[None])[0] @ turn
+        return Place(end, moved, turn)
 
 
 class Rate:

@@ -28,7 +28,7 @@ def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> 
     """Nearest points [n, 3] of triangles [m, 3, 3] to positions [n, 3], and the triangles [n] they lie on.
 
     Exact where the triangles with the nearest centres include the nearest one: `MANY` of them closer than `reach`,
-    `FEW` beyond, where another triangle may be nearer by a small part of its size.
+    `FEW` beyond, where another triangle may be nearer by a small part of its size (see `ask_neighbours`).
     """
     from scipy.spatial import cKDTree
 
@@ -62,6 +62,27 @@ def _portion(tree, corners, radius, positions, reach):
         if before == tree.n or not len(rows):
             break
     return found, owner
+
+
+def ask_neighbours(
+    corners: np.ndarray, positions: np.ndarray, found: np.ndarray, owner: np.ndarray, spacing: float
+) -> None:
+    """Improve nearest points [nx, ny, nz, 3] and triangles [nx, ny, nz] at the nodes of a grid, in place, by those of
+    the next nodes: a triangle nearest to x + h lies within sqrt(D(x)^2 + h^2) of x if it is nearest to x too."""
+    for axis in range(3):
+        for step in (1, -1):
+            rest, ahead = [slice(None)] * 3, [slice(None)] * 3
+            rest[axis], ahead[axis] = (slice(None, -1), slice(1, None))[::step]
+            here, there = tuple(rest), tuple(ahead)
+            best = np.sum((positions[here] - found[here]) ** 2, axis=-1)
+            other = np.sum((positions[here] - found[there]) ** 2, axis=-1)
+            worth = (owner[here] != owner[there]) & (other < best + spacing**2)
+            piece, where = owner[there][worth], positions[here][worth]
+            point = closest_on_triangles(corners[piece], where)
+            nearer = np.sum((where - point) ** 2, axis=-1) < best[worth]
+            changed = worth.copy()
+            changed[worth] = nearer
+            found[here][changed], owner[here][changed] = point[nearer], piece[nearer]
 
 
 def closest_on_triangles(corners: np.ndarray, positions: np.ndarray) -> np.ndarray:

@@ -37,6 +37,10 @@ def closed_surface(given: Any, scale: float = 1.0) -> tuple[np.ndarray, np.ndarr
     points, triangles = joined
     if volume(points, triangles) < 0.0:
         triangles = triangles[:, ::-1]
+    for within in _windings_within_shells(points, triangles):
+        if within != 1:
+            turn = "turn it around" if within < 1 else "unite the shells, or turn a cavity around"
+            raise InputError(FIELD, _name(given), f"the surface winds {within} times around points at a shell; {turn}")
     return points, np.ascontiguousarray(triangles)
 
 
@@ -44,6 +48,37 @@ def volume(points: np.ndarray, triangles: np.ndarray) -> float:
     """Volume [m^3] within a closed surface, positive where it is oriented outward."""
     a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
     return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0)
+
+
+def winding_number(points: np.ndarray, triangles: np.ndarray, position: np.ndarray) -> float:
+    """Sum of the solid angles of the triangles over 4 pi (Van Oosterom and Strackee 1983)."""
+    a, b, c = (points[triangles[:, i]] - position for i in range(3))
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    ab, bc, ca = (np.einsum("ni,ni->n", x, y) for x, y in ((a, b), (b, c), (c, a)))
+    triple = np.einsum("ni,ni->n", a, np.cross(b, c))
+    return float(np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2.0 * np.pi))
+
+
+def _windings_within_shells(points: np.ndarray, triangles: np.ndarray) -> list[int]:
+    """For each shell, the winding number of the whole surface just beneath its largest triangle: 1 beneath a solid's
+    skin, 1 beneath a cavity's too, which is oriented the other way."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    ends = triangles[:, [[0, 1], [1, 2]]].reshape(-1, 2)
+    links = coo_matrix((np.ones(len(ends)), ends.T), shape=(len(points), len(points)))
+    count, group = connected_components(links, directed=False)
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    result = []
+    for shell in range(count):
+        members = np.flatnonzero(group[triangles[:, 0]] == shell)
+        widest = members[area[members].argmax()]
+        depth = 1e-5 * np.sqrt(area[widest])
+        middle = (a[widest] + b[widest] + c[widest]) / 3.0
+        result.append(round(winding_number(points, triangles, middle - depth * normal[widest] / area[widest])))
+    return result
 
 
 def _fault(triangles: np.ndarray) -> str | None:

@@ -8,13 +8,14 @@ import numpy as np
 
 from .. import validate
 from ..errors import InputError
-from .nearest import nearest_points, pieces_of
+from .nearest import ask_neighbours, nearest_points, pieces_of
 from .surface import FIELD, closed_surface
 from .winding import winding_numbers
 
 MARGIN = 4  # cells around the solid unless asked otherwise
 PIECE = 2.0  # longest edge of the pieces, in cells
-NEAR = 3.0  # cells from the surface within which distances are exact
+NEAR = 4.0  # cells from the surface within which distances are exact
+SWEEPS = 2  # over the grid, for distances further off
 
 
 def sample_surface(
@@ -39,17 +40,19 @@ def sample_surface(
     positions = origin + spacing * nodes
 
     corners = pieces_of(points[triangles], PIECE * spacing)
+    shape = (nx, ny, nz)
     found, piece = nearest_points(corners, positions, NEAR * spacing)
+    for _ in range(SWEEPS):
+        ask_neighbours(corners, positions.reshape(*shape, 3), found.reshape(*shape, 3), piece.reshape(shape), spacing)
     away = positions - found
     distance = np.linalg.norm(away, axis=1)
-    side = _sides(surface, points, triangles, origin, spacing, (nx, ny, nz), distance)
+    side = _sides(surface, points, triangles, origin, spacing, shape, distance)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1).clip(1e-300)[:, None]
     # on the surface itself the direction to its nearest point is rounding
     clear = distance > 1e-7 * spacing
     safe = np.where(clear, distance, 1.0)[:, None]
     gradient = np.where(clear[:, None], side[:, None] * away / safe, normal[piece])
-    shape = (nx, ny, nz)
     return (side * distance).reshape(shape), gradient.reshape(*shape, 3), origin, spacing, (points, triangles)
 
 

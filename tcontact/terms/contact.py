@@ -35,6 +35,7 @@ class ContactTerm:
     block = 1  # massless components of a node
     plain = False  # every node is massless in all components, along x, y and z
     exact = True  # no penalty
+    kicked = True  # some components of contact nodes have mass
 
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
         assert plan.contact is not None
@@ -71,6 +72,7 @@ class ContactTerm:
             obstacles.tracked and self.kernel != "gaps",
             "" if friction is None else friction.law,
             isinstance(friction, LayeredFriction),
+            friction is not None and self.kicked,
         )
 
     @property

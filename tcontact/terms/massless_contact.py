@@ -28,6 +28,7 @@ class MasslessContactTerm(ContactTerm):
         self.block = contact.block
         self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
         self.exact = model.penalty is None
+        self.kicked = bool(plan.inverses[: len(contact.nodes)].any())
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.massless = contact.basis[:, :, : self.block]
         self.basis = arrays.put(self.massless)
