@@ -103,6 +103,8 @@ def _one(
     plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
     plots.gap(out / "gap.png", result.history, caption)
     plots.energy(out / "energy.png", result.history, caption)
+    if hasattr(case, "draw"):
+        case.draw(result, out, caption)
     if arguments.frames:
         from ..render import render_frames
 
