@@ -17,7 +17,7 @@ from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVena
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
 from .mesh_io import read_mesh  # noqa: E402
-from .obstacles import Plane  # noqa: E402
+from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
@@ -26,8 +26,10 @@ from .simulate import simulate  # noqa: E402
 
 __all__ = [
     "Body",
+    "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Cylinder",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
@@ -42,6 +44,8 @@ __all__ = [
     "Plane",
     "Result",
     "Scene",
+    "Sdf",
+    "Sphere",
     "StVenantKirchhoff",
     "Support",
     "box_mesh",

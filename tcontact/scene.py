@@ -17,7 +17,7 @@ from .errors import InputError
 from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
-from .obstacles import Plane
+from .obstacles import Obstacle
 
 
 class OverlapWarning(UserWarning):
@@ -175,14 +175,14 @@ class Body:
 class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
-    bodies: one or more `Body`; obstacles: `Plane`s; duration [s] > 0; gravity: vector [m/s^2] or None; contact: how
-    contact is resolved, or None to let bodies pass through obstacles; damping: `MassDamping` or None;
-    viscosity: `BulkViscosity` or None.
+    bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
+    duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None.
     Raises `InputError`.
     """
 
     bodies: Sequence[Body]
-    obstacles: Sequence[Plane] = ()
+    obstacles: Sequence[Any] = ()  # of Obstacle
     duration: float = 0.0
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
@@ -195,8 +195,8 @@ class Scene:
         if not isinstance(bodies, Sequence) or not bodies or not all(isinstance(body, Body) for body in bodies):
             raise InputError("Scene.bodies", self.bodies, "give a list of one or more tcontact.Body")
         object.__setattr__(self, "bodies", tuple(bodies))
-        obstacles = (self.obstacles,) if isinstance(self.obstacles, Plane) else self.obstacles
-        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Plane) for obstacle in obstacles):
+        obstacles = (self.obstacles,) if isinstance(self.obstacles, Obstacle) else self.obstacles
+        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Obstacle) for obstacle in obstacles):
             raise InputError(
                 "Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)"
             )
@@ -215,10 +215,8 @@ class Scene:
                 "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
             )
         validate.later("Scene.friction", self.friction)
-        named = [body.name for body in self.bodies if body.name is not None]
-        for name in named:
-            if named.count(name) > 1:
-                raise InputError("Body.name", name, "used by several bodies; give each its own name")
+        _check_names("Body.name", "bodies", self.bodies)
+        _check_names("Obstacle.name", "obstacles", self.obstacles)
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -266,3 +264,10 @@ class Scene:
     def label(self, index: int) -> str:
         """Name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
+
+
+def _check_names(field: str, owners: str, named: Sequence[Any]) -> None:
+    names = [one.name for one in named if one.name is not None]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(field, name, f"used by several {owners}; give each its own name")
