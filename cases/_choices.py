@@ -8,7 +8,7 @@ from typing import Literal
 import tcontact as tc
 
 Kind = Literal["hex8", "tet4"]
-Formulation = Literal["full", "reduced"]
+Formulation = Literal["full", "reduced", "mean-dilatation"]
 Law = Literal["neo-hookean", "mooney-rivlin", "linear", "st-venant-kirchhoff"]
 Contact = Literal["massless", "penalty", "impulse"]
 Removal = Literal["auto", "normal", "full"]

@@ -43,9 +43,9 @@ def scene(
 ) -> tc.Scene:
     """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
 
-    SI units. formulation: full | reduced (one-point hexes); width: of the bar and its cells, None = length/8; penalty:
-    None = exact, else multiples of young/h (contact=penalty: None = 10); duration: None = until a quarter of the
-    contact time after the bar has left.
+    SI units. formulation: full | reduced (one-point hexes) | mean-dilatation (one volume change per hex); width: of the
+    bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h (contact=penalty: None = 10);
+    duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
     for name, value in {"length": length, "speed": speed, "width": width, "cells": cells}.items():

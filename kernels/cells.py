@@ -102,8 +102,8 @@ def affine_gradients(c, r2, r3, r23):
 
 
 @ti.func
-def hex_points(mode_x, mode_u, moduli, law: ti.template(), jacobian_of: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] from the modes of x and u.
+def hex_mode_forces(mode_x, mode_u, moduli, law: ti.template(), jacobian_of: ti.template()):
+    """[dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the modes of x and u.
 
     Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
     jacobian_of: A of one component at two points from its modes.
@@ -136,23 +136,28 @@ def hex_points(mode_x, mode_u, moduli, law: ti.template(), jacobian_of: ti.templ
             mode_f[c][4] += first * r3 + slope3
             mode_f[c][5] += second * r3 + third * r2
             mode_f[c][6] += twist * r3 + slope3 * r2
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, change]
+    return [mode_f, energy, change]
+
+
+@ti.func
+def hex_points(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    points = hex_mode_forces(
+        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], moduli, law, jacobian_of
+    )
+    return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
 @ti.func
 def hex_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
-    return hex_points(
-        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], moduli, law, hex_gradients
-    )
+    return hex_points(x, u, moduli, law, hex_gradients)
 
 
 @ti.func
 def affine_hex_force(x, u, moduli, law: ti.template()):
     """The same for a parallelepiped."""
-    return hex_points(
-        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], moduli, law, affine_gradients
-    )
+    return hex_points(x, u, moduli, law, affine_gradients)
 
 
 @ti.func

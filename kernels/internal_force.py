@@ -153,7 +153,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     inside a serial loop over steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
     """
     corners = elements.CORNERS[kind]
-    force_of = elements.FORCES[kind]
+    force_of = elements.force_of(kind, law)
     law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
     lane_numbers = list(range(width))
     viscosity_of = None

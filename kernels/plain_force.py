@@ -10,7 +10,7 @@ import functools
 
 import taichi as ti
 
-from . import cells, elements, laws, reduced_hex
+from . import cells, elements, laws, mean_dilatation, reduced_hex
 from .arguments import ARRAY, INDEX
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
@@ -67,6 +67,18 @@ def reduced_hex_force(x, u, moduli, law: ti.template()):
 
 
 @ti.func
+def mean_hex_force(x, u, moduli, law: ti.template()):
+    """Corner forces [component][corner] of a hex8 with one volume change."""
+    return mean_dilatation.mean_force(x, u, moduli, law)[0]
+
+
+@ti.func
+def linear_mean_hex_force(x, u, moduli, law: ti.template()):
+    """The same for the linear law."""
+    return mean_dilatation.linear_mean_force(x, u, moduli, law)[0]
+
+
+@ti.func
 def tet_force(x, u, moduli, law: ti.template()):
     """Corner forces [component][corner] of a tet4."""
     return cells.tet_force(x, u, moduli, law)[0]
@@ -79,7 +91,13 @@ def make_plain_force(kind: str, law: str):
     plain_force(connectivity [cells*corners], position, params as of the step kernel, u, force_out): adds dW/du.
     """
     corners = elements.CORNERS[kind]
-    force_of = {"hex8": hex_force, "hex8-reduced": reduced_hex_force, "tet4": tet_force}[kind]
+    mean = linear_mean_hex_force if law == "linear_elastic" else mean_hex_force
+    force_of = {
+        "hex8": hex_force,
+        "hex8-reduced": reduced_hex_force,
+        "hex8-mean-dilatation": mean,
+        "tet4": tet_force,
+    }[kind]
     law_of, count = laws.LAWS[law], laws.MODULI[law]
 
     @ti.kernel

@@ -9,7 +9,11 @@ With G = grad N in the reference state every law of laws.py has the form
     neo-Hookean            M = F^-t,   T = mu I,  c1 = mu - lam J (J-1), c2 = lam J (2J - 1),  R = 0
     Mooney-Rivlin          the sum of neo-Hookean's of bulk, M and of St Venant-Kirchhoff's of 4 c2, -2 c2 (laws.py)
 
-(exact second derivatives of the energies). Only contact cells and only pairs of their corners in K.
+(exact second derivatives of the energies). Only contact cells and only pairs of their corners in K. With one volume
+change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v) lam is 0 and instead
+
+    neo-Hookean            c1 = mu - p J,  c2 = p J
+    A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 """
 
 import functools
@@ -44,6 +48,14 @@ def neo_hookean(f, lam, mu):
 
 
 @ti.func
+def pressed_neo_hookean(f, pressure, mu):
+    """One volume change per cell: its pressure instead of lam."""
+    identity = ti.Matrix.identity(ti.f64, 3)
+    push = pressure * f.determinant()
+    return f.inverse().transpose(), mu * identity, mu - push, push, ti.Matrix.zero(ti.f64, 3, 3)
+
+
+@ti.func
 def two_moduli(params: ti.template()):
     return [[params[6], params[7]]]
 
@@ -55,11 +67,17 @@ def mooney_rivlin_moduli(params: ti.template()):
 
 # the parts of every law that are summed up: (tangent, whether it has an R), and lam and mu of each from the parameters
 LINEAR, GREEN, NEO = (linear_elastic, False), (st_venant_kirchhoff, True), (neo_hookean, False)
+PRESSED = (pressed_neo_hookean, False)
 PARTS = {
     "linear_elastic": ((LINEAR,), two_moduli),
     "st_venant_kirchhoff": ((GREEN,), two_moduli),
     "neo_hookean": ((NEO,), two_moduli),
     "mooney_rivlin": ((NEO, GREEN), mooney_rivlin_moduli),
+}
+MEAN_PARTS = {
+    "linear_elastic": ((LINEAR,), two_moduli),
+    "neo_hookean": ((PRESSED,), two_moduli),
+    "mooney_rivlin": ((PRESSED, GREEN), mooney_rivlin_moduli),
 }
 
 
@@ -68,10 +86,47 @@ def corner(values: ti.template(), a):
     return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
 
 
+@ti.func
+def gradients_at(body: ti.template(), pairs: ti.template(), first, corners, q):
+    """dX/dr at Gauss point q of the cell whose corners start at first, and du/dr."""
+    jacobian = ti.Matrix.zero(ti.f64, 3, 3)
+    slope = ti.Matrix.zero(ti.f64, 3, 3)
+    for a in range(corners):
+        at = 3 * (q * corners + a)
+        here, origin = 3 * pairs.cell_nodes[first + a], 3 * pairs.cell_nodes[first]
+        for i, j in ti.static(ti.ndrange(3, 3)):
+            jacobian[i, j] += body.position[here + i] * pairs.shape_gradients[at + j]
+            slope[i, j] += (body.u[here + i] - body.u[origin + i]) * pairs.shape_gradients[at + j]
+    return jacobian, slope
+
+
+@ti.func
+def cell_volume(body: ti.template(), pairs: ti.template(), first, corners, linear: ti.template()):
+    """V, v/V - 1 and dv/du of every corner; for the linear law 0 for the second, and dv/du at rest."""
+    volume, change = 0.0, 0.0
+    spread = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)
+    for q in range(pairs.weights.shape[0]):
+        jacobian, slope = gradients_at(body, pairs, first, corners, q)
+        volume += pairs.weights[q] * jacobian.determinant()
+        now = jacobian if ti.static(linear) else jacobian + slope
+        weight = pairs.weights[q] * now.determinant()
+        change += weight
+        turned = weight * now.inverse().transpose()
+        for a in range(corners):
+            g = turned @ corner(pairs.shape_gradients, q * corners + a)
+            for j in ti.static(range(3)):
+                spread[3 * a + j] += g[j]
+    return volume, change / volume - 1.0, spread
+
+
 @functools.cache
-def make_surface_tangent(law: str, block: int, plain: bool):
-    """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity."""
-    parts, moduli_of = PARTS[law]
+def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
+    """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity.
+
+    mean: with one volume change per cell.
+    """
+    parts, moduli_of = (MEAN_PARTS if mean else PARTS)[law]
+    linear = law == "linear_elastic"
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
@@ -83,20 +138,27 @@ def make_surface_tangent(law: str, block: int, plain: bool):
             first = cell * corners
             for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
                 pairs.values[i] = 0.0
+            pressure = 0.0
+            if ti.static(mean):
+                reference, change, spread = cell_volume(body, pairs, first, corners, linear)
+                pressure = moduli[0][0] * change
+                if ti.static(linear):
+                    pressure = 0.0
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    at_left, at_right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
+                    left = basis_of(basis, pairs.nodes[2 * p], block).transpose() @ at_left
+                    right = basis_of(basis, pairs.nodes[2 * p + 1], block).transpose() @ at_right
+                    for i, j in ti.static(ti.ndrange(block, block)):
+                        pairs.values[(p * block + i) * block + j] = moduli[0][0] / reference * left[i] * right[j]
             for q in range(pairs.weights.shape[0]):
-                jacobian = ti.Matrix.zero(ti.f64, 3, 3)
-                slope = ti.Matrix.zero(ti.f64, 3, 3)
-                for a in range(corners):
-                    at = 3 * (q * corners + a)
-                    here, origin = 3 * pairs.cell_nodes[first + a], 3 * pairs.cell_nodes[first]
-                    for i, j in ti.static(ti.ndrange(3, 3)):
-                        jacobian[i, j] += body.position[here + i] * pairs.shape_gradients[at + j]
-                        slope[i, j] += (body.u[here + i] - body.u[origin + i]) * pairs.shape_gradients[at + j]
+                jacobian, slope = gradients_at(body, pairs, first, corners, q)
                 inverse = jacobian.inverse()
                 volume = pairs.weights[q] * jacobian.determinant()
                 f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
                 for part in ti.static(range(len(parts))):
                     lam, mu = moduli[part][0], moduli[part][1]
+                    if ti.static(mean and part == 0):
+                        lam = pressure
                     m, t, c1, c2, r = parts[part][0](f, volume * lam, volume * mu)
                     for a in range(corners):
                         g = inverse.transpose() @ corner(pairs.shape_gradients, q * corners + a)

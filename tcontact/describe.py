@@ -49,6 +49,8 @@ def _body(body: BodyPlan) -> str:
 GEOMETRY = {
     "hex8": "Jacobian of every Gauss point recomputed",
     "hex8-affine": "one Jacobian per cell, recomputed",
+    "hex8-mean-dilatation": "Jacobian of every Gauss point recomputed, one volume change per cell",
+    "hex8-mean-dilatation-affine": "one Jacobian per cell, recomputed, one volume change per cell",
     "hex8-reduced": "mean gradient recomputed",
     "tet4": "one Jacobian per cell, recomputed",
 }

@@ -23,7 +23,7 @@ from .scene import Body, Scene
 
 # up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
 # and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
-SMALL = {"hex8": 4096, "hex8-reduced": 8192, "tet4": 20000}
+SMALL = {"hex8": 4096, "hex8-mean-dilatation": 4096, "hex8-reduced": 8192, "tet4": 20000}
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,14 @@ class BodyPlan:
 
     @property
     def element(self) -> str:
-        """Name of the element its kernels are made for: the kind of its cells, "hex8-reduced" for one-point hexes."""
+        """Name of the element its kernels are made for: the kind of its cells and, but for "full", the formulation."""
         return self.body.element
 
     @cached_property
     def variant(self) -> str:
-        """The element with what its kernels may use: "hex8-affine" for full hexes that are all parallelepipeds."""
-        affine = self.element == "hex8" and parallelepipeds(self.reference, self.cells)
-        return "hex8-affine" if affine else self.element
+        """The element with what its kernels may use: "-affine" for hexes of 8 points that are all parallelepipeds."""
+        several = self.element in ("hex8", "hex8-mean-dilatation")
+        return self.element + "-affine" if several and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
     def options(self) -> dict[str, bool]:

@@ -4,6 +4,8 @@ f_a = sum over Gauss points of  w det A  P dN_a/dX,   P = dW/dF,   A = dX/dr
 
 One-point hexes: G_a = mean of dN_a/dX over the volume V as the only gradient, and for the signs h of every hourglass
 mode a stiffness k gamma gamma^t with gamma_a = h_a - (sum over b of h_b X_b).G_a, k = 0.05 (lam + 2 mu) V G:G / 8.
+One volume change per hex: without the part of the first modulus k at the points, and for the cell k/2 V e^2 with
+e = (sum of w det A det F)/V - 1, for the linear law the mean of tr H.
 """
 
 from __future__ import annotations
@@ -54,6 +56,15 @@ def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple
     return w, stress if law == "linear" else f @ stress
 
 
+def volume_change(law: str, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """det F - 1 [...] and its slope [..., 3, 3]; of the linear law tr H and I."""
+    if law == "linear":
+        return np.trace(h, axis1=-2, axis2=-1), np.broadcast_to(np.eye(3), h.shape)
+    f = np.eye(3) + h
+    j = np.linalg.det(f)
+    return j - 1, j[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
+
+
 def force(
     kind: str, law: str, moduli: Sequence[float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, float]:
@@ -69,7 +80,15 @@ def force(
             gradients = np.einsum("ep,epkc->ekc", volume, gradients)[:, None]
             volume = volume.sum(axis=1, keepdims=True)
             gradients /= volume[:, :, None, None]
-        w, p = energy_and_stress(law, moduli, np.einsum("ekc,epkd->epcd", u[some], gradients))
+        h = np.einsum("ekc,epkd->epcd", u[some], gradients)
+        mean_dilatation = kind == "hex8-mean-dilatation"
+        w, p = energy_and_stress(law, [0.0, *moduli[1:]] if mean_dilatation else moduli, h)
+        if mean_dilatation:
+            change, slope = volume_change(law, h)
+            total = volume.sum(axis=1, keepdims=True)
+            e = np.sum(volume * change, axis=1, keepdims=True) / total
+            w = w + 0.5 * moduli[0] * e**2
+            p = p + moduli[0] * e[..., None, None] * slope
         corner = np.einsum("ep,epcd,epkd->ekc", volume, p, gradients, optimize=True)
         energy += float(np.sum(volume * w))
         if kind == "hex8-reduced":
