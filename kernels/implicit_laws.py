@@ -202,4 +202,3 @@ def linear_energy(h, moduli):
 def volume_growth(h1, d):
     """Derivative of J1 along D."""
     return inner(cofactor(identity() + h1), d)
-

@@ -21,7 +21,7 @@ from .implicit_laws import (
     step_stress_change,
     volume_growth,
 )
-from .implicit_stress import identity, volume_change
+from .implicit_stress import cofactor, identity, volume_change
 
 
 @ti.func
@@ -123,10 +123,10 @@ def make_points(law: str, rule: str, mean: bool):
                 if ti.static(mean):
                     more, slope = mean_stress(rule, e0, e1, de, j0, j1, p0, p1, chi)
                     s += more
-                    left = f @ slope
+                    left, right = f @ slope, cofactor(identity() + h1)
                     for i, j in ti.static(ti.ndrange(3, 3)):
                         slopes_out[18 * point + 3 * i + j] = w * left[i, j]
-                        slopes_out[18 * point + 9 + 3 * i + j] = w * volume_growth(h1, unit(i).outer_product(unit(j)))
+                        slopes_out[18 * point + 9 + 3 * i + j] = w * right[i, j]
                 p = f @ s
                 for i, j in ti.static(ti.ndrange(3, 3)):
                     stress_out[9 * point + 3 * i + j] = w * p[i, j]

@@ -52,10 +52,12 @@ WIDTH = int(_ends[-1])
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one.
+    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; mid_step: forces of a
+    row are those of the step that ended there, not of its level.
     """
 
-    def __init__(self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0) -> None:
+    def __init__(self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0, mid_step: bool = False) -> None:
+        self.mid_step = mid_step
         self.every = every
         self.extra = extra
         self.steps = 0
@@ -84,7 +86,7 @@ class History:
             self._last = rows[0]
         table = np.concatenate([self._last[None], rows])
         half = 0.5 * np.diff(table[:, :1], axis=0)
-        both = table[:-1] + table[1:]
+        both = 2.0 * table[1:] if self.mid_step else table[:-1] + table[1:]
         added = np.concatenate([half * both[:, PLACE[name]] for name in self._integrals], axis=1)
         if "viscous_power" in self._integrals:  # that of the step before, not of the level
             added[:, -1] = np.diff(table[:, 0]) * table[1:, PLACE["viscous_power"].start]

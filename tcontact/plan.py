@@ -187,7 +187,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
     touching = scene.touching and body.contact is not None
-    facing = scene.obstacles[0].normal if touching else None
+    facing = getattr(scene.obstacles[0], "normal", None) if touching else None
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
