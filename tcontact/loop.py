@@ -129,9 +129,7 @@ class Run:
                 final = time >= end or cut
                 after = 0.0 if final else self.dt
                 frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
-                snapshot = (
-                    Snapshot(self.states, before, after, self.dt, self.scheme.implicit) if final or frame else None
-                )
+                snapshot = self._snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
@@ -164,6 +162,9 @@ class Run:
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
         return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+
+    def _snapshot(self, before: float, after: float) -> Snapshot:
+        return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
         """Take rows into the history, None to close it, and the pressures of the row that it kept."""

@@ -5,6 +5,8 @@ Row n holds the level n and the forces of the step that ended there, those of mi
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .. import arrays
@@ -128,7 +130,7 @@ class ImplicitState:
         row = np.zeros(WIDTH)
         body, plan = self.body, self.plan
 
-        def put(name: str, value: object) -> None:
+        def put(name: str, value: Any) -> None:
             row[PLACE[name]] = value
 
         body.cells.evaluate("end", level.u, np.zeros_like(level.u))
