@@ -42,7 +42,7 @@ class StepContact:
     def ends(self, u: np.ndarray) -> list[Passage]:
         """The same with the gaps and normals of one level u [n, 3] only."""
         x = self.reference + u[self.nodes]
-        return [Passage(gap, gap, normal, normal, turn) for gap, normal, turn in (s.at(x) for s in self.surfaces)]
+        return [surface.at(x) for surface in self.surfaces]
 
     def at(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Penalty force [k, 3] and tangent [k, 3, 3] of one level."""

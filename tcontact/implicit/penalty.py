@@ -51,19 +51,19 @@ class PenaltyForce:
         """Force at positions x [k, 3] and its derivative."""
         force, tangent = np.zeros_like(x), np.zeros((len(x), 3, 3))
         for surface in self.surfaces:
-            gap, normal, turning = surface.at(x)
-            pressure = self.stiffness * np.maximum(0.0, -gap)
-            slope = np.where(gap < 0.0, -self.stiffness, 0.0)
-            force += pressure[:, None] * normal
-            tangent += slope[:, None, None] * normal[:, :, None] * normal[:, None, :]
-            tangent += pressure[:, None, None] * turning
+            here = surface.at(x)
+            pressure = self.stiffness * np.maximum(0.0, -here.after)
+            slope = np.where(here.after < 0.0, -self.stiffness, 0.0)
+            force += pressure[:, None] * here.normal
+            tangent += slope[:, None, None] * here.normal[:, :, None] * here.gradient[:, None, :]
+            tangent += pressure[:, None, None] * here.turning
         return force, tangent
 
     def energy(self, x: np.ndarray) -> tuple[float, int]:
         """Energy [J] and number of nodes inside at positions x [k, 3]."""
         energy, closed = 0.0, np.zeros(len(x), dtype=bool)
         for surface in self.surfaces:
-            depth = np.maximum(0.0, -surface.at(x)[0])
+            depth = np.maximum(0.0, -surface.obstacle.gap(x))
             energy += 0.5 * float(self.stiffness @ depth**2)
             closed |= depth > 0.0
         return energy, int(closed.sum())

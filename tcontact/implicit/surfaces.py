@@ -9,7 +9,7 @@ Derivatives of gap and normal of the last kind are central differences: nothing 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,14 +35,14 @@ class Flat:
     def __init__(self, obstacle: Any) -> None:
         self.obstacle = obstacle
 
-    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Gap [k], normal [k, 3] and its derivative [k, 3, 3]."""
-        return self.obstacle.gap(x), np.tile(self.obstacle.normal, (len(x), 1)), np.zeros((len(x), 3, 3))
+    def at(self, x: np.ndarray) -> Passage:
+        """A passage that stays at x [k, 3]."""
+        gap, normal = self.obstacle.gap(x), np.tile(self.obstacle.normal, (len(x), 1))
+        return Passage(gap, gap, normal, normal, np.zeros((len(x), 3, 3)))
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
         """From x0 to x1, both [k, 3]."""
-        after, normal, turning = self.at(x1)
-        return Passage(self.obstacle.gap(x0), after, normal, normal, turning)
+        return replace(self.at(x1), before=self.obstacle.gap(x0))
 
 
 class Round:
@@ -59,12 +59,13 @@ class Round:
         y = (x - self.obstacle.reference) @ self.across
         return y, np.maximum(np.linalg.norm(y, axis=1), 1e-300)
 
-    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def at(self, x: np.ndarray) -> Passage:
         """As of a plane."""
         y, length = self._arm(x)
         unit = y / length[:, None]
         turning = (self.across - unit[:, :, None] * unit[:, None, :]) / length[:, None, None]
-        return self.side * (length - self.obstacle.radius), self.side * unit, self.side * turning
+        gap, normal = self.side * (length - self.obstacle.radius), self.side * unit
+        return Passage(gap, gap, normal, normal, self.side * turning)
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
         """As of a plane."""
@@ -92,9 +93,10 @@ class Curved:
             columns.append((function(x + off) - function(x - off)) / (2.0 * step))
         return np.stack(columns, axis=-1)
 
-    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As of a plane."""
-        return self.obstacle.gap(x), self.obstacle.normal_at(x), self._differences(self.obstacle.normal_at, x)
+    def at(self, x: np.ndarray) -> Passage:
+        """As of a plane; the normal need not be the gradient of the gap to the last digit."""
+        gap, gradient = self.obstacle.gap(x), self._differences(self.obstacle.gap, x)
+        return Passage(gap, gap, gradient, self.obstacle.normal_at(x), self._differences(self.obstacle.normal_at, x))
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
         """As of a plane."""
