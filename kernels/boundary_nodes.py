@@ -8,7 +8,7 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .lanes import BOUNDARY_SUMS, SUPPORT_SUMS
+from .lanes import BOUNDARY_SUMS, SUPPORT_AT, SUPPORT_SUMS
 
 
 @ti.func
@@ -72,4 +72,4 @@ def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.
                 sums[j] += reaction
         sums[3] += reaction * supported.speeds[i]
     for j in ti.static(range(SUPPORT_SUMS)):
-        supported.sums[j] = sums[j]
+        supported.sums[SUPPORT_AT + j] = sums[j]

@@ -21,7 +21,10 @@ class Body(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext, sums."""
+    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
+
+    sums: of all parts of a step but the force pass, as placed in lanes.py; the other bundles have the same array.
+    """
 
     nodes: Any
     mass: Any
@@ -40,16 +43,19 @@ class Supported(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Contact nodes k and planes: planes, near [k, slots], reference [k, 3] as in planes.py; sums of CONTACT_SUMS.
+    """Contact nodes k and obstacles.
 
-    all_nodes, all_reference: the whole contact set; give [k]: penalty stiffness kappa A_k, or its inverse for massless
-    nodes (0 = exact); force [k, 3]: the contact force; active [k]: bit mask of the planes that hold a massless node;
-    basis [k, 3, block]: its massless components; last [k, block]: their displacement one level back; heir_start [k+1],
-    heirs: boundary nodes that take what the static solve leaves unbalanced.
+    obstacles, motion, near [k, slots], reference [k, 3] as in obstacles.py; all_nodes, all_reference: the whole contact
+    set; give [k]: penalty stiffness kappa A_k, or its inverse for massless nodes (0 = exact); force [k, 3]: the contact
+    force; active [k]: bit mask of the obstacles that hold a massless node; basis [k, 3, block]: its massless
+    components; last [k, block]: their displacement one level back; heirs: boundary nodes that take what the static
+    solve leaves unbalanced, those of node k at heirs[k] .. heirs[k + 1]; friction: as in friction.py, its settings and
+    what it keeps for every node; traces: what it keeps for every node and slot; kinds: what the kernel was made for.
     """
 
     nodes: Any
-    planes: Any
+    obstacles: Any
+    motion: Any
     near: Any
     reference: Any
     all_nodes: Any
@@ -60,21 +66,48 @@ class Touching(NamedTuple):
     basis: Any
     active: Any
     last: Any
-    heir_start: Any
     heirs: Any
+    friction: Any
+    traces: Any
+    kinds: Any
+
+
+class Kinds(NamedTuple):
+    """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
+    time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
+    "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass."""
+
+    block: int = 1
+    slots: int = 1
+    shapes: tuple[str, ...] = ("plane",)
+    moving: bool = False
+    tracked: bool = False
+    friction: str = ""
+    layered: bool = False
+    kicked: bool = False
+
+    @property
+    def static_friction(self) -> bool:
+        """Whether friction is part of the static solve."""
+        return bool(self.friction) and self.block > 1
+
+    @property
+    def curved(self) -> bool:
+        """Whether a gap is not linear in the position."""
+        return self.shapes != ("plane",)
 
 
 class System(NamedTuple):
     """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
 
-    corner_start [k+1], corner_rows: force rows of the cell corners of a node; lane_start [packs+1],
+    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; lane_start [packs+1],
     lane_node [packs, lanes], column [entries, lanes], values [entries, block, block, lanes];
     inverse [k, block, block] of the diagonal blocks, stiffness [k]: their trace; right, increment [k, block];
-    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single plane;
+    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
+    with several or friction [k, block]: what the neighbours leave to a node;
     settings and stats: static_control.py.
     """
 
-    corner_start: Any
     corner_rows: Any
     lane_start: Any
     lane_node: Any

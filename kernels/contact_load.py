@@ -10,28 +10,30 @@ contact).
 import taichi as ti
 
 from .boundary_nodes import hand_over, row, symmetric
+from .friction import PRESSING, trace_place
+from .lanes import CONTACT_AT
 from .local_contact import multipliers
-from .planes import gap, normal, position
+from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
 
 @ti.func
-def penalty_load(body: ti.template(), touching: ti.template(), plane_count):
+def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.template()):
     """give [k] = kappa A_k [N/m]."""
     sums = ti.Vector.zero(ti.f64, 6)
     for k in range(touching.nodes.shape[0]):
         x = position(touching.reference, k, body.u, touching.nodes[k])
         total = ti.Vector.zero(ti.f64, 3)
-        for p in range(plane_count):
-            overlap = ti.max(0.0, 0.0 - gap(touching.planes, p, x))
-            total += touching.give[k] * overlap * normal(touching.planes, p)
+        for p in ti.static(range(slots)):
+            place = k * slots + p
+            gap, normal = gap_and_normal(touching, touching.near[place], x)
+            overlap = ti.max(0.0, 0.0 - gap)
+            force = touching.give[k] * overlap * normal
+            total += force
             sums[3] += 0.5 * touching.give[k] * overlap * overlap
-        hand_over(body, touching, k, total)
-        for j in ti.static(range(3)):
-            sums[j] += total[j]
-        if total.norm() > 0.0:
-            sums[4] += 1.0
+            press(touching, k, p, x, touching.give[k] * overlap, force)
+        tally(body, touching, k, total, sums)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]
 
 
 @ti.func
@@ -46,18 +48,35 @@ def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.templa
         normals = ti.Matrix.zero(ti.f64, slots, 3)
         speeds = ti.Vector.one(ti.f64, slots)
         for p in ti.static(range(slots)):
-            plane = touching.near[k * slots + p]
-            direction = normal(touching.planes, plane)
-            if gap(touching.planes, plane, x) <= 0.0:
-                speeds[p] = 0.0
+            obstacle = touching.near[k * slots + p]
+            gap, direction = gap_and_normal(touching, obstacle, x)
+            if gap <= 0.0:
+                speeds[p] = 0.0 - direction.dot(velocity_at(touching, obstacle, x, VELOCITY))
                 for j in ti.static(range(3)):
                     normals[p, j] = direction[j]
         impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
-        total = normals.transpose() @ impulses / span
-        hand_over(body, touching, k, total)
-        for j in ti.static(range(3)):
-            sums[j] += total[j]
-        if total.norm() > 0.0:
-            sums[4] += 1.0
+        for p in ti.static(range(slots)):
+            direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
+            press(touching, k, p, x, impulses[p] / span, impulses[p] / span * direction)
+        tally(body, touching, k, normals.transpose() @ impulses / span, sums)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]
+
+
+@ti.func
+def press(touching: ti.template(), k, p: ti.template(), x, pressing, force):
+    """One obstacle at one node, for whoever asks for it."""
+    if ti.static(touching.kinds.friction != ""):
+        touching.traces[trace_place(touching, k, p, PRESSING)] = pressing
+    if ti.static(touching.kinds.tracked):
+        if pressing > 0.0:
+            add_load(touching, touching.near[k * touching.kinds.slots + p], x, force)
+
+
+@ti.func
+def tally(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
+    hand_over(body, touching, k, total)
+    for j in ti.static(range(3)):
+        sums[j] += total[j]
+    if total.norm() > 0.0:
+        sums[4] += 1.0

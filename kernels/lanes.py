@@ -11,6 +11,14 @@ CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
 BOUNDARY_SUMS = 8  # kinetic energy, momentum (3), angular momentum (3), work of the loads
 SUPPORT_SUMS = 4  # reaction (3), its power
 CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, smallest gap, sweeps
+TRACKED = 6  # force and moment of an obstacle, about its reference point
+MOST_SLOTS = 3  # obstacles that can hold one node at a time
+FRICTION_SUMS = 2  # work of friction from the row before to this one, and of the half kick after it
+# where they stand in `sums`, which all but the force pass share; the loads of obstacles come last
+SUPPORT_AT = BOUNDARY_SUMS
+CONTACT_AT = SUPPORT_AT + SUPPORT_SUMS
+FRICTION_AT = CONTACT_AT + CONTACT_SUMS
+LOADS_AT = FRICTION_AT + FRICTION_SUMS
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
 MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
 # places in `params` that only some bodies have

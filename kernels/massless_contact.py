@@ -10,9 +10,11 @@ momentum is exact at any residual.
 import taichi as ti
 
 from .boundary_nodes import hand_over, row
+from .friction import PRESSING, TRACTION, held, three, trace_place
+from .lanes import CONTACT_AT
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, segment
-from .planes import normal, position
+from .obstacles import add_load, gap_and_normal, position
 from .static_control import F_REF
 
 
@@ -31,7 +33,7 @@ def predict(
         step = ratio * (now - segment(touching.last, k, block)) + b.transpose() @ fall
         if exact == 1.0:
             x = position(touching.reference, k, body.u, node) + b @ step
-            normals, gaps = constraints(touching.planes, touching.near, k, b, x, block, slots)
+            normals, gaps = constraints(touching, k, b, x, block, slots)
             if gaps.min() < 0.0:
                 free = ti.Vector.zero(ti.f64, block)
                 identity = ti.Matrix.identity(ti.f64, block)
@@ -57,15 +59,29 @@ def massless_load(
     for k in range(touching.nodes.shape[0]):
         b = basis_of(touching.basis, k, block)
         x = position(touching.reference, k, body.u, touching.nodes[k])
-        normals, _gaps = constraints(touching.planes, touching.near, k, b, x, block, slots)
+        normals, _gaps = constraints(touching, k, b, x, block, slots)
         out_of_balance = b.transpose() @ (row(body.special_force, k) - row(listed.load, k))
+        if ti.static(touching.kinds.static_friction):
+            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
         pressing, rest = balance(out_of_balance, normals, touching.active[k], block, slots)
         total = ti.Vector.zero(ti.f64, 3)
         for p in ti.static(range(slots)):
-            total += pressing[p] * normal(touching.planes, touching.near[k * slots + p])
-            sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
+            place = k * slots + p
+            if pressing[p] > 0.0:
+                _gap, normal = gap_and_normal(touching, touching.near[place], x)
+                force = pressing[p] * normal
+                if ti.static(touching.kinds.static_friction):
+                    force += three(touching.traces, trace_place(touching, k, p, TRACTION))
+                if ti.static(touching.kinds.tracked):
+                    add_load(touching, touching.near[place], x, force)
+                total += force
+                sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
+            elif ti.static(touching.kinds.static_friction):
+                rest += b.transpose() @ three(touching.traces, trace_place(touching, k, p, TRACTION))
+            if ti.static(touching.kinds.friction != ""):
+                touching.traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
         hand_over(body, touching, k, total)
-        begin, end = touching.heir_start[k], touching.heir_start[k + 1]
+        begin, end = touching.heirs[k], touching.heirs[k + 1]
         share = (b @ rest) / ti.max(1.0, float(end - begin))
         for i in range(begin, end):
             for j in ti.static(range(3)):
@@ -78,4 +94,4 @@ def massless_load(
         sums[5] = ti.max(sums[5], largest(rest))
     sums[5] /= ti.max(stats[F_REF], 1e-300)
     for j in ti.static(range(6)):
-        touching.sums[j] = sums[j]
+        touching.sums[CONTACT_AT + j] = sums[j]

@@ -8,9 +8,9 @@ in the massless components of a node, x = x_0 + B d with B = basis [3, block]; u
 import taichi as ti
 
 from .local_contact import multipliers
-from .planes import gap, normal
+from .obstacles import gap_and_normal
 
-SHORT = 1e-6  # a plane whose normal is shorter than this in the massless components cannot push the node
+SHORT = 1e-6  # an obstacle whose normal is shorter than this in the massless components cannot push the node
 
 
 @ti.func
@@ -31,15 +31,15 @@ def segment(values: ti.template(), k, block: ti.template()):
 
 
 @ti.func
-def constraints(planes: ti.template(), near: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
-    """Normals [slots, block] in massless components and gaps [slots] of one node; out-of-reach planes never touch."""
+def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
+    """Normals [slots, block] in massless components and gaps [slots] of a node; out-of-reach obstacles never touch."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)
     for p in ti.static(range(slots)):
-        plane = near[k * slots + p]
-        reduced = b.transpose() @ normal(planes, plane)
+        gap, normal = gap_and_normal(touching, touching.near[k * slots + p], x)
+        reduced = b.transpose() @ normal
         if reduced.norm() >= SHORT:
-            gaps[p] = gap(planes, plane, x)
+            gaps[p] = gap
             for j in ti.static(range(block)):
                 normals[p, j] = reduced[j]
     return normals, gaps
@@ -47,7 +47,7 @@ def constraints(planes: ti.template(), near: ti.template(), k, b, x, block: ti.t
 
 @ti.func
 def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
-    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active planes, and what stays unbalanced [block].
+    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active obstacles, and the rest [block].
 
     For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
     """

@@ -11,9 +11,10 @@ import functools
 
 import taichi as ti
 
+from .law_tangents import PARTS
 from .massless_node import basis_of
 from .reduced_hex import HOURGLASS
-from .surface_tangent import PARTS, corner
+from .surface_tangent import corner
 
 CORNERS = 8
 

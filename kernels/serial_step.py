@@ -1,16 +1,18 @@
 """What a step does beside the parallel force pass, and whole steps of small bodies, in one launch on one thread.
 
     pass       cells and ordinary nodes: kick, drift            (internal_force.py)
-    boundary   contact load, reactions, kick and drift of the boundary nodes, a raw row of sums
+    boundary   contact load; then friction, reactions, kick and drift of the boundary nodes, a raw row of sums
     place      massless nodes: predicted, then measured and solved until they are in equilibrium
 
 A large body starts at `boundary` after its parallel pass and does one row; where a measure is due it ends, and starts
 again at `measured` after one more parallel pass, over the contact cells. A small body starts at `pass` and does many
 rows: one loop over cells serves passes and measures, every turn of the outer loop is one of the two and what follows
-it. The loop ends early at a row that a guard has to look at.
+it. The loop ends early at a row that a guard has to look at. With friction layers it also ends after the contact load,
+for them to take their step, and starts again at `kick`.
 
-`control`: numbers below. `raw_out` [rows, RAW]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
-contact sums (8) of every row, with viscosity also its power and rate.
+`control`: numbers below. `raw_out` [rows, width]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
+contact sums (8) of every row; with viscosity also its power and rate, with friction its work, and where they are asked
+for the loads of the obstacles and their power.
 """
 
 import functools
@@ -18,41 +20,52 @@ import functools
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
-from .bundles import Body, Listed, Pairs, Supported, System, Touching
+from .bundles import Body, Kinds, Listed, Pairs, Supported, System, Touching
 from .internal_force import keep_vectors, make_cell_phase, node_phase
 from .lanes import (
-    BOUNDARY_SUMS,
     CELL_SUMS,
     CHUNKS,
-    CONTACT_SUMS,
+    CONTACT_AT,
+    FRICTION_AT,
+    FRICTION_SUMS,
+    LOADS_AT,
+    MOST_SLOTS,
     NODE_SUMS,
     RAW,
-    SUPPORT_SUMS,
+    TRACKED,
     VISCOUS_START,
     VISCOUS_SUMS,
     WIDTHS,
 )
 
 # numbers of `control`
-START, ROWS, BEFORE, AFTER, PLANES, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6, 7
-ROWS_DONE, FIRST, WANTS_MEASURE = 8, 9, 10
+START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
+ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
 RATE_LIMIT = 11
 CONTROL = 12
 # values of control[START]
-PASS, BOUNDARY, PLACE, PRODUCT, MEASURED = 0, 1, 2, 3, 4
-STOP = 5
+PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
+STOP = 6
 
 
-def row_width(viscous: bool) -> int:
-    """Numbers of a raw row."""
-    return RAW + VISCOUS_SUMS if viscous else RAW
+def loads_of(obstacles: int) -> int:
+    """Numbers of the loads of tracked obstacles: force and moment of each, power of all."""
+    return TRACKED * obstacles + 1
+
+
+def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int, int]:
+    """Where the numbers that only some raw rows have begin: viscous, friction, loads of obstacles; and the end."""
+    after_viscous = RAW + VISCOUS_SUMS * viscous
+    after_friction = after_viscous + FRICTION_SUMS * friction
+    return RAW, after_viscous, after_friction, after_friction + loads
 
 
 @ti.func
-def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template(), supported: ti.template(),
-            touching: ti.template(), viscous: ti.template()):  # fmt: skip
+def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template()):
     """All sums of a row, side by side."""
-    place = number * ti.static(row_width(viscous))
+    sums = ti.static(touching.sums)
+    width = row_width(touching, viscous)
+    place = number * width
     for j in ti.static(range(NODE_SUMS)):
         total = 0.0
         for part in range(CHUNKS):
@@ -66,27 +79,39 @@ def log_row(raw: ti.template(), number, body: ti.template(), listed: ti.template
         hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
     raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
     place += CELL_SUMS
-    for j in range(BOUNDARY_SUMS):
-        raw[place + j] = listed.sums[j]
-    place += BOUNDARY_SUMS
-    for j in range(SUPPORT_SUMS):
-        raw[place + j] = supported.sums[j]
-    place += SUPPORT_SUMS
-    for j in range(CONTACT_SUMS):
-        raw[place + j] = touching.sums[j]
+    for j in range(FRICTION_AT):
+        raw[place + j] = sums[j]
+    place += FRICTION_AT
     if ti.static(viscous):
-        place += CONTACT_SUMS
         power, fastest = 0.0, 0.0
         for chunk in range(CHUNKS):
             power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
             fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
         raw[place], raw[place + 1] = power, fastest
+        place += VISCOUS_SUMS
+    if ti.static(touching.kinds.friction != ""):
+        for j in range(FRICTION_AT, LOADS_AT):
+            raw[place + j - FRICTION_AT] = sums[j]
+        place += FRICTION_SUMS
+    if ti.static(touching.kinds.tracked):
+        for j in range(LOADS_AT, sums.shape[0]):
+            raw[place + j - LOADS_AT] = sums[j]
 
 
 @ti.func
-def suspicious(raw: ti.template(), number, control: ti.template(), viscous: ti.template()):
+def row_width(touching: ti.template(), viscous: ti.template()):
+    """Numbers of a raw row."""
+    fixed = ti.static(row_places(viscous, touching.kinds.friction != "", 0)[3])
+    width = 0
+    if ti.static(touching.kinds.tracked):
+        width = touching.sums.shape[0] - LOADS_AT
+    return fixed + width
+
+
+@ti.func
+def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.template(), viscous: ti.template()):
     """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
-    place = number * ti.static(row_width(viscous))
+    place = number * row_width(touching, viscous)
     energy = raw[place] + raw[place + NODE_SUMS] + raw[place + NODE_SUMS + CELL_SUMS]
     calm = energy <= control[ENERGY_LIMIT] and raw[place + NODE_SUMS + 1] > control[JACOBIAN_LIMIT]
     if ti.static(viscous):
@@ -99,32 +124,44 @@ def make_serial_step(
     kind: str,
     law: str,
     contact: str | None,
-    block: int,
-    slots: int,
+    kinds: Kinds,
     plain: bool,
     listed_nodes: bool,
     supports: bool,
     passes: bool,
     damped: bool = False,
     viscous: bool = False,
+    tied: bool = False,
 ):
     """Kernel for a kind and law with these terms, memoised.
 
-    contact: "massless", "penalty", "impulse", "gaps" or None; block, slots, plain: of the massless nodes; listed_nodes,
+    contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies;
-    damped: with mass-proportional damping; viscous: with bulk viscosity.
+    damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
+    block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
+    rubs = loads and kinds.friction != ""
+    kicked = rubs and kinds.kicked
+    sticks_still = contact == "massless" and kinds.static_friction
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
     # only what the scene needs is imported; Taichi wants the other names too
-    kick_and_drift = support_reactions = nearest_planes = smallest_gap = impulse_load = penalty_load = None
-    damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
+    gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
+    clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
     if listed_nodes and damped:
         from .damping import damp
+    if tied:
+        from .images import follow, gather
     if touches:
-        from .planes import nearest_planes, smallest_gap
+        from .obstacles import clear_loads, nearest_obstacles, set_pose, smallest_gap
+    if kicked:
+        from .kick_friction import kick_friction, slide
+    if sticks_still:
+        from .friction import STEP
+        from .static_friction import remember, sliding_work
     if contact in ("penalty", "impulse"):
         from .contact_load import impulse_load, penalty_load
     if contact == "massless":
@@ -136,22 +173,36 @@ def make_serial_step(
         resolve = make_resolve(kind, law, block, slots, plain)
 
     @ti.func
-    def boundary(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template(),
-                 system: ti.template(), control: ti.template()):  # fmt: skip
-        planes = int(control[PLANES])
+    def push_back(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
+                  control: ti.template()):  # fmt: skip
+        if ti.static(touches and kinds.tracked):
+            clear_loads(touching)
         if ti.static(contact == "massless"):
-            touching.sums[7] = system.stats[SWEEPS_DONE]
+            touching.sums[CONTACT_AT + 7] = system.stats[SWEEPS_DONE]
             massless_load(body, listed, touching, system.stats, block, slots)
-        if ti.static(contact == "penalty"):
-            penalty_load(body, touching, planes)
-        if ti.static(contact == "impulse"):
-            if planes > slots:
-                nearest_planes(touching, body.u, planes)
-            before, after = control[BEFORE], control[AFTER]
-            span = ti.select(after > 0.0, 0.5 * (before + after), before)
-            impulse_load(body, listed, touching, span, slots)
+        if ti.static(contact in ("penalty", "impulse")):
+            if ti.static(slots == MOST_SLOTS):
+                nearest_obstacles(touching, body.u)
+            if ti.static(contact == "penalty"):
+                penalty_load(body, touching, slots)
+            else:
+                before, after = control[BEFORE], control[AFTER]
+                span = ti.select(after > 0.0, 0.5 * (before + after), before)
+                impulse_load(body, listed, touching, span, slots)
         if ti.static(touches):
-            touching.sums[6] = smallest_gap(touching, body.u, planes)
+            touching.sums[CONTACT_AT + 6] = smallest_gap(touching, body.u)
+        if ti.static(rubs):
+            for j in ti.static(range(FRICTION_SUMS)):
+                touching.sums[FRICTION_AT + j] = 0.0
+        if ti.static(sticks_still):
+            sliding_work(body, touching)
+        if ti.static(kicked and kinds.layered and not sticks_still):
+            slide(body, listed, touching, damped)
+
+    @ti.func
+    def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
+        if ti.static(kicked):
+            kick_friction(body, listed, touching, damped)
         if ti.static(listed_nodes and damped):
             damp(body, listed)
         if ti.static(supports):
@@ -161,14 +212,17 @@ def make_serial_step(
 
     @ti.func
     def place(body: ti.template(), touching: ti.template(), control: ti.template(), start):
-        planes = int(control[PLANES])
-        if planes > slots:
-            nearest_planes(touching, body.u, planes)
+        if ti.static(slots == MOST_SLOTS):
+            nearest_obstacles(touching, body.u)
         before, after = control[BEFORE], control[AFTER]
         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
         time = 0.5 * after * (before + after)
         if start == PLACE:
             ratio, time = 0.0, 0.0
+        if ti.static(sticks_still):
+            touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
+            if start == PLACE:
+                remember(body, touching)
         fall = time * ti.Vector([body.params[3], body.params[4], body.params[5]])
         predict(body, touching, ratio, fall, control[EXACT], block, slots)
 
@@ -186,29 +240,29 @@ def make_serial_step(
         special_force: ARRAY,
         node_sums: ARRAY,
         cell_sums: ARRAY,
+        sums: ARRAY,
         boundary_nodes: INDEX,
         tensor_mass: ARRAY,
         inverse_mass: ARRAY,
         load: ARRAY,
-        boundary_sums: ARRAY,
         support_slots: INDEX,
         support_axes: INDEX,
         support_speeds: ARRAY,
-        support_sums: ARRAY,
         contact_nodes: INDEX,
-        planes: ARRAY,
+        obstacles: ARRAY,
+        motion: ARRAY,
         near: INDEX,
         reference: ARRAY,
         all_nodes: INDEX,
         all_reference: ARRAY,
         give: ARRAY,
         contact_force: ARRAY,
-        contact_sums: ARRAY,
         basis: ARRAY,
         active: INDEX,
         last: ARRAY,
-        heir_start: INDEX,
         heirs: INDEX,
+        friction: ARRAY,
+        traces: ARRAY,
         cell_nodes: INDEX,
         shape_gradients: ARRAY,
         weights: ARRAY,
@@ -220,7 +274,6 @@ def make_serial_step(
         entry_start: INDEX,
         entry_pairs: INDEX,
         entry_place: INDEX,
-        corner_start: INDEX,
         corner_rows: INDEX,
         lane_start: INDEX,
         lane_node: INDEX,
@@ -235,6 +288,7 @@ def make_serial_step(
         increment: ARRAY,
         settings: ARRAY,
         stats: ARRAY,
+        images: INDEX,
         control: ARRAY,
         raw_out: ARRAY,
     ):
@@ -254,24 +308,27 @@ def make_serial_step(
                 cell_sums,
             )
         )
-        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, boundary_sums))
-        supported = ti.static(Supported(support_slots, support_axes, support_speeds, support_sums))
+        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, sums))
+        supported = ti.static(Supported(support_slots, support_axes, support_speeds, sums))
         touching = ti.static(
             Touching(
                 contact_nodes,
-                planes,
+                obstacles,
+                motion,
                 near,
                 reference,
                 all_nodes,
                 all_reference,
                 give,
                 contact_force,
-                contact_sums,
+                sums,
                 basis,
                 active,
                 last,
-                heir_start,
                 heirs,
+                friction,
+                traces,
+                kinds,
             )
         )
         pairs = ti.static(
@@ -291,7 +348,6 @@ def make_serial_step(
         )
         system = ti.static(
             System(
-                corner_start,
                 corner_rows,
                 lane_start,
                 lane_node,
@@ -313,6 +369,7 @@ def make_serial_step(
             state = int(control[START])
             number, stop, first = 0, 0, int(control[FIRST])
             control[WANTS_MEASURE] = 0.0
+            control[WANTS_LAYERS] = 0.0
             while state != STOP:
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT or state == MEASURED:
@@ -348,10 +405,20 @@ def make_serial_step(
                             damped,
                         )
                 if state == PASS or state == BOUNDARY:
-                    boundary(body, listed, supported, touching, system, control)
-                    log_row(raw_out, number, body, listed, supported, touching, viscous)
-                    stop = suspicious(raw_out, number, control, viscous)
+                    if ti.static(tied):
+                        gather(special_force, images)
+                    push_back(body, listed, touching, system, control)
+                    if ti.static(kinds.layered):
+                        control[WANTS_LAYERS] = 1.0
+                        state = STOP
+                if state == PASS or state == BOUNDARY or state == KICK:
+                    kick(body, listed, supported, touching)
+                    log_row(raw_out, number, body, touching, viscous)
+                    stop = suspicious(raw_out, number, control, touching, viscous)
                     number += 1
+                    if ti.static(touches and kinds.moving):
+                        if control[AFTER] > 0.0:
+                            set_pose(touching, number)
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
@@ -361,16 +428,19 @@ def make_serial_step(
                             again = 1
                         elif stats[CONVERGED] == 0.0:
                             stop = 1
-                    elif state == PLACE or (state != PRODUCT and control[AFTER] > 0.0):
+                    elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         place(body, touching, control, state)
                         again, first = 1, 1
+                if ti.static(tied):
+                    if state != PRODUCT:
+                        follow(u, v, boundary_nodes, images)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not passes):
                         control[FIRST] = float(first)
                         control[WANTS_MEASURE] = 1.0
                         state = STOP
-                elif stop == 1 or number >= int(control[ROWS]) or int(control[START]) != PASS:
+                elif state == STOP or stop == 1 or number >= int(control[ROWS]) or int(control[START]) != PASS:
                     state = STOP
                 else:
                     state = PASS

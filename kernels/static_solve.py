@@ -12,9 +12,10 @@ import functools
 import taichi as ti
 
 from .boundary_nodes import row
+from .friction import held
 from .lanes import SWEEP_LANES as LANES
-from .massless_node import basis_of, block_of, constraints, largest, unbalanced
-from .planes import position
+from .massless_node import balance, basis_of, block_of, constraints, largest, unbalanced
+from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
     BEFORE,
@@ -34,6 +35,7 @@ from .static_control import (
     TOLERANCE,
     judge,
 )
+from .static_friction import note_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
 
@@ -63,7 +65,7 @@ def assemble(
         rounding = ti.max(rounding, EPSILON * moved)
         force = ti.Vector.zero(ti.f64, 3)
         magnitude = 0.0
-        for i in range(system.corner_start[k], system.corner_start[k + 1]):
+        for i in range(system.corner_rows[k], system.corner_rows[k + 1]):
             part = row(body.rows, system.corner_rows[i])
             for j in ti.static(range(3)):
                 body.rows[3 * system.corner_rows[i] + j] = 0.0
@@ -72,9 +74,23 @@ def assemble(
         scale = ti.max(scale, magnitude)
         b = basis_of(touching.basis, k, block)
         right = b.transpose() @ (row(listed.load, k) - force)
-        normals, gaps = constraints(touching.planes, touching.near, k, b, x, block, slots)
-        rest = unbalanced(0.0 - right, normals, gaps, touching.active[k], touching.give[k], block, slots)
+        normals, gaps = constraints(touching, k, b, x, block, slots)
+        out_of_balance = 0.0 - right
+        if ti.static(touching.kinds.static_friction):
+            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
+            pressing, _rest = balance(out_of_balance, normals, touching.active[k], block, slots)
+            directions = ti.Matrix.zero(ti.f64, slots, 3)
+            for p in ti.static(range(slots)):
+                _gap, direction = gap_and_normal(touching, touching.near[k * slots + p], x)
+                for j in ti.static(range(3)):
+                    directions[p, j] = direction[j]
+            residual = ti.max(residual, note_slip(body, touching, k, x, pressing, directions))
+        rest = unbalanced(out_of_balance, normals, gaps, touching.active[k], touching.give[k], block, slots)
         residual = ti.max(residual, largest(rest))
+        if ti.static(touching.kinds.curved):  # a linearised gap is not yet the gap
+            for p in ti.static(range(slots)):
+                if (touching.active[k] >> p) & 1 == 1 and touching.give[k] == 0.0:
+                    residual = ti.max(residual, system.stiffness[k] * ti.abs(gaps[p]))
         for j in ti.static(range(block)):
             system.right[k * block + j] = right[j]
         for p in ti.static(range(slots)):

@@ -1,18 +1,9 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
-With G = grad N in the reference state every law of laws.py has the form
+A sum over the parts of the law (law_tangents.py). Only contact cells and only pairs of their corners in K. With one
+volume change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v now) the points have p in
+place of k (J - 1), and there is the stiffness of the change itself,
 
-    A_ab = (G_a . T G_b) I + c1 b x a + c2 a x b + (G_a . G_b) R,    a = M G_a,  b = M G_b
-
-    linear elastic         M = I,      T = mu I,  c1 = mu,               c2 = lam,             R = 0
-    St Venant-Kirchhoff    M = F,      T = S,     c1 = mu,               c2 = lam,             R = mu F F^t
-    neo-Hookean            M = F^-t,   T = mu I,  c1 = mu - lam J (J-1), c2 = lam J (2J - 1),  R = 0
-    Mooney-Rivlin          the sum of neo-Hookean's of bulk, M and of St Venant-Kirchhoff's of 4 c2, -2 c2 (laws.py)
-
-(exact second derivatives of the energies). Only contact cells and only pairs of their corners in K. With one volume
-change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v) lam is 0 and instead
-
-    neo-Hookean            c1 = mu - p J,  c2 = p J
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 """
 
@@ -20,65 +11,10 @@ import functools
 
 import taichi as ti
 
+from .law_tangents import MEAN_PARTS, PARTS
 from .massless_node import basis_of
 
 MOST_CORNERS = 8
-
-
-@ti.func
-def linear_elastic(f, lam, mu):
-    identity = ti.Matrix.identity(ti.f64, 3)
-    return identity, mu * identity, mu, lam, ti.Matrix.zero(ti.f64, 3, 3)
-
-
-@ti.func
-def st_venant_kirchhoff(f, lam, mu):
-    identity = ti.Matrix.identity(ti.f64, 3)
-    strain = 0.5 * (f.transpose() @ f - identity)
-    return f, lam * strain.trace() * identity + 2.0 * mu * strain, mu, lam, mu * (f @ f.transpose())
-
-
-@ti.func
-def neo_hookean(f, lam, mu):
-    identity = ti.Matrix.identity(ti.f64, 3)
-    jacobian = f.determinant()
-    first = mu - lam * jacobian * (jacobian - 1.0)
-    second = lam * jacobian * (2.0 * jacobian - 1.0)
-    return f.inverse().transpose(), mu * identity, first, second, ti.Matrix.zero(ti.f64, 3, 3)
-
-
-@ti.func
-def pressed_neo_hookean(f, pressure, mu):
-    """One volume change per cell: its pressure instead of lam."""
-    identity = ti.Matrix.identity(ti.f64, 3)
-    push = pressure * f.determinant()
-    return f.inverse().transpose(), mu * identity, mu - push, push, ti.Matrix.zero(ti.f64, 3, 3)
-
-
-@ti.func
-def two_moduli(params: ti.template()):
-    return [[params[6], params[7]]]
-
-
-@ti.func
-def mooney_rivlin_moduli(params: ti.template()):
-    return [[params[6], params[7]], [params[8], -0.5 * params[8]]]
-
-
-# the parts of every law that are summed up: (tangent, whether it has an R), and lam and mu of each from the parameters
-LINEAR, GREEN, NEO = (linear_elastic, False), (st_venant_kirchhoff, True), (neo_hookean, False)
-PRESSED = (pressed_neo_hookean, False)
-PARTS = {
-    "linear_elastic": ((LINEAR,), two_moduli),
-    "st_venant_kirchhoff": ((GREEN,), two_moduli),
-    "neo_hookean": ((NEO,), two_moduli),
-    "mooney_rivlin": ((NEO, GREEN), mooney_rivlin_moduli),
-}
-MEAN_PARTS = {
-    "linear_elastic": ((LINEAR,), two_moduli),
-    "neo_hookean": ((PRESSED,), two_moduli),
-    "mooney_rivlin": ((PRESSED, GREEN), mooney_rivlin_moduli),
-}
 
 
 @ti.func
@@ -140,16 +76,22 @@ def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
                 pairs.values[i] = 0.0
             pressure = 0.0
             if ti.static(mean):
+                stiff = moduli[0][0]
                 reference, change, spread = cell_volume(body, pairs, first, corners, linear)
-                pressure = moduli[0][0] * change
+                pressure = stiff * change
                 if ti.static(linear):
                     pressure = 0.0
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                    at_left, at_right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
-                    left = basis_of(basis, pairs.nodes[2 * p], block).transpose() @ at_left
-                    right = basis_of(basis, pairs.nodes[2 * p + 1], block).transpose() @ at_right
-                    for i, j in ti.static(ti.ndrange(block, block)):
-                        pairs.values[(p * block + i) * block + j] = moduli[0][0] / reference * left[i] * right[j]
+                    left, right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
+                    if ti.static(plain):
+                        for i, j in ti.static(ti.ndrange(3, 3)):
+                            pairs.values[(p * 3 + i) * 3 + j] = stiff / reference * left[i] * right[j]
+                    else:
+                        into_left = basis_of(basis, pairs.nodes[2 * p], block).transpose() @ left
+                        into_right = basis_of(basis, pairs.nodes[2 * p + 1], block).transpose() @ right
+                        for i, j in ti.static(ti.ndrange(block, block)):
+                            value = stiff / reference * into_left[i] * into_right[j]
+                            pairs.values[(p * block + i) * block + j] = value
             for q in range(pairs.weights.shape[0]):
                 jacobian, slope = gradients_at(body, pairs, first, corners, q)
                 inverse = jacobian.inverse()

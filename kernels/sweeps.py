@@ -32,6 +32,7 @@ from .static_control import (
     TODO,
     TOLERANCE,
 )
+from .static_friction import update_sliding
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
@@ -40,7 +41,7 @@ FEWEST = 2  # sweeps of a linearisation
 
 @ti.func
 def prepare(touching: ti.template(), system: ti.template(), block: ti.template()):
-    """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single plane."""
+    """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single obstacle."""
     for k in range(touching.nodes.shape[0]):
         normal = segment(system.normals, k, block)
         push = block_of(system.inverse, k, block) @ normal
@@ -112,7 +113,20 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
             k = system.lane_node[pack * LANES + lane]
             if k >= 0:
                 own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
-                defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                if ti.static(slots == 1 and not touching.kinds.static_friction):
+                    defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                else:
+                    for i in ti.static(range(block)):
+                        system.push[k * block + i] = own[i]
+        if ti.static(slots > 1 or touching.kinds.static_friction):  # too much code for a copy per lane
+            for lane in range(LANES):
+                k = system.lane_node[pack * LANES + lane]
+                if k >= 0:
+                    own = segment(system.push, k, block)
+                    if ti.static(touching.kinds.static_friction):
+                        defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
+                    else:
+                        defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
 
@@ -126,7 +140,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     stats, settings = ti.static(system.stats, system.settings)
     for i in range(touching.nodes.shape[0] * block):
         system.increment[i] = 0.0
-    if ti.static(slots == 1):
+    if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
     least, aim = settings[LEAST_SWEEPS], settings[AIM]
     if settings[LINEAR] == 0.0:

@@ -13,6 +13,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError  # noqa: E402
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
@@ -40,9 +41,11 @@ __all__ = [
     "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Coulomb",
     "Cylinder",
     "DiscreteGradient",
     "Dissipative",
+    "FrictionLayer",
     "Gonzalez",
     "HilberHughesTaylor",
     "ImpulseContact",
@@ -59,6 +62,7 @@ __all__ = [
     "PaperImplicit",
     "PenaltyContact",
     "Plane",
+    "RegularizedCoulomb",
     "Result",
     "Scene",
     "Sdf",

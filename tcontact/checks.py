@@ -84,7 +84,7 @@ def pushing(result: Result) -> Check:
 
     Relative to the largest contact force; for scenes with one flat obstacle.
     """
-    normal = np.asarray(result.scene.obstacles[0].normal)
+    normal = result.scene.obstacles[0].frame[2]
     total = result.history["contact_force"] @ normal
     nodes = result.contact_node_force @ normal
     scale = max(np.abs(total).max(), np.finfo(float).tiny)

@@ -20,6 +20,8 @@ COLUMNS = (
     "sweeps",
     "static_residual",
 )
+# only with several or moving obstacles: obstacle_force:NAME, obstacle_moment:NAME [rows, 3] on each of them
+# only with friction layers: LAYERS below
 # only in scenes with one-point hexes: hourglass, the part of `elastic` [J] that their hourglass stiffness holds
 # only with damping: damping_work, dissipated so far [J], part of `energy`; damping_impulse [N s];
 # with viscosity: viscous_work, dissipated so far [J], part of `energy`
@@ -47,55 +49,105 @@ MEASURED = {
 _ends = np.cumsum(list(MEASURED.values()))
 PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
 WIDTH = int(_ends[-1])
+# measured only where they exist, after the others: with friction its work up to the row and in the half kick after it;
+# with several or moving obstacles their power on the bodies and the load of each (force, moment); with friction layers
+# their own columns
+FRICTION = {"friction_before": 1, "friction_after": 1}
+LAYERS = {
+    "layer_heat": 1,
+    "layer_temperature_max": 1,
+    "layer_shear_min": 1,
+    "layer_error": 1,
+    "layer_substeps": 1,
+}
+
+
+class Layout:
+    """Where what is measured stands in a row: `place` by name, `width` in all; obstacles: names of tracked ones."""
+
+    def __init__(self, friction: bool = False, obstacles: tuple[str, ...] = (), layers: bool = False) -> None:
+        self.obstacles = obstacles
+        sizes = dict(MEASURED) | (FRICTION if friction else {})
+        if obstacles:
+            sizes["obstacle_power"] = 1
+            for name in obstacles:
+                sizes |= {f"obstacle_force:{name}": 3, f"obstacle_moment:{name}": 3}
+        sizes |= LAYERS if layers else {}
+        ends = np.cumsum(list(sizes.values()))
+        self.sizes = sizes
+        self.place = {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+        self.width = int(ends[-1])
 
 
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; mid_step: forces of a
-    row are those of the step that ended there, not of its level.
+    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row;
+    mid_step: forces of a row are those of the step that ended there, not of its level.
     """
 
-    def __init__(self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0, mid_step: bool = False) -> None:
+    def __init__(
+        self,
+        every: int,
+        extra: tuple[str, ...] = (),
+        damping: float = 0.0,
+        layout: Layout | None = None,
+        mid_step: bool = False,
+    ) -> None:
         self.mid_step = mid_step
         self.every = every
         self.extra = extra
         self.steps = 0
         self.damping = damping
+        self.layout = layout or Layout()
+        width, measured = self.layout.width, self.layout.sizes
         self._integrals = ["contact_force", "support_force", "support_power"]
         if "damping_work" in extra:
             self._integrals += ["kinetic", "momentum"]
         if "viscous_work" in extra:
             self._integrals.append("viscous_power")
-        ends = WIDTH + np.cumsum([MEASURED[name] for name in self._integrals])
+        if self.layout.obstacles:
+            self._integrals.append("obstacle_power")
+        if "friction_before" in measured:
+            self._integrals.append("friction_before")
+        ends = width + np.cumsum([measured[name] for name in self._integrals])
         # where the running integrals over time stand in a row, after what is measured
-        self._place = {name: slice(end - MEASURED[name], end) for name, end in zip(self._integrals, ends, strict=True)}
+        self._place = {name: slice(end - measured[name], end) for name, end in zip(self._integrals, ends, strict=True)}
         self._rows = np.zeros((256, int(ends[-1])))
         self.count = 0
         self._last: np.ndarray | None = None
-        self._running = np.zeros(int(ends[-1]) - WIDTH)
+        self._running = np.zeros(int(ends[-1]) - width)
         self.reference_energy = 0.0  # largest kinetic + elastic so far
         self.largest_work = 0.0
         self._origin: np.ndarray | None = None
 
     def add(self, rows: np.ndarray) -> None:
-        """Add the measured rows [m, WIDTH] of the next m steps."""
+        """Add the measured rows [m, width] of the next m steps."""
         count = len(rows)
+        places = self.layout.place
         if self._last is None:
             self._origin = rows[0].copy()
             self._last = rows[0]
         table = np.concatenate([self._last[None], rows])
         half = 0.5 * np.diff(table[:, :1], axis=0)
         both = 2.0 * table[1:] if self.mid_step else table[:-1] + table[1:]
-        added = np.concatenate([half * both[:, PLACE[name]] for name in self._integrals], axis=1)
-        if "viscous_power" in self._integrals:  # that of the step before, not of the level
-            added[:, -1] = np.diff(table[:, 0]) * table[1:, PLACE["viscous_power"].start]
+        added = np.concatenate([half * both[:, places[name]] for name in self._integrals], axis=1)
+        own = {name: place.start - self.layout.width for name, place in self._place.items()}
+        if "viscous_power" in own:  # that of the step before, not of the level
+            added[:, own["viscous_power"]] = np.diff(table[:, 0]) * table[1:, places["viscous_power"].start]
+        if "friction_before" in own:  # work already, in two parts
+            after = table[:-1, places["friction_after"].start].copy()
+            if self.steps == 0:
+                after[0] = 0.0  # the first row stands in for the one before it
+            added[:, own["friction_before"]] = after + table[1:, places["friction_before"].start]
         running = np.cumsum(np.concatenate([self._running[None], added]), axis=0)[1:]
         self._running = running[-1]
         self._last = rows[-1].copy()
         assert self._origin is not None
         place = PLACE["load_work"].start
         work = rows[:, place] - self._origin[place] + running[:, 6]
+        if "obstacle_power" in own:
+            work = work + running[:, own["obstacle_power"]]
         self.reference_energy = float(np.fmax(self.reference_energy, (rows[:, 1] + rows[:, 2]).max()))
         self.largest_work = float(np.fmax(self.largest_work, np.abs(work).max()))
         kept = np.flatnonzero((self.steps + np.arange(count)) % self.every == 0)
@@ -111,8 +163,8 @@ class History:
         end = self.count + len(rows)
         if end > len(self._rows):
             self._rows = np.concatenate([self._rows, np.zeros((max(end, len(self._rows)), self._rows.shape[1]))])
-        self._rows[self.count : end, :WIDTH] = rows
-        self._rows[self.count : end, WIDTH:] = running
+        self._rows[self.count : end, : self.layout.width] = rows
+        self._rows[self.count : end, self.layout.width :] = running
         self.count = end
 
     def finish(self) -> None:
@@ -124,9 +176,9 @@ class History:
         """The public history: name -> array [rows] or [rows, 3]."""
         rows = self._rows[: self.count]
         result: dict[str, np.ndarray] = {}
-        for name, place in PLACE.items():
+        for name, place in self.layout.place.items():
             column = rows[:, place]
-            result[name] = (column if MEASURED[name] == 3 else column[:, 0]).copy()
+            result[name] = (column if self.layout.sizes[name] == 3 else column[:, 0]).copy()
         work = result.pop("load_work")
         result.pop("support_power")
         for name in ("jacobian_min", "viscous_power", "viscous_rate"):
@@ -137,7 +189,12 @@ class History:
         origin = self._origin[PLACE["load_work"]][0] if self._origin is not None else 0.0
         result["external_work"] = work - origin + integral["support_power"][:, 0]
         result["friction_work"] = np.zeros(len(rows))
+        if "obstacle_power" in integral:
+            result["external_work"] = result["external_work"] + integral["obstacle_power"][:, 0]
+        if "friction_before" in integral:
+            result["friction_work"] = integral["friction_before"][:, 0].copy()
         result["energy"] = result["kinetic"] + result["elastic"] + result["contact"] - result["external_work"]
+        result["energy"] = result["energy"] + result["friction_work"]
         if "damping_work" in self.extra:  # power rate v.Mv, force -rate M v
             result["damping_work"] = 2.0 * self.damping * integral["kinetic"][:, 0]
             result["damping_impulse"] = -self.damping * integral["momentum"]

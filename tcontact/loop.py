@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from time import perf_counter
 
 import numpy as np
@@ -11,7 +12,7 @@ from . import arrays
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
-from .history import PLACE, WIDTH, History
+from .history import PLACE, History, Layout
 from .interrupts import interrupts
 from .plan import Plan
 from .progress import ProgressBar
@@ -71,21 +72,20 @@ class Run:
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.states = [
-            scheme.state(scene, body, u, v) for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
+            scheme.state(scene, body, u, v, planned.layout)
+            for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
-        planes = np.array([obstacle.normal for obstacle in scene.obstacles if hasattr(obstacle, "normal")])
         self.limits = []
         for state in self.states:
-            contact, penalty = state.plan.contact, None
-            if isinstance(scene.contact, PenaltyContact) and contact is not None and not scheme.implicit:
-                penalty = scene.contact.stiffness * contact.areas
-            self.limits.append(StableStep(state.plan, state.internal_force, planes, penalty))
+            stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
+            stiffness = None if scheme.implicit else stiffness
+            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness))
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, mid_step=scheme.implicit)
+        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
@@ -133,10 +133,10 @@ class Run:
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
-                done = self._step(before, after, many)
+                done = self._step(time, before, after, many)
                 times = np.cumsum([time, *[after] * (done - 1)])
                 rows = [state.rows(times) for state in self.states]
-                table = _total(rows)
+                table = _total(rows, self.planned.layout)
                 self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
@@ -177,16 +177,16 @@ class Run:
             for state, record in self.pressures:
                 record.add(state.contact_node_force())
 
-    def _step(self, before: float, after: float, many: int) -> int:
+    def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
         if many == 1:
             for state in self.states:
-                self.scheme.step(state, before, after)
+                self.scheme.step(state, time, before, after)
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
             stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE)
-        return self.scheme.step(self.states[0], before, after, many, **stop_at)
+        return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
 
     def _rows_until(self, span: float, number: int) -> int:
         """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""
@@ -275,15 +275,27 @@ class Run:
         )
 
 
-def _total(rows: list[np.ndarray]) -> np.ndarray:
+COMBINED: dict[str, Callable[..., np.ndarray]] = {
+    "gap_min": np.min,
+    "jacobian_min": np.min,
+    "sweeps": np.max,
+    "static_residual": np.max,
+    "viscous_rate": np.max,
+    "layer_temperature_max": np.max,
+    "layer_shear_min": np.fmin.reduce,
+    "layer_error": np.max,
+    "layer_substeps": np.max,
+}
+
+
+def _total(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
     """The rows of all bodies together."""
     if len(rows) == 1:
         return rows[0]
     total = np.sum(rows, axis=0)
     total[:, 0] = rows[0][:, 0]
-    for name, pick in (("gap_min", np.min), ("jacobian_min", np.min), ("sweeps", np.max), ("static_residual", np.max),
-                       ("viscous_rate", np.max)):  # fmt: skip
-        place = PLACE[name].start
-        total[:, place] = pick([row[:, place] for row in rows], axis=0)
-    assert total.shape[1] == WIDTH
+    for name, pick in COMBINED.items():
+        if name in layout.place:
+            place = layout.place[name].start
+            total[:, place] = pick([row[:, place] for row in rows], axis=0)
     return total

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from . import validate
+from .errors import InputError
 
 
 class Material:
@@ -131,8 +132,11 @@ class MooneyRivlin(Material):
         validate.number("second", second, low=0.0, strict=False)
         validate.number("second", second, high=1.0)
         least = second / (1.0 + 2.0 * second)
-        if second:
-            validate.number("poisson", poisson, low=least)
+        if second and not poisson > least:
+            remedy = (
+                f"c2 = {second:g} (c1 + c2) needs more than {least:.4g}; or give a smaller `second`, or use NeoHookean"
+            )
+            raise InputError("poisson", poisson, remedy)
         half = 0.5 * small.lame_mu
         return cls((1.0 - second) * half, second * half, small.lame_lambda - 4.0 * second * half, density)
 

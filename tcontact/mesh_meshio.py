@@ -21,7 +21,7 @@ _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume"
 
 def read_vtu(path: Path) -> FileMesh:
     """Cells of a VTU file. Data arrays are no sets."""
-    mesh = _read(path, "vtu")
+    mesh = read_file(path, "vtu")
     return FileMesh(mesh.points, _blocks(mesh))
 
 
@@ -33,7 +33,7 @@ def read_gmsh(path: Path) -> FileMesh:
     unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell once for each group;
     the doubles are dropped.
     """
-    mesh = _read(path, "gmsh")
+    mesh = read_file(path, "gmsh")
     blocks = _blocks(mesh)
     names = _physical_names(path)
     content = FileMesh(mesh.points, blocks)
@@ -58,7 +58,7 @@ def read_gmsh(path: Path) -> FileMesh:
     return content
 
 
-def _read(path: Path, file_format: str) -> Any:
+def read_file(path: Path, file_format: str) -> Any:
     """meshio's mesh, without its printing; its `SystemExit` and complaints about open sections become errors."""
     import meshio
 

@@ -172,7 +172,7 @@ def slab_order(
     size = float(extent.max())
     if size == 0.0:
         return np.arange(count), np.arange(len(cells))
-    planes = [_planes(points[:, axis], 1e-6 * size) for axis in range(3)]
+    planes = [grid_planes(points[:, axis], 1e-6 * size) for axis in range(3)]
     counts = [int(plane.max()) + 1 for plane in planes]
     if np.prod(np.array(counts, dtype=float)) > 2.0 * count:
         thick = np.maximum(extent, 1e-3 * size)
@@ -188,7 +188,7 @@ def slab_order(
     return node_order, np.lexsort((renumbered.sum(axis=1), renumbered.min(axis=1)))
 
 
-def _planes(coordinate: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
+def grid_planes(coordinate: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
     """Number of the plane of each value; values closer than the tolerance to the next lower one share its plane."""
     order = np.argsort(coordinate, kind="stable")
     number = np.empty(len(coordinate), dtype=np.int64)

@@ -10,13 +10,16 @@ from functools import cached_property
 
 import numpy as np
 
-from .contact_graph import ContactGraph, contact_graph
+from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from .history import Layout
 from .lumped_mass import cell_masses, node_areas
 from .mesh_geometry import parallelepipeds
 from .packing import slab_order
+from .periodic import Images
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
@@ -24,6 +27,13 @@ from .scene import Body, Scene
 # up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
 # and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
 SMALL = {"hex8": 4096, "hex8-mean-dilatation": 4096, "hex8-reduced": 8192, "tet4": 20000}
+
+
+FRICTION_TERMS: dict[type, str] = {
+    Coulomb: "coulomb-friction",
+    RegularizedCoulomb: "regularized-friction",
+    FrictionLayer: "friction-layer",
+}
 
 
 @dataclass(frozen=True)
@@ -49,7 +59,8 @@ class BodyPlan:
 
     lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
-    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s].
+    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s]; images: of a periodic body, whose masters
+    alone have mass, loads and contact.
     """
 
     label: str
@@ -70,6 +81,7 @@ class BodyPlan:
     contact: ContactPlan | None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
+    images: Images | None = None
 
     @property
     def small(self) -> bool:
@@ -116,13 +128,28 @@ class BodyPlan:
         masses = cell_masses(self.body.mesh, material.density)
         uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
         massless = 0 if contact is None or contact.basis is None else len(contact.nodes)
+        if massless and contact is not None and self.images is not None:  # their followers come next in the list
+            massless += len(self.images.followers_of(contact.nodes))
         speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
         return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
+
+    @property
+    def heirs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Who takes what the static solve leaves unbalanced, as `contact_graph.heirs`."""
+        assert self.contact is not None
+        count = len(self.contact.nodes)
+        if self.images is None:
+            return heirs(self.cells, self.reference, self.boundary, count)
+        rows = np.flatnonzero(self.images.master[self.boundary] == self.boundary)
+        start, own = heirs(self.images.master[self.cells], self.reference, self.boundary[rows], count)
+        return start, rows[own]
 
     @property
     def terms(self) -> tuple[str, ...]:
         """Names of the physics this body has."""
         names = ["internal-force"]
+        if self.images is not None:
+            names.append("periodic")
         if self.gravity.any():
             names.append("gravity")
         if len(self.support_rows):
@@ -155,7 +182,17 @@ class Plan:
         found = dict.fromkeys(name for body in self.bodies for name in body.terms)
         if self.contact_term:
             found[self.contact_term] = None
+            if self.scene.friction is not None:
+                found[FRICTION_TERMS[type(self.scene.friction)]] = None
         return (*found, "ledger")
+
+    @property
+    def layout(self) -> Layout:
+        """Of the measured rows of its history."""
+        tracked = self.scene.touching and self.scene.tracked
+        names = tuple(self.scene.obstacle_label(i) for i in range(len(self.scene.obstacles))) if tracked else ()
+        rubbing = self.scene.touching and self.scene.friction is not None
+        return Layout(rubbing, names, rubbing and isinstance(self.scene.friction, FrictionLayer))
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -165,6 +202,8 @@ class Plan:
             names += ["damping_work", "damping_impulse"]
         if self.scene.viscosity is not None:
             names.append("viscous_work")
+        own = self.layout
+        names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
         return tuple(names)
 
     def describe(self) -> str:
@@ -187,7 +226,9 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
     touching = scene.touching and body.contact is not None
-    facing = getattr(scene.obstacles[0], "normal", None) if touching else None
+    facing = None
+    if touching:
+        facing = scene.obstacles[0].normal_at(body.initial_nodes.mean(axis=0)[None])[0]
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
@@ -199,7 +240,8 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         massless = massless_nodes(scene, body)
         if len(massless.nodes):
             check_clusters(body, massless)
-            moved = redistribute(mesh, masses, massless, free, scene.contact.depth)
+            massless = massless if body.images is None else body.images.masters_of(massless)
+            moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
@@ -209,7 +251,11 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     held = place[np.flatnonzero(~free.all(axis=1))]
     special = np.unique(np.concatenate([first, place[tensors["nodes"]], held]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
-    mass = lumped[node_order[boundary]][:, None, None] * np.eye(3)
+    images, total = None, lumped
+    if body.images is not None:
+        images, total = body.images.renumbered(node_order, place), body.images.total(lumped)
+        boundary = images.boundary(first, special)
+    mass = total[node_order[boundary]][:, None, None] * np.eye(3)
     row = np.full(mesh.node_count, -1)
     row[boundary] = np.arange(len(boundary))
     mass[row[place[tensors["nodes"]]]] = tensors["values"]
@@ -236,21 +282,27 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
+        images=images,
     )
 
 
 def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray) -> ContactPlan:
     areas = node_areas(body.mesh.nodes, body.contact_faces)
-    everyone = np.unique(body.contact_faces)
+    everyone, named = body.contact_nodes, cells
+    touching = everyone
+    if body.images is not None:  # the masters stand for all
+        areas = body.images.total(areas)
+        touching = np.unique(body.images.master[everyone])
+        named = place[body.images.master][np.argsort(place)[cells]]
     if massless is None:
-        order = np.argsort(place[everyone])
-        return ContactPlan(place[everyone][order], place[everyone][order], areas[everyone][order])
+        touching = touching[np.argsort(place[touching])]
+        return ContactPlan(place[touching], np.sort(place[everyone]), areas[touching])
     if len(massless.nodes) == 0:
         none = np.zeros(0)
         return ContactPlan(massless.nodes, np.sort(place[everyone]), none, massless.removal)
     internal = place[massless.nodes]
     order = np.argsort(internal)
-    graph = contact_graph(cells, internal[order], body.mesh.node_count)
+    graph = contact_graph(named, internal[order], body.mesh.node_count)
     index = np.empty(body.mesh.node_count, dtype=np.int64)
     index[internal] = np.arange(len(internal))
     into = index[graph.nodes]

@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .fields import von_mises
+from .obstacles.description import describe
 from .scene import Scene
 from .state import BodyState
 from .vtkhdf import ResultFile
@@ -42,7 +43,8 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells."""
+    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
+    with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
     def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str) -> None:
         self.states = states
@@ -52,11 +54,8 @@ class Recorder:
             blocks.append((body.mesh.kind, body.mesh.cells + start))
             start += body.mesh.node_count
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
-        planes = [
-            {"kind": "plane", "point": obstacle.point.tolist(), "normal": obstacle.normal.tolist()}
-            for obstacle in scene.obstacles
-        ]
-        self.attributes: dict[str, Any] = {"title": title, "obstacles": planes}
+        self.obstacles, self.times = scene.obstacles, [0.0]
+        self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         self.file = ResultFile.create(
             folder / FILE,
             points,
@@ -69,6 +68,7 @@ class Recorder:
         self, time: float, displacements: list[np.ndarray], velocities: list[np.ndarray], forces: list[np.ndarray]
     ) -> None:
         """Append a frame; lists hold one array [n, 3] per body in the user's numbering."""
+        self.times.append(float(time))
         force = np.concatenate(forces)
         area = np.concatenate([state.contact_areas() for state in self.states])
         size = np.linalg.norm(force, axis=1)
@@ -84,12 +84,19 @@ class Recorder:
                 "velocity": np.concatenate(velocities),
                 "contact_force": force,
                 "contact_pressure": pressure,
-            },
+            }
+            | _stacked([state.layer_fields() for state in self.states]),
             {"von_mises": np.concatenate(stress)},
         )
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file."""
         self.file.write_history(history)
-        self.file.write_attributes(self.attributes | attributes)
+        there = describe(self.obstacles, sorted(set(self.times)))
+        self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
         self.file.close()
+
+
+def _stacked(bodies: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Fields of all bodies, one after the other."""
+    return {name: np.concatenate([fields[name] for fields in bodies]) for name in bodies[0]}

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh import Mesh
+from .periodic import Images
 from .removal import MasslessNodes
 
 
@@ -42,25 +43,32 @@ class _Transfers:
 
 
 def redistribute(
-    mesh: Mesh, masses: np.ndarray, massless: MasslessNodes, free: np.ndarray, depth: int = 1
+    mesh: Mesh,
+    masses: np.ndarray,
+    massless: MasslessNodes,
+    free: np.ndarray,
+    depth: int = 1,
+    images: Images | None = None,
 ) -> Redistribution:
     """Mass tensors after the contact nodes handed over their mass.
 
     masses [m, corners]: lumped mass of the cells [kg]; free [n, 3]: components without support (a supported neighbour
     receives only if the cell has no free one); depth: equal shares over that many layers of nodes, the first one inside
-    the cell, weights 1/distance inside a layer.
+    the cell, weights 1/distance inside a layer; images: of a periodic body, whose masters alone give and receive.
     """
     slot = np.full(mesh.node_count, -1)
     slot[massless.nodes] = np.arange(len(massless.nodes))
-    cells_here = np.flatnonzero((slot[mesh.cells] >= 0).any(axis=1))
-    cells, share = mesh.cells[cells_here], masses[cells_here]
+    named = mesh.cells if images is None else images.master[mesh.cells]
+    cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
+    cells, share = named[cells_here], masses[cells_here]
     cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K)
     giver = cells[cell, corner]
     around = cells[cell]  # [rows, corners]
     outside = slot[around] < 0
-    distance = np.linalg.norm(mesh.nodes[around] - mesh.nodes[giver][:, None], axis=2)
+    places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, whoever their masters are
+    distance = np.linalg.norm(places - places[np.arange(len(cell)), corner][:, None], axis=2)
     inverse = np.where(outside, 1.0 / np.where(outside, distance, 1.0), 0.0)
-    graph = _Graph(mesh, slot)
+    graph = _Graph(named, slot)
     layers = graph.layer_count(massless.nodes, depth) if depth > 1 else np.ones(len(massless.nodes), dtype=int)
     transfers = _Transfers()
     for column in range(3):
@@ -79,20 +87,20 @@ def redistribute(
         transfers.add(around[rows[row], receiver], part[row, receiver], direction[rows[row]])
         for lone in np.flatnonzero(has & (total == 0.0)):  # a cell without any node outside K
             nodes = graph.nearest(int(giver[lone]))
-            near = 1.0 / np.linalg.norm(mesh.nodes[nodes] - mesh.nodes[giver[lone]], axis=1)
+            near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[giver[lone]], images)
             transfers.add(nodes, near / near.sum() * mass[lone], np.tile(direction[lone], (len(nodes), 1)))
     if depth > 1:
         whole = np.zeros(len(massless.nodes))
         np.add.at(whole, slot[giver], share[cell, corner])
         for index, node in enumerate(massless.nodes):
             for nodes in graph.layers(int(node), int(layers[index]))[1:]:
-                near = 1.0 / np.linalg.norm(mesh.nodes[nodes] - mesh.nodes[node], axis=1)
+                near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[node], images)
                 part = near / near.sum() * whole[index] / layers[index]
                 for direction in massless.basis[index].T[: massless.rank[index]]:
                     transfers.add(nodes, part, np.tile(direction, (len(nodes), 1)))
     receivers, gained = transfers.tensors()
     lumped = np.zeros(mesh.node_count)
-    np.add.at(lumped, mesh.cells, masses)
+    np.add.at(lumped, named, masses)
     removed = np.einsum("kic,kjc->kij", massless.basis, massless.basis)
     kept = (
         np.where((massless.rank == 3)[:, None, None], 0.0, np.eye(3) - removed) * lumped[massless.nodes][:, None, None]
@@ -101,22 +109,26 @@ def redistribute(
     return Redistribution(np.concatenate([massless.nodes, receivers]), np.concatenate([kept, gained]))
 
 
+def _distance(difference: np.ndarray, images: Images | None) -> np.ndarray:
+    return np.asarray(np.linalg.norm(difference if images is None else images.shortest(difference), axis=1))
+
+
 class _Graph:
     """Neighbourhood through cells, walked node by node where a cell alone does not say who receives."""
 
-    def __init__(self, mesh: Mesh, slot: np.ndarray) -> None:
-        self.mesh, self.slot = mesh, slot
+    def __init__(self, cells: np.ndarray, slot: np.ndarray) -> None:
+        self.cells, self.slot = cells, slot
         self._order: np.ndarray | None = None
         self._start: np.ndarray
 
     def neighbours(self, nodes: np.ndarray) -> np.ndarray:
         """All nodes that share a cell with any of the nodes."""
         if self._order is None:
-            flat = self.mesh.cells.reshape(-1)
-            self._order = np.argsort(flat, kind="stable") // self.mesh.cells.shape[1]
-            self._start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=self.mesh.node_count))])
+            flat = self.cells.reshape(-1)
+            self._order = np.argsort(flat, kind="stable") // self.cells.shape[1]
+            self._start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(self.slot)))])
         parts = [self._order[self._start[node] : self._start[node + 1]] for node in nodes]
-        return np.unique(self.mesh.cells[np.unique(np.concatenate(parts))])
+        return np.unique(self.cells[np.unique(np.concatenate(parts))])
 
     def nearest(self, node: int) -> np.ndarray:
         """The nodes with mass in the nearest graph layer around a node of K."""
@@ -152,9 +164,9 @@ class _Graph:
             reached, distance = self.slot >= 0, 0
             while (level < 0).any():
                 distance += 1
-                hit = reached[self.mesh.cells].any(axis=1)
+                hit = reached[self.cells].any(axis=1)
                 new = np.zeros_like(reached)
-                new[self.mesh.cells[hit]] = True
+                new[self.cells[hit]] = True
                 new &= ~reached
                 if not new.any():
                     break

@@ -26,13 +26,21 @@ class MasslessNodes:
     removal: str
 
 
-def choose_removal(model: MasslessContact, body: Body, normals: np.ndarray) -> str:
-    """Resolve "auto": normal removal if all planes share one direction and every contact face looks along it."""
-    if model.removal != "auto":
-        return model.removal
+def choose_removal(scene: Scene, body: Body) -> str:
+    """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
+
+    It cannot if all obstacles are planes that share one direction, none of them turns, and every contact face looks
+    along it.
+    """
+    assert isinstance(scene.contact, MasslessContact)
+    if scene.contact.removal != "auto":
+        return scene.contact.removal
+    if not all(obstacle.shape == "plane" and obstacle.angular_velocity is None for obstacle in scene.obstacles):
+        return "full"
+    normals = np.array([obstacle.frame[2] for obstacle in scene.obstacles])
     if (np.abs(normals @ normals[0]) < PARALLEL).any():
         return "full"
-    corners = body.mesh.nodes[body.contact_faces]
+    corners = body.initial_nodes[body.contact_faces]
     diagonals = (corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     outward = np.cross(*diagonals)
     outward /= np.linalg.norm(outward, axis=1)[:, None]
@@ -46,16 +54,18 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     A supported component keeps its mass; a node whose massless directions are all supported leaves K.
     """
     assert isinstance(scene.contact, MasslessContact)
-    normals = np.array([obstacle.normal for obstacle in scene.obstacles])
-    removal = choose_removal(scene.contact, body, normals)
-    nodes = np.unique(body.contact_faces)
+    removal = choose_removal(scene, body)
+    nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
-    patterns, member = np.unique(free, axis=0, return_inverse=True)
+    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in scene.obstacles], axis=1)
+    given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
+    patterns, member = np.unique(given, axis=0, return_inverse=True)
     member = member.reshape(-1)
     basis = np.zeros((len(nodes), 3, 3))
     rank = np.zeros(len(nodes), dtype=np.int64)
     for index, pattern in enumerate(patterns):
-        directions = np.eye(3)[pattern] if removal == "full" else normals * pattern
+        open_axes = pattern[:3].astype(bool)
+        directions = np.eye(3)[open_axes] if removal == "full" else pattern[3:].reshape(-1, 3) * open_axes
         columns = orthonormal(directions)
         basis[member == index, :, : columns.shape[1]] = columns
         rank[member == index] = columns.shape[1]

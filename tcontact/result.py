@@ -58,6 +58,19 @@ class Result:
             start += body.mesh.node_count
         raise InputError("name", name, "use one of " + ", ".join(repr(label) for label in known))
 
+    @property
+    def obstacle_force(self) -> dict[str, np.ndarray]:
+        """Force [rows, 3] [N] on every obstacle by name, where there are several or one moves."""
+        return self._of_obstacles("obstacle_force:")
+
+    @property
+    def obstacle_moment(self) -> dict[str, np.ndarray]:
+        """Moment [rows, 3] [N m] on every obstacle about its reference point, by name."""
+        return self._of_obstacles("obstacle_moment:")
+
+    def _of_obstacles(self, start: str) -> dict[str, np.ndarray]:
+        return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
+
     def reversed(self) -> Result:
         """The same state with all velocities negated: given as `initial`, it runs time backwards."""
         return replace(self, velocity=-self.velocity)

@@ -14,10 +14,12 @@ from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
 from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
 from .obstacles import Obstacle
+from .periodic import MATCH, SAME_SPEED, Images, check_contact, check_obstacles, images_of
 
 
 class OverlapWarning(UserWarning):
@@ -66,7 +68,9 @@ class Body:
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
     displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
-    supported components too are held or driven from where it puts them.
+    supported components too are held or driven from where it puts them;
+    periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
+    a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -98,7 +102,6 @@ class Body:
                 f"{type(self.material).__name__} has no part that is of the volume change alone; use NeoHookean,"
                 " MooneyRivlin or LinearElastic, or leave it at 'full'",
             )
-        validate.later("Body.periodic", self.periodic)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")
         if self.contact is not None:
@@ -107,6 +110,7 @@ class Body:
                 raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
             object.__setattr__(self, "contact", tuple(names))
             self.mesh.faces_of(names)
+        check_contact(self)
         supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
             raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
@@ -128,6 +132,17 @@ class Body:
         return self.mesh.faces_of(list(self.contact))
 
     @cached_property
+    def images(self) -> Images | None:
+        """Which nodes share their degrees of freedom; None unless the body is periodic."""
+        return None if self.periodic is None else images_of(self.mesh, self.periodic)
+
+    @cached_property
+    def contact_nodes(self) -> np.ndarray:
+        """Nodes [k] of the contact faces with all that share with them, ascending."""
+        nodes = np.unique(self.contact_faces)
+        return nodes if self.images is None else self.images.with_images(nodes)
+
+    @cached_property
     def prescribed(self) -> np.ndarray:
         """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
         result = np.full((self.mesh.node_count, 3), np.nan)
@@ -140,6 +155,8 @@ class Body:
                         "Body.supports", support, "another support prescribes the same components with another velocity"
                     )
                 result[nodes, axis] = speed
+        if self.images is not None:
+            result = self.images.prescribed(result, self.supports)
         if result.size and np.isfinite(result).all():
             raise InputError(
                 "Body.supports", self.supports, "every component is prescribed; leave something free to move"
@@ -152,6 +169,9 @@ class Body:
         result = self._nodal("Body.velocity", self.velocity)
         fixed = np.isfinite(self.prescribed)
         result[fixed] = self.prescribed[fixed]
+        if self.images is not None:
+            tolerance = SAME_SPEED * float(np.abs(result).max())
+            result = self.images.agreed("Body.velocity", self.velocity, result, tolerance)
         result.setflags(write=False)
         return result
 
@@ -159,6 +179,9 @@ class Body:
     def initial_displacement(self) -> np.ndarray:
         """Initial displacement [n, 3] [m]."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
+        if self.images is not None:
+            tolerance = MATCH * shortest_edge(self.mesh.nodes, self.mesh.cells)
+            result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)
         result.setflags(write=False)
         return result
 
@@ -186,16 +209,17 @@ class Scene:
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
     duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
-    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None.
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
+    `RegularizedCoulomb`, `FrictionLayer` or None.
     Raises `InputError`.
     """
 
     bodies: Sequence[Body]
-    obstacles: Sequence[Any] = ()  # of Obstacle
+    obstacles: Sequence[Obstacle] = ()
     duration: float = 0.0
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
-    friction: None = None
+    friction: FrictionModel | None = None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
 
@@ -223,12 +247,14 @@ class Scene:
             raise InputError(
                 "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
             )
-        validate.later("Scene.friction", self.friction)
+        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
+            raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
         _check_names("Body.name", "bodies", self.bodies)
         _check_names("Obstacle.name", "obstacles", self.obstacles)
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
+                check_obstacles(body, self.obstacles)
         if self.obstacles and self.contact is None:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
         self._check_bodies_apart()
@@ -237,6 +263,20 @@ class Scene:
     def touching(self) -> bool:
         """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
         return bool(self.obstacles) and self.contact is not None and any(body.contact for body in self.bodies)
+
+    @property
+    def moving(self) -> bool:
+        """Whether an obstacle moves."""
+        return any(obstacle.moves for obstacle in self.obstacles)
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        return len(self.obstacles) > 1 or self.moving
+
+    def obstacle_label(self, index: int) -> str:
+        """Name of an obstacle for messages and results."""
+        return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
         if body.contact is None:
@@ -252,7 +292,7 @@ class Scene:
                 raise InputError(
                     f"Scene.bodies[{index}]",
                     float(gap[node]),
-                    f"node {node} starts {-gap[node]:.6g} inside obstacle {obstacle.name or number} (allowed:"
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {self.obstacle_label(number)} (allowed:"
                     f" {allowed:.3g}); move the body or the obstacle apart",
                 )
 

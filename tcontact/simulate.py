@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from . import runtime, validate
 from .errors import InputError
 from .loop import Run
-from .plan import plan
+from .plan import Plan, plan
 from .progress import ProgressBar
 from .recorder import Recorder, check_folder, make_folder
 from .result import Result
@@ -55,6 +56,7 @@ def simulate(
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
     planned = plan(scene)
+    _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:
         make_folder(folder)
@@ -70,6 +72,19 @@ def simulate(
         write_history(folder / "history.csv", result.history)
         write_json(folder / "summary.json", attributes)
     return result
+
+
+def _warn_steep(scene: Scene, planned: Plan) -> None:
+    """Coulomb friction in the static solve has one solution for coefficients up to about 1 (METHOD 3)."""
+    coefficient = 0.0 if scene.friction is None else scene.friction.coefficient
+    stays = any(body.contact is not None and body.contact.block > 1 and body.contact.graph for body in planned.bodies)
+    if coefficient > 1.0 and stays:
+        warnings.warn(
+            f"a friction coefficient of {coefficient:g} with full removal may have several solutions; removal='normal'"
+            " has one at any coefficient",
+            RuntimeWarning,
+            stacklevel=3,
+        )
 
 
 def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:

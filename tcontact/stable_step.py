@@ -6,11 +6,12 @@ Force products M^-1 K w come from the force pass itself, as differences about th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from . import arrays
+from .obstacles import Obstacle
 from .plan import BodyPlan
 from .terms.internal_force import InternalForce
 
@@ -24,17 +25,23 @@ Operator = Callable[[np.ndarray], np.ndarray]
 class StableStep:
     """Estimates the stable step of one body with its force pass.
 
-    penalty: extra stiffness kappa A_k [k] of the contact nodes along the normals `planes` [p, 3], taken as closed.
+    stiffness [N/m^3]: of a penalty per area, on contact nodes with their mass; taken as closed, along the normals of
+    planes that do not turn, along all directions for other obstacles.
     """
 
-    def __init__(self, plan: BodyPlan, force: InternalForce, planes: np.ndarray, penalty: np.ndarray | None) -> None:
+    def __init__(
+        self, plan: BodyPlan, force: InternalForce, obstacles: Sequence[Obstacle], stiffness: float | None
+    ) -> None:
         self.plan = plan
         self.force = force.without_special()
         self.trial = arrays.zeros(3 * len(plan.reference))
         self.answer = arrays.zeros(3 * len(plan.reference))
         self.mass = np.repeat(plan.lumped, 3)
         self.bound, self.size = self._cell_bounds()
-        self.planes, self.penalty = planes, penalty
+        contact = plan.contact
+        self.penalty = None if stiffness is None or contact is None else stiffness * contact.areas
+        fixed = all(obstacle.shape == "plane" and obstacle.angular_velocity is None for obstacle in obstacles)
+        self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
         self.start: np.ndarray | None = None
         self.elastic = np.inf  # the last estimate without viscosity
 
@@ -78,9 +85,11 @@ class StableStep:
         if self.penalty is not None and self.plan.contact is not None:
             nodes = self.plan.contact.nodes
             part = vector.reshape(-1, 3)[nodes]
-            for normal in self.planes:
+            for normal in self.normals:
                 stiff = (self.penalty * (part @ normal) / self.plan.lumped[nodes])[:, None] * normal
                 product.reshape(-1, 3)[nodes] += stiff
+        if self.plan.images is not None:  # the modes of the tied body are among those of the free one
+            product = self.plan.images.mean(product.reshape(-1, 3), self.plan.lumped).reshape(-1)
         return product
 
     def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
@@ -90,6 +99,8 @@ class StableStep:
             generator = np.random.default_rng(20071)
             relative = np.repeat(self.bound / self.bound.max(), 3)
             self.start = generator.uniform(-1.0, 1.0, u.size) * relative**4
+            if self.plan.images is not None:
+                self.start = self.plan.images.follow(self.start.reshape(-1, 3)).reshape(-1)
         current = self.start / np.sqrt(dot(self.start, mass, self.start))
         here = self._acceleration(u)
         before = np.zeros_like(current)

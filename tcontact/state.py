@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from . import arrays
-from .history import PLACE, WIDTH
+from .friction_models import FrictionLayer
+from .history import PLACE, Layout
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
 from .plan import SMALL, BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
 from .terms.boundary_nodes import BoundaryNodes, Supports
 from .terms.contact import make_contact
+from .terms.friction_layer import LayeredFriction
+from .terms.images import PeriodicImages
 from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
@@ -25,23 +28,38 @@ class BodyState:
     displacement, velocity [n, 3]: where the body starts, in the user's numbering.
     """
 
-    def __init__(self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray) -> None:
-        self.plan = plan
-        order = plan.node_order
+    def __init__(
+        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout | None = None
+    ) -> None:
+        self.scene, self.plan = scene, plan
+        self.layout = layout or Layout()
+        order, images = plan.node_order, plan.images
+        if images is not None:
+            order = order[images.master]  # they start together, whatever is handed in
         self.u = arrays.put(displacement[order])
         self.start_velocity = velocity[order]
         self.internal_force = InternalForce(plan)
         self.listed = BoundaryNodes(plan, self.internal_force.special_force) if len(plan.boundary) else None
         self.supports = Supports(plan) if len(plan.support_rows) else None
         self.contact = make_contact(scene, plan, self.listed, self.internal_force)
+        self.images = None if images is None else PeriodicImages(plan, images)
         self.serial: SerialStep | None = None
         if self.listed is not None or self.contact is not None or plan.small:
-            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact)
+            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact, self.images)
             if plan.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
-        several = 1 if plan.small else int(np.clip(AT_ONCE * SMALL[plan.element] // len(plan.cells), 1, MOST_AT_ONCE))
-        self._raw = np.zeros((several, RAW + (2 if plan.viscosity is not None else 0)))
+        several = (
+            1
+            if plan.small or self._layered
+            else int(np.clip(AT_ONCE * SMALL[plan.element] // len(plan.cells), 1, MOST_AT_ONCE))
+        )
+        width = RAW + (2 if plan.viscosity is not None else 0) if self.serial is None else self.serial.width
+        self._raw = np.zeros((several, width))
+
+    @property
+    def _layered(self) -> bool:
+        return self.contact is not None and isinstance(self.contact.friction, LayeredFriction)
 
     def _massive(self, velocity: np.ndarray) -> np.ndarray:
         """The velocity without its massless components."""
@@ -50,13 +68,13 @@ class BodyState:
         if contact is not None and contact.basis is not None:
             along = np.einsum("kic,ki->kc", contact.basis, velocity[contact.nodes])
             result[contact.nodes] -= np.einsum("kic,kc->ki", contact.basis, along)
-        return result
+        return result if self.plan.images is None else self.plan.images.follow(result)
 
     def begin_contact(self, dt: float) -> None:
         """Bring massless nodes to equilibrium at the start; dt [s]: the first step."""
         if self.serial is not None and self.contact is not None and self.contact.kernel == "massless":
             assert self.plan.contact is not None
-            self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, dt)
+            self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, 0.0, dt)
             self.contact.start_velocity(self.u, self.start_velocity[self.plan.contact.nodes], dt)
 
     @property
@@ -71,6 +89,7 @@ class BodyState:
         kick_before: float,
         kick_after: float,
         drift: float,
+        time: float,
         steps: tuple[float, float],
         rows: int = 1,
         jacobian: float = -np.inf,
@@ -79,12 +98,13 @@ class BodyState:
     ) -> int:
         """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
 
-        steps [s]: before and after level n; rows and what follows: see `SerialStep.run`. Returns the rows done.
+        time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
+        rows done.
         """
         force, serial = self.internal_force, self.serial
         if self.plan.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
-            return serial.run(serial.names.PASS, self.u, self.v, *steps, rows, jacobian, energy, viscous_rate)
+            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
         for number in range(rows):
             force.advance(self.u, self.v, kick_before, kick_after, drift)
             raw = self._raw[number]
@@ -94,29 +114,29 @@ class BodyState:
                 if self.plan.viscosity is not None:
                     raw[RAW:] = force.viscous_sums()
             else:
-                serial.run(serial.names.BOUNDARY, self.u, self.v, *steps)
+                serial.run(serial.names.BOUNDARY, self.u, self.v, time + number * steps[1], *steps)
                 raw[:] = serial.rows(1)[0]
             total = raw[0] + raw[NODE_SUMS] + raw[NODE_SUMS + CELL_SUMS]  # kinetic, elastic
-            calm = total <= energy and raw[NODE_SUMS + 1] > jacobian and not raw[-1] > self._rate_limit(viscous_rate)
+            calm = total <= energy and raw[NODE_SUMS + 1] > jacobian
+            calm = calm and (self.plan.viscosity is None or not raw[RAW + 1] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
         return number + 1
 
-    def _rate_limit(self, limit: float) -> float:
-        """Of the last number of a raw row, which is the viscous rate only where there is viscosity."""
-        return limit if self.plan.viscosity is not None else np.inf
-
     def rows(self, times: np.ndarray) -> np.ndarray:
-        """The measured rows [n, WIDTH] (history.MEASURED) of the last `advance`, at the given times [s]."""
+        """The measured rows [n, width] (history.Layout) of the last `advance`, at the given times [s]."""
         small = self.plan.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
-        rows = np.zeros((len(times), WIDTH))
-        nodes, cells, listed, support, contact = np.split(raw, ROW_PARTS, axis=1)
+        rows = np.zeros((len(times), self.layout.width))
+        nodes, cells, listed, support, contact = np.split(raw[:, :RAW], ROW_PARTS, axis=1)
         rows[:, PLACE["time"]] = times[:, None]
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
         if self.plan.viscosity is not None:
-            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = raw[:, RAW : RAW + 1], raw[:, RAW + 1 :]
+            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = (
+                raw[:, RAW : RAW + 1],
+                raw[:, RAW + 1 : RAW + 2],
+            )
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
@@ -128,7 +148,27 @@ class BodyState:
             rows[:, PLACE["contact_force"]] = contact[:, :3]
             for column, name in enumerate(("contact", "contact_nodes", "static_residual", "gap_min", "sweeps"), 3):
                 rows[:, PLACE[name]] = contact[:, column : column + 1]
+            self._special_rows(rows, raw)
         return rows
+
+    def _special_rows(self, rows: np.ndarray, raw: np.ndarray) -> None:
+        """What only friction, tracked obstacles and friction layers measure."""
+        assert self.serial is not None
+        assert self.contact is not None
+        place = self.layout.place
+        _viscous, friction, loads, end = self.serial.places
+        if loads > friction:
+            rows[:, place["friction_before"]] = raw[:, friction : friction + 1]
+            rows[:, place["friction_after"]] = raw[:, friction + 1 : friction + 2]
+        if end > loads:
+            first = place["obstacle_power"].stop
+            rows[:, first : first + end - loads - 1] = raw[:, loads : end - 1]
+            rows[:, place["obstacle_power"]] = raw[:, end - 1 : end]
+        if isinstance(self.contact.friction, LayeredFriction):
+            late = float(raw[-1, friction + 1])
+            rows[-1, place["layer_heat"].start : place["layer_substeps"].stop] = self.contact.friction.row(late)
+        elif "layer_heat" in place:
+            rows[:, place["layer_shear_min"]] = np.nan
 
     def displacement(self) -> np.ndarray:
         """Displacement [n, 3] in the user's numbering."""
@@ -147,6 +187,8 @@ class BodyState:
         result = massive.copy()
         if massless is not None and self.plan.contact is not None:
             result[self.plan.contact.nodes] += massless
+        if self.plan.images is not None:
+            result = self.plan.images.follow(result)
         return self._to_user(result)
 
     def contact_force(self) -> np.ndarray:
@@ -154,6 +196,8 @@ class BodyState:
         result = np.zeros((len(self.plan.reference), 3))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.contact_node_force()
+        if self.plan.images is not None:
+            result = self.plan.images.shared(result)
         return self._to_user(result)
 
     def contact_node_force(self) -> np.ndarray:
@@ -169,11 +213,27 @@ class BodyState:
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
+    def layer_fields(self) -> dict[str, np.ndarray]:
+        """Surface temperature [n] [K] and shear stress [n] [Pa] of the friction layers; off them the start, and 0."""
+        model, nodes = self.scene.friction, len(self.plan.reference)
+        if not isinstance(model, FrictionLayer):
+            return {}
+        fields = {"layer_temperature": np.full(nodes, model.initial_temperature), "layer_shear": np.zeros(nodes)}
+        if self.contact is not None and isinstance(self.contact.friction, LayeredFriction):
+            assert self.plan.contact is not None
+            fields["layer_temperature"][self.plan.contact.nodes] = self.contact.friction.surface_temperature()
+            fields["layer_shear"][self.plan.contact.nodes] = self.contact.friction.shear()
+        if self.plan.images is not None:
+            fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
+        return {name: self._to_user(values) for name, values in fields.items()}
+
     def contact_areas(self) -> np.ndarray:
         """Area weight [n] [m^2] of every node; 0 off the contact set."""
         result = np.zeros(len(self.plan.reference))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.plan.contact.areas
+        if self.plan.images is not None:
+            result = self.plan.images.shared(result)
         return self._to_user(result)
 
     def _to_user(self, values: np.ndarray) -> np.ndarray:
@@ -186,7 +246,8 @@ class BodyState:
         result = {"state": arrays.size_in_bytes([self.u, self.v])}
         if self.serial is not None:
             result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
-        for term in (self.internal_force, self.listed, self.supports, self.contact):
+        friction = None if self.contact is None else self.contact.friction
+        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, self.images):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
         return result

@@ -126,7 +126,7 @@ WRONG = {
     "displaced into the wall": lambda: scene(bodies=[body(displacement=(0, 0, -1e-3))]),
     "formulation": lambda: body(formulation="magic"),
     "reduced tets": lambda: body(tc.box_mesh((1, 1, 1), (1, 1, 1), "tet4"), formulation="reduced"),
-    "periodic": lambda: body(periodic="x"),
+    "periodic": lambda: body(periodic="w"),
     "empty name": lambda: body(name=""),
     # obstacles
     "normal 0": lambda: tc.Plane(normal=(0, 0, 0)),

@@ -90,7 +90,7 @@ def test_reference_force_is_the_slope_of_its_energy(kind, law):
 
 @pytest.mark.parametrize("kind", ["hex8-reduced", "hex8-mean-dilatation"])
 def test_other_hexes_are_measured_against_their_own_reference_and_plain_kernel(kind):
-    """In both, forces with hourglass stiffness or one volume change; the plain kernel shares the cell with ours, NumPy shares nothing."""
+    """Of all three the same forces; the plain kernel shares the cell with ours, NumPy shares nothing."""
     one = Configuration(kind, "neo-hookean", 3, THREADS, steps=4, seconds=0.01, batches=3)
     for row in measure(one)["rows"]:
         assert row["ok"], row["reason"]

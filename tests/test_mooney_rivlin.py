@@ -96,19 +96,18 @@ def test_stretched_bar_has_the_nominal_stress_of_the_law():
         assert fields.von_mises(mesh, RUBBER, u) == pytest.approx(np.full(2, abs(cauchy)), rel=1e-6)
 
 
-@pytest.mark.parametrize(("kind", "removal", "walls"), [("hex8", "full", 2), ("tet4", "normal", 1)])
-def test_same_equilibrium_as_the_oracle(kind, removal, walls):
-    turn = meshes.rotation(walls + 3)
-    mesh, mat = block(kind, 3, turn=turn), material("mooney")
-    normals = [turn @ n for n in ((0, 0, 1.0), (0.6, 0, 0.8))][:walls]
+@pytest.mark.parametrize(("kind", "removal"), [("hex8", "full"), ("tet4", "normal")])
+def test_same_equilibrium_as_the_oracle(kind, removal):
+    turn = meshes.rotation(4)
+    mesh, normal = block(kind, 3, turn=turn), turn[:, 2]
     scene = tc.Scene(
-        [tc.Body(mesh, mat, contact=["zmin", "xmin"][:walls])],
-        [wall(mesh, normal, 1e-4) for normal in normals],
+        [tc.Body(mesh, material("mooney"), contact="zmin")],
+        [wall(mesh, normal, 1e-4)],
         1.0,
         gravity=(30.0, -20.0, 10.0),
         contact=tc.MasslessContact(removal=removal, tolerance=1e-12, sweeps=20),
     )
-    start = pressed(mesh, normals[0], 3e-3)
+    start = pressed(mesh, normal, 3e-3)
     found, state = solved(scene, start)
     assert state.contact.trouble is None
     assert float(state.contact.static_solve.stats[2]) < 400  # an inexact tangent would need many more
@@ -120,7 +119,7 @@ def test_same_equilibrium_as_the_oracle(kind, removal, walls):
 
 
 def test_balance_in_mid_contact():
-    scene = thrown("mooney", walls=2, duration=1.2, speed=0.04, gravity=False,
+    scene = thrown("mooney", duration=1.2, speed=0.04, gravity=False,
                    contact=tc.MasslessContact(removal="full", tolerance=1e-10))  # fmt: skip
     result = simulate(scene)
     static, _, _ = problem(scene)

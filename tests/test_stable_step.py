@@ -17,9 +17,8 @@ def ratio(body, displacement=None, planes=(), penalty=None, **options):
     scene = tc.Scene(bodies=[body], obstacles=planes, duration=1.0, contact=penalty and tc.PenaltyContact(penalty))
     planned = plan(scene).bodies[0]
     normals = np.array([plane.normal for plane in planes])
-    stiffness = penalty * planned.contact.areas if penalty else None
     force = InternalForce(planned)
-    estimator = StableStep(planned, force, normals, stiffness)
+    estimator = StableStep(planned, force, planes, penalty)
     u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
     estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
     there = twin(body)

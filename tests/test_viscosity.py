@@ -58,7 +58,9 @@ def force(mesh, mat, velocity, viscosity):
     return result, -(q * change).sum()
 
 
-@pytest.mark.parametrize(("kind", "formulation"), [("hex8", "full"), ("tet4", "full"), ("hex8", "reduced")])
+@pytest.mark.parametrize(("kind", "formulation"), [
+    ("hex8", "full"), ("tet4", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"),
+])  # fmt: skip
 def test_force_and_power_of_one_short_step(kind, formulation):
     """From a velocity field without strain: M dv/dt = q dV/dx, in compressed and in expanding cells."""
     mesh, mat = block(kind, 2, shake=0.25), material("neo")

@@ -97,7 +97,7 @@ def _one(
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks)
     report.write_json(out / "summary.json", data)
-    normals = [obstacle.normal for obstacle in scene.obstacles]
+    normals = _normals(scene)
     known = case.curves(result) if hasattr(case, "curves") else None
     caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
     plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
@@ -106,7 +106,7 @@ def _one(
     if arguments.frames:
         from ..render import render_frames
 
-        render_frames(out / "result.vtkhdf", out, field="von_mises", obstacles=planes(scene), title=caption)
+        render_frames(out / "result.vtkhdf", out, field="von_mises", title=caption)
     if not arguments.quiet:
         show(report.lines(data))
         print(f"  files in {out}")
@@ -115,9 +115,10 @@ def _one(
     return data["passed"], result
 
 
-def planes(scene: Any) -> list[dict[str, Any]]:
-    """Obstacles of a scene as the renderer takes them."""
-    return [{"kind": "plane", "point": list(o.point), "normal": list(o.normal)} for o in scene.obstacles]
+def _normals(scene: Any) -> list[Any]:
+    """Normals of the obstacles where each has a single one, else none."""
+    flat = all(obstacle.shape == "plane" and not obstacle.moves for obstacle in scene.obstacles)
+    return [obstacle.normal for obstacle in scene.obstacles] if flat else []
 
 
 def _compare(
@@ -128,7 +129,7 @@ def _compare(
 
     picture = out / "comparison.png"
     histories = {label: result.history for label, (_, result) in runs.items()}
-    normals = [wall.normal for wall in next(iter(runs.values()))[1].scene.obstacles]
+    normals = _normals(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
         plots.comparison(picture, histories, normals)
     figures = {

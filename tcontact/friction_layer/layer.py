@@ -180,11 +180,18 @@ class Layer:
         values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
         return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
 
+    def surface_temperature(self, side: int = 0) -> np.ndarray:
+        """Absolute temperature of the surface [K], [cells]."""
+        first = arrays.get(self._rise).reshape(-1, len(self.metals) * self.points, self._stride)[:, side * self.points]
+        return self.initial_temperature + first.reshape(-1)[: self.cells]
+
+    def owned(self) -> list[Any]:
+        """Arrays of the state."""
+        return [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
+
     def memory(self) -> int:
         """Bytes of the state."""
-        return arrays.size_in_bytes(
-            [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
-        )
+        return arrays.size_in_bytes(self.owned())
 
     def _profile(self, array: Any, side: int) -> np.ndarray:
         packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride)

@@ -22,7 +22,7 @@ RECOVER = 4  # good steps before the next is tried twice as long
 
 @dataclass
 class Level:
-    """Displacement, velocity, acceleration [n, 3]; where the scheme looks back, forces [n, 3], [k, 3] of the level."""
+    """Displacement, velocity, acceleration [n, 3]; forces [n, 3], [p, k, 3] if the scheme looks back."""
 
     u: np.ndarray
     v: np.ndarray
@@ -33,8 +33,8 @@ class Level:
 
 @dataclass
 class Taken:
-    """A step: its length [s], the mean contact force [k, 3] and reaction of the supports [n, 3] [N] during it, Newton
-    iterations, the residual left."""
+    """A step: its length [s], the mean contact force of every obstacle [p, k, 3] and reaction of supports [n, 3] [N],
+    Newton iterations, the residual left."""
 
     dt: float
     contact: np.ndarray
@@ -121,13 +121,17 @@ class ImplicitBody:
             self._forces(level)
             right = self.load - level.force
             if self.contact is not None:
-                right[self.contact.nodes] += level.contact
+                right[self.contact.nodes] += level.contact.sum(axis=0)
             level.a = self.mass.solve(right)
         return level
 
+    @property
+    def no_contact(self) -> np.ndarray:
+        """Contact forces [p, k, 3] of nothing in touch."""
+        return np.zeros((0, 0, 3) if self.contact is None else self.contact.shape)
+
     def _level(self, u: np.ndarray, v: np.ndarray, a: np.ndarray) -> Level:
-        count = 0 if self.contact is None else len(self.contact.nodes)
-        return Level(u, v, a, np.zeros_like(u), np.zeros((count, 3)))
+        return Level(u, v, a, np.zeros_like(u), self.no_contact)
 
     def _forces(self, level: Level) -> None:
         self.cells.evaluate("end", level.u, np.zeros_like(level.u))

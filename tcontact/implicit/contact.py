@@ -34,6 +34,11 @@ class StepContact:
         self.penalty = None if per_area is None else PenaltyForce(self.surfaces, per_area * plan.contact.areas)
         self.exact = ExactContact(np.eye(3) - held[self.nodes], len(self.surfaces)) if per_area is None else None
 
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Of forces: obstacles, nodes, components."""
+        return len(self.surfaces), len(self.nodes), 3
+
     def passages(self, u0: np.ndarray, d: np.ndarray) -> list[Passage]:
         """The contact nodes past every obstacle, from u0 to u0 + d [n, 3]."""
         x0 = self.reference + u0[self.nodes]
@@ -45,15 +50,22 @@ class StepContact:
         return [surface.at(x) for surface in self.surfaces]
 
     def at(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Penalty force [k, 3] and tangent [k, 3, 3] of one level."""
+        """Penalty forces [p, k, 3] and tangent [k, 3, 3] of one level."""
         assert self.penalty is not None
         return self.penalty.at(self.reference + u[self.nodes])
 
     def conserving(self, u0: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Penalty force [k, 3] and tangent [k, 3, 3] of a step."""
+        """Penalty forces [p, k, 3] and tangent [k, 3, 3] of a step."""
         assert self.penalty is not None
         x0 = self.reference + u0[self.nodes]
         return self.penalty.conserving(x0, x0 + d[self.nodes])
+
+    def loads(self, force: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Force [N] and moment [N m] about its reference point on every obstacle [p, 6], contact at u [n, 3]."""
+        x = self.reference + u[self.nodes]
+        arms = [x - surface.obstacle.reference for surface in self.surfaces]
+        moments = [-np.cross(arm, part).sum(axis=0) for arm, part in zip(arms, force, strict=True)]
+        return np.concatenate([-force.sum(axis=1), np.array(moments)], axis=1)
 
     def energy(self, u: np.ndarray) -> float:
         """Penalty energy [J]."""

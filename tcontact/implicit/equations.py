@@ -87,7 +87,7 @@ class StepEquations:
         self.scheme, self.cells, self.mass, self.contact, self.rows, self.load = (
             scheme, cells, mass, contact, rows, load,
         )  # fmt: skip
-        self.contact_force = np.zeros((0 if contact is None else len(contact.nodes), 3))
+        self.contact_force = np.zeros((0, 0, 3) if contact is None else contact.shape)
         self.unbalanced = np.zeros_like(load)
 
     def prepare(
@@ -111,11 +111,11 @@ class StepEquations:
                 contact.exact.balance(residual[contact.nodes], passages, contact.tolerance)
                 self.contact_force = contact.exact.force(passages)
                 free = residual.copy()
-                free[contact.nodes] -= self.contact_force
+                free[contact.nodes] -= self.contact_force.sum(axis=0)
                 self.unbalanced = free
                 return self.rows.residual(residual), scale
             self.contact_force = self._penalty(d)[0]
-            residual[contact.nodes] -= self.contact_force
+            residual[contact.nodes] -= self.contact_force.sum(axis=0)
             scale = max(scale, float(np.abs(self.contact_force).max()))
         self.unbalanced = residual
         return self.rows.residual(residual), scale
@@ -136,7 +136,7 @@ class StepEquations:
         return self.contact.passages(self.u0, d) if self.scheme.conserving else self.contact.ends(self.u0 + d)
 
     def _penalty(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Contact force [k, 3] and its derivative, at the level of the scheme."""
+        """Contact forces [p, k, 3] and their derivative, at the level of the scheme."""
         assert self.contact is not None
         scheme = self.scheme
         if scheme.conserving:
@@ -174,7 +174,7 @@ class StaticEquations:
         if self.contact.exact is not None:
             self.contact.exact.balance(residual, self.contact.ends(u), self.contact.tolerance)
         else:
-            residual -= self.contact.at(u)[0]
+            residual -= self.contact.at(u)[0].sum(axis=0)
         return self.rows.residual(residual), scale
 
     def tangent(self, d: np.ndarray) -> np.ndarray:

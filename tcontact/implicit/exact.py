@@ -41,9 +41,9 @@ class ExactContact:
         self._along = self._inverse @ kept  # projector on the normals of the active set
 
     def force(self, passages: list[Passage]) -> np.ndarray:
-        """Contact force [k, 3] [N]."""
-        normals = np.stack([past.normal for past in passages], axis=1)
-        return np.einsum("kp,kpi->ki", self.pressure, normals)
+        """Contact forces of every obstacle [p, k, 3] [N]."""
+        normals = np.stack([past.normal for past in passages])
+        return np.asarray(self.pressure.T[:, :, None] * normals)
 
     def rows(self, residual: np.ndarray, stiff: np.ndarray) -> np.ndarray:
         """The residual [k, 3] with the gaps in place of what the contact force balances; stiff [k] [N/m]."""

@@ -31,30 +31,30 @@ def conserving_pressure(before: np.ndarray, after: np.ndarray, stiffness: np.nda
 
 
 class PenaltyForce:
-    """Contact force of nodes at given stiffness [k] [N/m]; forces [k, 3], tangents [k, 3, 3] with the end position."""
+    """Contact of nodes at given stiffness [k] [N/m]: forces [p, k, 3] of every obstacle, tangents [k, 3, 3] of all."""
 
     def __init__(self, surfaces: Surfaces, stiffness: np.ndarray) -> None:
         self.surfaces, self.stiffness = surfaces, stiffness
 
     def conserving(self, x0: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Force of a step from x0 to x1 [k, 3] and its derivative with x1."""
-        force, tangent = np.zeros_like(x1), np.zeros((len(x1), 3, 3))
-        for surface in self.surfaces:
+        """Forces of a step from x0 to x1 [k, 3] and their derivative with x1."""
+        force, tangent = np.zeros((len(self.surfaces), len(x1), 3)), np.zeros((len(x1), 3, 3))
+        for number, surface in enumerate(self.surfaces):
             past = surface.passage(x0, x1)
             pressure, slope = conserving_pressure(past.before, past.after, self.stiffness)
-            force += pressure[:, None] * past.normal
+            force[number] = pressure[:, None] * past.normal
             tangent += slope[:, None, None] * past.normal[:, :, None] * past.gradient[:, None, :]
             tangent += pressure[:, None, None] * past.turning
         return force, tangent
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Force at positions x [k, 3] and its derivative."""
-        force, tangent = np.zeros_like(x), np.zeros((len(x), 3, 3))
-        for surface in self.surfaces:
+        """Forces at positions x [k, 3] and their derivative."""
+        force, tangent = np.zeros((len(self.surfaces), len(x), 3)), np.zeros((len(x), 3, 3))
+        for number, surface in enumerate(self.surfaces):
             here = surface.at(x)
             pressure = self.stiffness * np.maximum(0.0, -here.after)
             slope = np.where(here.after < 0.0, -self.stiffness, 0.0)
-            force += pressure[:, None] * here.normal
+            force[number] = pressure[:, None] * here.normal
             tangent += slope[:, None, None] * here.normal[:, :, None] * here.gradient[:, None, :]
             tangent += pressure[:, None, None] * here.turning
         return force, tangent

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import arrays
-from ..history import PLACE, WIDTH
+from ..history import Layout
 from ..plan import BodyPlan
 from ..scene import Scene
 from ..schemes.implicit import ImplicitScheme
@@ -59,9 +59,15 @@ class ImplicitState:
     rows_at_once = 1
 
     def __init__(
-        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, scheme: ImplicitScheme
+        self,
+        scene: Scene,
+        plan: BodyPlan,
+        displacement: np.ndarray,
+        velocity: np.ndarray,
+        layout: Layout,
+        scheme: ImplicitScheme,
     ) -> None:
-        self.plan = plan
+        self.plan, self.layout = plan, layout
         order = plan.node_order
         self.body = ImplicitBody(scene, plan, scheme)
         self.u = arrays.put(displacement[order])
@@ -71,12 +77,12 @@ class ImplicitState:
         zero = np.zeros_like(displacement)
         self.level: Level | None = None
         self._v = self.body.massive(self.start_velocity)
-        count = 0 if plan.contact is None else len(plan.contact.nodes)
-        self._taken = Taken(0.0, np.zeros((count, 3)), zero, 0, 0.0)
+        self._taken = Taken(0.0, self.body.no_contact, zero, 0, 0.0)
+        self._last = displacement[order]
         self._shown = self._taken  # of the last row
         self._before = self._taken.contact, self._taken.reaction
         self._massless: np.ndarray | None = None
-        self._row = np.zeros(WIDTH)
+        self._row = np.zeros(layout.width)
 
     def begin_contact(self, dt: float) -> None:
         """The first level; dt [s]: the first step."""
@@ -127,11 +133,11 @@ class ImplicitState:
         return 1
 
     def _measure(self, level: Level, taken: Taken) -> np.ndarray:
-        row = np.zeros(WIDTH)
+        row = np.zeros(self.layout.width)
         body, plan = self.body, self.plan
 
         def put(name: str, value: Any) -> None:
-            row[PLACE[name]] = value
+            row[self.layout.place[name]] = value
 
         body.cells.evaluate("end", level.u, np.zeros_like(level.u))
         elastic, jacobian, hourglass = body.cells.energy(level.u)
@@ -151,15 +157,21 @@ class ImplicitState:
         put("static_residual", taken.residual)
         contact = body.contact
         if contact is not None:
-            put("contact_force", taken.contact.sum(axis=0))
+            force = taken.contact.sum(axis=0)
+            put("contact_force", force.sum(axis=0))
             put("contact", contact.energy(level.u))
-            put("contact_nodes", int((np.abs(taken.contact).max(axis=1) > 0.0).sum()) if len(contact.nodes) else 0)
+            put("contact_nodes", int((np.abs(force).max(axis=1) > 0.0).sum()) if len(contact.nodes) else 0)
             put("gap_min", contact.gap_min(level.u))
+            loads = contact.loads(taken.contact, 0.5 * (self._last + level.u))
+            for name, load in zip(self.layout.obstacles, loads, strict=False):
+                put(f"obstacle_force:{name}", load[:3])
+                put(f"obstacle_moment:{name}", load[3:])
+        self._last = level.u
         return row
 
     def rows(self, times: np.ndarray) -> np.ndarray:
-        """The measured row [1, WIDTH] of the last `advance`, at the given time [s]."""
-        self._row[PLACE["time"]] = times[0]
+        """The measured row [1, width] of the last `advance`, at the given time [s]."""
+        self._row[self.layout.place["time"]] = times[0]
         return self._row[None]
 
     def displacement(self) -> np.ndarray:
@@ -185,12 +197,16 @@ class ImplicitState:
         """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result = np.zeros((len(self.plan.reference), 3))
         if self.plan.contact is not None:
-            result[self.plan.contact.nodes] = self._shown.contact
+            result[self.plan.contact.nodes] = self._shown.contact.sum(axis=0)
         return self._to_user(result)
 
     def contact_node_force(self) -> np.ndarray:
         """Contact force [k, 3] [N] of the last row on the contact nodes alone."""
-        return self._shown.contact
+        return np.asarray(self._shown.contact.sum(axis=0))
+
+    def layer_fields(self) -> dict[str, np.ndarray]:
+        """No friction layers here."""
+        return {}
 
     def pressure_record(self) -> PressureRecord | None:
         """An empty record for the pressures of the contact nodes; None without any."""

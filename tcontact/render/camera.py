@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,11 @@ class Eye:
     centre: tuple[float, float]
     fixed: Triangles
     shadow: tuple[np.ndarray, np.ndarray] | None  # point and normal of the plane that catches the shadow
+    moving: Callable[[Eye, float], Eye] | None = None  # this eye with the scenery of a time [s]
+
+    def at(self, time: float) -> Eye:
+        """With obstacles where they are at a time [s]."""
+        return self if self.moving is None else self.moving(self, time)
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Points [n,3] to columns x, y [pixel], inverse depth [1/m]; NaN behind the eye."""

@@ -18,9 +18,10 @@ BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))
 INK = (72, 82, 96)
+OBSTACLE_COLOUR = (190, 199, 212)
 AXIS_COLOURS = ((196, 60, 52), (54, 138, 66), (48, 98, 186))
 # colour tables in the order the raster sees them; those from `SHADOWED` on take the body's shadow
-FIELD, INK_TABLE, AXES, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 7
+FIELD, INK_TABLE, AXES, OBSTACLE, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 8
 
 
 @cache
@@ -42,7 +43,7 @@ def tables(name: str) -> np.ndarray:
         t = np.linspace(0, 1, 256)[:, None]
         return np.array(colour) * (1 - t * t * (3 - 2 * t)) + np.array(BACKGROUND) * t * t * (3 - 2 * t)
 
-    solid = [np.tile(np.array(colour, float), (256, 1)) for colour in (INK, *AXIS_COLOURS)]
+    solid = [np.tile(np.array(colour, float), (256, 1)) for colour in (INK, *AXIS_COLOURS, OBSTACLE_COLOUR)]
     tones = [fade(tone) for tone in PLANE_TONES]
     return np.concatenate([colour_table(name), *solid, *tones, *tones]).astype(np.float32).ravel()
 

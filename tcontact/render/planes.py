@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,17 @@ import numpy as np
 from ..errors import InputError
 from .camera import Eye
 from .colours import INK_TABLE, OTHER_PLANES, SHADOWED
+from .solids import Pose
 from .triangles import Triangles, ribbons
+
+TILES = 14  # along a diameter
 
 
 def read_planes(obstacles: Sequence[Mapping[str, Any]]) -> list[tuple[np.ndarray, np.ndarray]]:
     planes = []
     for index, obstacle in enumerate(obstacles):
         if obstacle.get("kind") != "plane":
-            raise InputError(f"obstacles[{index}] kind", obstacle.get("kind"), "only 'plane' can be drawn")
+            continue
         point, normal = (np.array(obstacle.get(key, ()), dtype=np.float64) for key in ("point", "normal"))
         if point.shape != (3,) or normal.shape != (3,) or not np.isfinite([point, normal]).all() or not normal.any():
             raise InputError(
@@ -50,6 +53,24 @@ class Patch:
         radius = max(0.95 * math.hypot(np.ptp(a), np.ptp(b)), 0.35 * np.ptp((points - point) @ normal))
         return Patch(centre, first, second, radius, shadowed)
 
+    def carried(self, pose: Pose, time: float) -> Patch:
+        """Moved with its plane, by whole pairs of tiles less: the disc stays under the body."""
+        start, axes = pose.at(0.0) if pose.moves else (pose.points[0], pose.frames[0])
+        point, frame = pose.at(time)
+        turn = axes.T @ frame  # rows of world vectors at t = 0 to those now
+        first, second = self.first @ turn, self.second @ turn
+        moved = point - start
+        period = 4.0 * self.radius / TILES
+        along = [(moved @ way) - period * round((moved @ way) / period) for way in (first, second)]
+        normal = np.cross(first, second)
+        centre = start + (self.centre - start) @ turn
+        return replace(
+            self,
+            centre=centre + normal * (normal @ moved) + along[0] * first + along[1] * second,
+            first=first,
+            second=second,
+        )
+
     def rim(self, part: float) -> np.ndarray:
         turn = np.radians(np.arange(0, 360, 15))
         return self.at(part * self.radius * np.cos(turn), part * self.radius * np.sin(turn))
@@ -58,7 +79,7 @@ class Patch:
         return self.centre + np.multiply.outer(a, self.first) + np.multiply.outer(b, self.second)
 
     def tiles(self, eye: Eye) -> Triangles:
-        count, parts = 14, 3  # tiles along a diameter; pieces of a tile, for a smooth fade
+        count, parts = TILES, 3  # pieces of a tile, for a smooth fade
         line = np.linspace(-self.radius, self.radius, count * parts + 1)
         a, b = np.meshgrid(line, line, indexing="ij")
         screen = eye.project(self.at(a, b).reshape(-1, 3))

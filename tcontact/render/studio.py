@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from .camera import Camera, Eye, fitted
 from .colours import BACKGROUND, FIELD, SHADOWED, colour_map, tables
 from .labels import decorate, prefix_of, round_up
 from .planes import Patch, read_planes
+from .solids import Pose, hides, outlined, read_solids, shaded
 from .surface import boundary_surface
 from .triangles import Triangles, draw, triad
 
@@ -41,7 +43,9 @@ class Studio:
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
-        self.planes = read_planes(data.attributes.get("obstacles", ()) if obstacles is None else obstacles)
+        listed = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
+        self.planes, self.solids = read_planes(listed), read_solids(listed)
+        self.poses = [Pose.read(one, index) for index, one in enumerate(listed) if one.get("kind") == "plane"]
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.surface = boundary_surface(data.blocks)
         self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
@@ -137,6 +141,13 @@ class Studio:
             in_front = normal @ back > 0
             patches.append((patch, in_front))
             seen.append(patch.rim(0.72 if in_front else 0.8))
+        centre = 0.5 * (body.min(axis=0) + body.max(axis=0))
+        radius = 0.5 * float(np.linalg.norm(np.ptp(body, axis=0)))
+        times = self.data.times
+        for solid in self.solids:
+            for time in (times[0], times[-1]) if len(times) else (0.0,):
+                points, _ = solid.mesh(time, centre, radius)
+                seen.append(points[np.linalg.norm(points - centre, axis=1) < 1.3 * radius])
         u = self.unit
         left, top, width, height = 24 * u, 74 * u, self.size[0] - 146 * u, self.size[1] - 104 * u
         slope = 0.2  # tangent of half the opening angle: mild perspective
@@ -144,10 +155,27 @@ class Studio:
         position = fitted(np.concatenate(seen) @ axes.T, width / 2 / focal, slope) @ axes
         empty = Triangles.plain(np.empty((0, 3, 3)), 0)
         eye = Eye(position, axes, focal, (left + width / 2, top + height / 2), empty, None)
-        parts = [patch.tiles(eye) if in_front else patch.outline(eye, u) for patch, in_front in patches]
-        parts.append(triad(axes, 52 * u, self.size[1] - 52 * u, u))
-        shadow = self.planes[0] if patches and patches[0][1] else None
-        return Eye(eye.position, axes, focal, eye.centre, Triangles.joined(parts), shadow)
+        fixed = triad(axes, 52 * u, self.size[1] - 52 * u, u)
+        hiding = [
+            hides(solid.mesh(times[0] if len(times) else 0.0, centre, radius), eye, body) for solid in self.solids
+        ]
+
+        def scenery(eye: Eye, time: float) -> Eye:
+            parts, shadow = [fixed], None
+            for number, ((patch, in_front), pose) in enumerate(zip(patches, self.poses, strict=True)):
+                there = patch.carried(pose, time)
+                parts.append(there.tiles(eye) if in_front else there.outline(eye, u))
+                if number == 0 and in_front:
+                    shadow = there.centre, np.cross(there.first, there.second)
+            for solid, hidden in zip(self.solids, hiding, strict=True):
+                mesh = solid.mesh(time, centre, radius)
+                parts.append(outlined(mesh, eye, u) if hidden else shaded(mesh, eye))
+            return replace(eye, fixed=Triangles.joined(parts), shadow=shadow, moving=None)
+
+        eye = replace(eye, fixed=fixed)
+        if any(one.pose.moves for one in self.solids) or any(pose.moves for pose in self.poses):
+            return replace(eye, moving=scenery)
+        return scenery(eye, 0.0)
 
     def picture(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> Image.Image:
         """Draw one frame [height, width, RGB]."""
@@ -157,6 +185,7 @@ class Studio:
             runtime.start()
         from ..kernels import raster
 
+        eye = eye.at(frame.time)
         values, nodal = self.values(frame, field)
         x = self.surface.spread(self.positions(frame))
         body = self._body(x, values, nodal, limits, eye)
@@ -175,7 +204,7 @@ class Studio:
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
         """The key picture of a run that touched something; [] where there is nothing to show."""
-        if "contact_pressure" not in self.data.point_fields or not self.planes:
+        if "contact_pressure" not in self.data.point_fields or not (self.planes or self.solids):
             return []
         forces = []
         for index in range(len(self.data)):

@@ -17,6 +17,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
+    from ..history import Layout
     from ..plan import BodyPlan
     from ..scene import Scene
     from ..state import BodyState
@@ -55,20 +56,23 @@ class CentralDifference:
     def check(self, scene: Scene) -> None:
         """Every scene can be run."""
 
-    def state(self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray) -> BodyState:
+    def state(
+        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
+    ) -> BodyState:
         """The state of a body that starts there [n, 3]."""
         from ..state import BodyState
 
-        return BodyState(scene, plan, displacement, velocity)
+        return BodyState(scene, plan, displacement, velocity, layout)
 
     def begin(self, body: BodyState, dt: float) -> None:
         """Static solve of the start; dt [s]: the first step."""
         body.begin_contact(dt)
 
-    def step(self, body: BodyState, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
+    def step(self, body: BodyState, time: float, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
 
-        before, after [s]: the steps that end and start at level n; 0 before the first and after the last row. A small
-        body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows done.
+        time [s]: of level n; before, after [s]: the steps that end and start there; 0 before the first and after the
+        last row. A small body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows
+        done.
         """
-        return body.advance(before / 2, after / 2, after, (before, after), rows, **stop_at)
+        return body.advance(before / 2, after / 2, after, time, (before, after), rows, **stop_at)

@@ -17,6 +17,7 @@ from ..contact_models import ImpulseContact
 from ..errors import InputError
 
 if TYPE_CHECKING:
+    from ..history import Layout
     from ..plan import BodyPlan
     from ..scene import Scene
 
@@ -116,21 +117,27 @@ class ImplicitScheme:
         if isinstance(scene.contact, ImpulseContact):
             remedy = f"{self.name} needs a force at every gap: use MasslessContact or PenaltyContact"
             raise InputError("Scene.contact", scene.contact, remedy)
+        for index, body in enumerate(scene.bodies):
+            if body.periodic is not None:
+                remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
+                raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
         for number, obstacle in enumerate(scene.obstacles):
             if getattr(obstacle, "moves", False):
                 remedy = f"{self.name} takes obstacles at rest; use scheme='central-difference'"
                 raise InputError(f"Scene.obstacles[{number}]", obstacle.name or type(obstacle).__name__, remedy)
 
-    def state(self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray) -> Any:
+    def state(
+        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
+    ) -> Any:
         """The state of a body that starts there [n, 3]."""
         from ..implicit.state import ImplicitState
 
-        return ImplicitState(scene, plan, displacement, velocity, self)
+        return ImplicitState(scene, plan, displacement, velocity, layout, self)
 
     def begin(self, body: Any, dt: float) -> None:
         """Equilibrium of what has no mass at the start."""
         body.begin_contact(dt)
 
-    def step(self, body: Any, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
+    def step(self, body: Any, time: float, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
         """Row n, then the step to level n + 1 of length `after` [s], 0 = none. Returns 1."""
         return body.advance(after)

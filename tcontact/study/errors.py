@@ -42,7 +42,7 @@ def energy(result: Result) -> float:
 
 def normal_force(result: Result) -> np.ndarray:
     """Contact force [rows] along the normal of the first obstacle [N]."""
-    return np.asarray(result.history["contact_force"] @ np.asarray(result.scene.obstacles[0].normal))
+    return np.asarray(result.history["contact_force"] @ result.scene.obstacles[0].frame[2])
 
 
 def hex_quadrature(mesh: Any, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import BOUNDARY_SUMS, SUPPORT_SUMS
 from ..plan import BodyPlan
 
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -27,11 +26,10 @@ class BoundaryNodes:
         self.mass = arrays.put(flat_tensors(plan.tensors))
         self.inverse_mass = arrays.put(flat_tensors(plan.inverses))
         self.load = arrays.put(plan.loads)
-        self.totals = arrays.zeros(BOUNDARY_SUMS)
 
     def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles.Listed."""
-        return (self.nodes, self.mass, self.inverse_mass, self.load, self.totals)
+        """As in kernels/bundles.Listed, without the sums."""
+        return (self.nodes, self.mass, self.inverse_mass, self.load)
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
@@ -47,11 +45,10 @@ class Supports:
         self.rows = arrays.put(plan.support_rows.astype(np.int32))
         self.axes = arrays.put(plan.support_axes.astype(np.int32))
         self.speeds = arrays.put(plan.speeds)
-        self.totals = arrays.zeros(SUPPORT_SUMS)
 
     def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles.Supported."""
-        return (self.rows, self.axes, self.speeds, self.totals)
+        """As in kernels/bundles.Supported, without the sums."""
+        return (self.rows, self.axes, self.speeds)
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

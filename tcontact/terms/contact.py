@@ -1,24 +1,30 @@
-"""What every contact term shares: the contact set, the planes, the contact force."""
+"""What every contact term shares: the contact set, the obstacles, the contact force, friction."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from .. import arrays
 from ..errors import InputError
-from ..kernels.lanes import CONTACT_SUMS
+from ..kernels.lanes import MOST_SLOTS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
+from .friction import Friction
+from .friction_layer import LayeredFriction, make_friction
 from .internal_force import InternalForce
+from .obstacles import Obstacles
 
-MOST_SLOTS = 3  # planes that can hold one node at a time
+if TYPE_CHECKING:
+    from ..kernels.bundles import Kinds
+
+MOST_ROWS = 256  # in one launch of a small body
 
 
 class ContactTerm:
-    """Contact of one body with the planes of the scene; the contact nodes are the first boundary nodes.
+    """Contact of one body with the obstacles of the scene; the contact nodes are the first boundary nodes.
 
     By itself it only checks gaps, which is all there is to do where supports hold every node against the obstacle.
     `kernel`: what kernels/serial_step.py calls it.
@@ -29,16 +35,14 @@ class ContactTerm:
     block = 1  # massless components of a node
     plain = False  # every node is massless in all components, along x, y and z
     exact = True  # no penalty
+    kicked = True  # some components of contact nodes have mass
 
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
         assert plan.contact is not None
         contact: ContactPlan = plan.contact
-        self.plane_count = len(scene.obstacles)
-        self.slots = min(self.plane_count, MOST_SLOTS)
+        self.slots = min(len(scene.obstacles), MOST_SLOTS)
         centre = plan.reference[contact.all_nodes].mean(axis=0)
-        self.planes = arrays.put(
-            np.array([[*plane.normal, *(plane.project(centre) - centre)] for plane in scene.obstacles])
-        )
+        self.obstacles = Obstacles(scene, centre, MOST_ROWS if plan.small else 1)
         self.reference = arrays.put(plan.reference[contact.nodes] - centre)
         self.all_reference = arrays.put(plan.reference[contact.all_nodes] - centre)
         self.nodes = arrays.put(contact.nodes.astype(np.int32))
@@ -46,7 +50,30 @@ class ContactTerm:
         self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
         self.give = arrays.zeros(1)
         self.contact_force = arrays.zeros(3 * len(contact.nodes))
-        self.totals = arrays.zeros(CONTACT_SUMS)
+        self.friction: Friction | None = None
+
+    def rub(self, scene: Scene, plan: BodyPlan) -> None:
+        """Take the friction of the scene, if there is any."""
+        if scene.friction is not None and plan.contact is not None and len(plan.contact.nodes):
+            stays = self.kernel == "massless" and self.block > 1
+            self.friction = make_friction(scene, plan.contact, self.slots, stays)
+
+    @property
+    def kinds(self) -> Kinds:
+        """What its kernels are made for."""
+        from ..kernels.bundles import Kinds
+
+        obstacles, friction = self.obstacles, self.friction
+        return Kinds(
+            self.block,
+            self.slots,
+            obstacles.shapes,
+            obstacles.moving,
+            obstacles.tracked and self.kernel != "gaps",
+            "" if friction is None else friction.law,
+            isinstance(friction, LayeredFriction),
+            friction is not None and self.kicked,
+        )
 
     @property
     def trouble(self) -> str | None:
@@ -60,14 +87,27 @@ class ContactTerm:
         """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
         return None
 
-    def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles.Touching, without the massless nodes' own."""
-        first = (self.nodes, self.planes, self.near, self.reference, self.all_nodes, self.all_reference)
-        return (*first, self.give, self.contact_force, self.totals)
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Touching; what it does not have is left out."""
+        obstacles, friction = self.obstacles, self.friction
+        arguments = {
+            "nodes": self.nodes,
+            "obstacles": obstacles.records,
+            "motion": obstacles.motion,
+            "near": self.near,
+            "reference": self.reference,
+            "all_nodes": self.all_nodes,
+            "all_reference": self.all_reference,
+            "give": self.give,
+            "force": self.contact_force,
+        }
+        if friction is not None:
+            arguments |= {"friction": friction.data, "traces": friction.traces}
+        return arguments
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [item for item in vars(self).values() if hasattr(item, "shape")]
+        return [*self.obstacles.owned(), *(item for item in vars(self).values() if hasattr(item, "shape"))]
 
 
 class PenaltyContactTerm(ContactTerm):
@@ -100,14 +140,18 @@ def make_contact(
 
     if plan.contact is None:
         return None
+    term: ContactTerm
     if len(plan.contact.nodes) == 0:  # supports hold every node of the set along the normals
-        return ContactTerm(scene, plan)
-    if isinstance(scene.contact, MasslessContact):
+        term = ContactTerm(scene, plan)
+    elif isinstance(scene.contact, MasslessContact):
         from .massless_contact import MasslessContactTerm
 
-        return MasslessContactTerm(scene, plan, force)
-    if isinstance(scene.contact, PenaltyContact):
-        return PenaltyContactTerm(scene, plan)
-    if isinstance(scene.contact, ImpulseContact):
-        return ImpulseContactTerm(scene, plan)
-    raise InputError("Scene.contact", scene.contact, "unknown contact model")
+        term = MasslessContactTerm(scene, plan, force)
+    elif isinstance(scene.contact, PenaltyContact):
+        term = PenaltyContactTerm(scene, plan)
+    elif isinstance(scene.contact, ImpulseContact):
+        term = ImpulseContactTerm(scene, plan)
+    else:
+        raise InputError("Scene.contact", scene.contact, "unknown contact model")
+    term.rub(scene, plan)
+    return term

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..contact_graph import heirs
 from ..contact_models import MasslessContact
 from ..plan import BodyPlan
 from ..scene import Scene
@@ -29,15 +28,16 @@ class MasslessContactTerm(ContactTerm):
         self.block = contact.block
         self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
         self.exact = model.penalty is None
+        self.kicked = bool(plan.inverses[: len(contact.nodes)].any())
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.massless = contact.basis[:, :, : self.block]
         self.basis = arrays.put(self.massless)
         self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
         self.last = arrays.zeros(len(contact.nodes) * self.block)
-        start, rows = heirs(plan.cells, plan.reference, plan.boundary, len(contact.nodes))
-        self.heir_start, self.heirs = arrays.put(start), arrays.put(rows)
-        self.static_solve = StaticSolve(plan, model, force, self.slots)
+        start, rows = plan.heirs
+        self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
+        self.static_solve = StaticSolve(scene, plan, force, self.slots)
 
     @property
     def trouble(self) -> str | None:
@@ -59,10 +59,14 @@ class MasslessContactTerm(ContactTerm):
         now = self.displacement(u)
         return np.einsum("kic,kc->ki", self.massless, (now - arrays.get(self.last).reshape(now.shape)) / dt)
 
-    def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles: Touching, Pairs, System."""
-        own = (self.basis, self.active, self.last, self.heir_start, self.heirs, *self.static_solve.arguments())
-        return (*super().arguments(), *own)
+    def arguments(self) -> dict[str, arrays.Array]:
+        """By the names of kernels/bundles.Touching."""
+        return super().arguments() | {
+            "basis": self.basis,
+            "active": self.active,
+            "last": self.last,
+            "heirs": self.heirs,
+        }
 
     def owned(self) -> list[arrays.Array]:
         return [*super().owned(), *self.static_solve.owned()]

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..kernels.lanes import LOADS_AT
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
-from .contact import ContactTerm
+from .contact import MOST_ROWS, ContactTerm
+from .friction_layer import LayeredFriction
+from .images import PeriodicImages
 from .internal_force import InternalForce
 
-MOST_ROWS = 256  # in one launch
+WHOLE = ("nodes", "near", "all_nodes", "active", "heirs")  # the arrays of whole numbers in Touching
 
 
 class SerialStep:
@@ -24,37 +27,48 @@ class SerialStep:
         listed: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
+        images: PeriodicImages | None = None,
     ) -> None:
         from ..kernels import serial_step as kernels
+        from ..kernels.bundles import Kinds, Touching
+        from .massless_contact import MasslessContactTerm
 
         self.names = kernels
         self.force = force
-        self.rows_at_once = MOST_ROWS if plan.small else 1
+        self.contact = contact
         real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
-        own = None if contact is None else contact.arguments()
-        none = _dummies(real, whole)
-        parts: list[arrays.Array] = []
-        parts += (whole, real, real, real, real) if listed is None else listed.arguments()
-        parts += (whole, whole, real, real) if supports is None else supports.arguments()
-        parts += none if own is None else (*own, *none[len(own) :])
+        self.kinds = Kinds() if contact is None else contact.kinds
+        loads = kernels.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
+        self.sums = arrays.zeros(LOADS_AT + loads)
+        parts: list[arrays.Array] = [self.sums]
+        parts += (whole, real, real, real) if listed is None else listed.arguments()
+        parts += (whole, whole, real) if supports is None else supports.arguments()
+        touching = {} if contact is None else contact.arguments()
+        parts += [
+            touching.get(name, whole if name in WHOLE else real) for name in Touching._fields[:-1] if name != "sums"
+        ]
+        solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
+        parts += _dummies(real, whole) if solve is None else solve.arguments()
+        parts.append(whole if images is None else images.pairs)
+        self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.width = kernels.row_width(plan.viscosity is not None)
+        self.places = kernels.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
+        self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         self._parts = (*parts, self.control, self.raw)
         self.kernel = kernels.make_serial_step(
             plan.variant,
             plan.body.material.law,
             None if contact is None else contact.kernel,
-            1 if contact is None else contact.block,
-            1 if contact is None else contact.slots,
+            self.kinds,
             contact is not None and contact.plain,
             listed is not None,
             supports is not None,
             plan.small,
+            tied=images is not None,
             **plan.options,
         )
         self._launch = Prepared(self.kernel)
-        self._planes = 0 if contact is None else contact.plane_count
         self._exact = 1.0 if contact is None or contact.exact else 0.0
 
     def run(
@@ -62,6 +76,7 @@ class SerialStep:
         start: int,
         u: arrays.Array,
         v: arrays.Array,
+        time: float,
         before: float,
         after: float,
         rows: int = 1,
@@ -71,25 +86,36 @@ class SerialStep:
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
-        before, after [s]: the steps that end and start at the present level. It stops after a row with a det F of at
-        most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a static solve that
-        did not converge.
+        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
+        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a
+        static solve that did not converge.
         """
         names = self.names
+        contact = self.contact
+        if contact is not None and after > 0.0 and start != names.PLACE:
+            contact.obstacles.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
-        control[: names.ROWS_DONE] = start, rows, before, after, self._planes, self._exact, jacobian, energy
+        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.FIRST], control[names.RATE_LIMIT] = 1.0, viscous_rate
-        arrays.set_values(self.control, control)
-        self._launch(*self.force.arguments(u, v), *self._parts)
-        control = arrays.get(self.control)
+        control = self._go(control, u, v)
+        if control[names.WANTS_LAYERS] == 1.0:
+            assert contact is not None
+            assert isinstance(contact.friction, LayeredFriction)
+            contact.friction.step(before, after)
+            control[names.START] = names.KICK
+            control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
         while control[names.WANTS_MEASURE] == 1.0:
             self.force.measure_surface(u, v)
             control[names.START] = names.MEASURED
-            arrays.set_values(self.control, control)
-            self._launch(*self.force.arguments(u, v), *self._parts)
-            control = arrays.get(self.control)
+            control = self._go(control, u, v)
         return done
+
+    def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
+        """One launch; returns `control` as it left it."""
+        arrays.set_values(self.control, control)
+        self._launch(*self.force.arguments(u, v), *self._parts)
+        return arrays.get(self.control)
 
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, width] of the last run."""
@@ -105,12 +131,11 @@ class SerialStep:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""
-        return [self.raw, self.control]
+        return [self.raw, self.control, self.sums]
 
 
 def _dummies(real: arrays.Array, whole: arrays.Array) -> tuple[arrays.Array, ...]:
-    """Stand-ins for the arrays of Touching, Pairs and System."""
-    touching = (whole, real, whole, real, whole, real, real, real, real, real, whole, real, whole, whole)
+    """Stand-ins for the arrays of Pairs and System."""
     pairs = (whole, real, real, whole, whole, whole, real, whole, whole, whole, whole)
-    system = (whole, whole, whole, whole, whole, *(real,) * 10)
-    return (*touching, *pairs, *system)
+    system = (whole, whole, whole, whole, *(real,) * 10)
+    return (*pairs, *system)

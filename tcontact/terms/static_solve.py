@@ -9,6 +9,7 @@ from ..contact_models import MasslessContact
 from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
+from ..scene import Scene
 from ..sweep_order import sweep_order
 from .internal_force import InternalForce
 
@@ -27,10 +28,11 @@ LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mea
 class StaticSolve:
     """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
 
-    def __init__(self, plan: BodyPlan, model: MasslessContact, force: InternalForce, slots: int) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, force: InternalForce, slots: int) -> None:
         from ..kernels import static_control as names
 
-        contact, material = plan.contact, plan.body.material
+        contact, material, model = plan.contact, plan.body.material, scene.contact
+        assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.graph is not None
         assert force.surface is not None
@@ -59,10 +61,10 @@ class StaticSolve:
             )
         ]
         width = cells.shape[1]
+        corners = force.surface.rows(graph.corners // width, graph.corners % width)
         self.stats = arrays.put(self._start())
         self._system = [
-            arrays.put(graph.corner_start),
-            arrays.put(force.surface.rows(graph.corners // width, graph.corners % width)),
+            arrays.put(np.concatenate([graph.corner_start + len(graph.corner_start), corners])),
             arrays.put(order.lane_start),
             arrays.put(order.lane_node),
             arrays.put(order.column),
@@ -72,9 +74,9 @@ class StaticSolve:
             arrays.zeros(count * block),  # right
             arrays.zeros(count * slots),  # gaps
             arrays.zeros(count * slots * block),  # normals
-            arrays.zeros(count * (block + 1) if slots == 1 else 1),  # push
+            arrays.zeros(count * (block + 1)),  # push
             arrays.zeros(count * block),  # increment
-            arrays.put(self._settings(plan, model, float(contact.areas.mean()), graph.cells)),
+            arrays.put(self._settings(scene, plan, model, graph.cells)),
             self.stats,
         ]
 
@@ -83,24 +85,26 @@ class StaticSolve:
         stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, plan: BodyPlan, model: MasslessContact, area: float, cells: np.ndarray) -> np.ndarray:
+    def _settings(self, scene: Scene, plan: BodyPlan, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
         material, names = plan.body.material, self.names
+        assert plan.contact is not None
+        linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
         settings[names.LEAST_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
-        settings[names.MOST_SWEEPS] = MOST_SWEEPS if material.linear else POLISHING_SWEEPS
+        settings[names.MOST_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
         settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
-        if not material.linear:
+        if not linear:
             settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
-        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * area
-        settings[names.LINEAR] = 1.0 if material.linear else 0.0
+        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(plan.contact.areas.mean())
+        settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.RELAXATION] = 1.0
-        if model.penalty is None:
+        if model.penalty is None and scene.friction is None:
             settings[names.RELAXATION] = RELAXATION.get((plan.body.mesh.kind, str(self.removal)), 1.0)
         return settings
 

@@ -1,0 +1,141 @@
+"""Friction of one node (METHOD 3): the tangential force t that obeys the law after what it does to the slip.
+
+    s = s* + W t,   |t| <= c,   t = -c s/|s| where it slips,   c = mu lambda
+
+W [2, 2] is what a tangential force does to the slip s* that is there without it; t and s in two tangents of the
+contact. The same problem stands for an impulse on a node with mass and for a node of the static solve. It is the
+optimality condition of min 1/2 t.W t + s*.t over |t| <= c: t = -(W + a)^-1 s*, with a >= 0 such that |t| = c.
+Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) below 1, 1 above: it creeps.
+"""
+
+import taichi as ti
+
+# `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
+# most that its layer transmits [N]; slip speed [m/s] without friction and what a force takes of it [m/(s N)]; work [J]
+# and force [N] of friction in the last kick or step; displacement (3) that slip in the static solve counts from
+COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
+LIMIT, SPEED, SOFTNESS, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5
+NODE = 8
+# `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
+# then and contact normal at the last measure
+PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
+TRACE = 13
+SHORT_TRACE = 1  # without static friction
+
+SINGULAR = 1e-12  # of the trace: a direction that a force cannot move
+STOPPED = 1e-6  # of the slip
+ROUNDS = 60  # of the root search; it ends when the force fits
+
+
+@ti.func
+def tangents(normal):
+    """Two unit vectors [2, 3] across a unit normal."""
+    least = 0
+    for j in ti.static(range(1, 3)):
+        if normal[j] * normal[j] < normal[least] * normal[least]:
+            least = j
+    axis = ti.Vector([ti.select(least == j, 1.0, 0.0) for j in range(3)])
+    first = axis.cross(normal)
+    first = first / first.norm()
+    second = normal.cross(first)
+    return ti.Matrix([[first[j] for j in range(3)], [second[j] for j in range(3)]])
+
+
+@ti.func
+def shifted(mobility, slip, shift):
+    """-(W + a)^-1 s*; where W is singular, what a force cannot move is left out."""
+    a, b, c = mobility[0, 0] + shift, mobility[0, 1], mobility[1, 1] + shift
+    trace = a + c
+    determinant = a * c - b * b
+    force = ti.Vector([b * slip[1] - c * slip[0], b * slip[0] - a * slip[1]])
+    if determinant > SINGULAR * trace * trace:
+        force = force / determinant
+    elif trace > 0.0:
+        force = ti.Vector([0.0 - a * slip[0] - b * slip[1], 0.0 - b * slip[0] - c * slip[1]]) / (trace * trace)
+    else:
+        force = ti.Vector([0.0, 0.0])
+    return force
+
+
+@ti.func
+def strength(law: ti.template(), slip, scale):
+    """Share of c that a slip of this size mobilises."""
+    result = 1.0
+    if ti.static(law == "regularized"):
+        z = slip / scale
+        if z < 1.0:
+            result = z * (2.0 - z)
+    return result
+
+
+@ti.func
+def resist(law: ti.template(), mobility, slip, most, scale):
+    """t [2]; most = c; scale = e: the slip at which the regularised law is fully mobilised."""
+    force = ti.Vector([0.0, 0.0])
+    if most > 0.0:
+        sticks = False
+        if ti.static(law == "coulomb"):
+            force = shifted(mobility, slip, 0.0)
+            left = slip + mobility @ force  # above rounding where a force cannot stop the slip
+            sticks = force.norm() <= most and left.norm() <= STOPPED * slip.norm()
+        if not sticks:
+            # |t(a)| - c phi(a |t(a)|) falls with a: safeguarded Newton of 1/|t| - 1/c, which is nearly linear in a
+            low, high = 0.0, slip.norm() / most
+            if ti.static(law == "regularized"):
+                size = shifted(mobility, slip, high).norm()
+                while size > most * strength(law, high * size, scale):
+                    high = 2.0 * high
+                    size = shifted(mobility, slip, high).norm()
+            shift = high
+            for _ in range(ROUNDS):
+                force = shifted(mobility, slip, shift)
+                size = force.norm()
+                allowed = most * strength(law, shift * size, scale)
+                if ti.abs(size - allowed) <= 1e-14 * most:
+                    break
+                if size > allowed:
+                    low = shift
+                else:
+                    high = shift
+                trial = 0.5 * (low + high)
+                if ti.static(law == "coulomb"):
+                    back = shifted(mobility, force, shift)  # -d|t|^2/da / 2 = t.(W + a)^-1 t
+                    slope = 0.0 - force.dot(back)
+                    newton = shift + size * size * (size / most - 1.0) / ti.max(slope, 1e-300)
+                    if newton > low and newton < high:
+                        trial = newton
+                shift = trial
+    return force
+
+
+@ti.func
+def node_place(k, number: ti.template()):
+    """Of a number of node k in `friction`."""
+    return FIRST + NODE * k + number
+
+
+@ti.func
+def trace_place(touching: ti.template(), k, p, number: ti.template()):
+    """Of a number of slot p of node k in `traces`."""
+    stride = ti.static(TRACE if touching.kinds.static_friction else SHORT_TRACE)
+    return (k * ti.static(touching.kinds.slots) + p) * stride + number
+
+
+@ti.func
+def three(values: ti.template(), place):
+    return ti.Vector([values[place + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def put_three(values: ti.template(), place, vector):
+    for j in ti.static(range(3)):
+        values[place + j] = vector[j]
+
+
+@ti.func
+def held(touching: ti.template(), k):
+    """Friction [3] of node k in the static solve, all obstacles together."""
+    total = ti.Vector.zero(ti.f64, 3)
+    for p in ti.static(range(touching.kinds.slots)):
+        total += three(touching.traces, trace_place(touching, k, p, TRACTION))
+    return total

@@ -1,0 +1,67 @@
+"""Gaps and unit normals of obstacles in their own axes: a block, and a distance sampled on a grid.
+
+Block of half sizes h: q = |y| - h; outside |max(q, 0)|, inside max q, its normal from the nearest face.
+Grid: D and grad D interpolated trilinearly between nodes; beyond the grid D(c) + grad D(c) . (y - c) from its nearest
+point c; the normal is grad D made a unit vector. The same as `Box.local` and `Sdf.local`.
+"""
+
+import taichi as ti
+
+
+@ti.func
+def box_gap_normal(y, half):
+    """Signed distance of y to the block, and the normal out of it."""
+    outward = ti.Vector([0.0, 0.0, 0.0])
+    face = ti.Vector([0.0, 0.0, 0.0])
+    deepest = -1e300
+    for i in ti.static(range(3)):
+        side = 1.0
+        if y[i] < 0.0:
+            side = -1.0
+        beyond = side * y[i] - half[i]
+        outward[i] = side * ti.max(beyond, 0.0)
+        if beyond > deepest:
+            deepest = beyond
+            face = ti.Vector([side if j == i else 0.0 for j in ti.static(range(3))])
+    gap = outward.norm()
+    normal = face
+    if gap > 0.0:
+        normal = outward / gap
+    else:
+        gap = deepest
+    return gap, normal
+
+
+@ti.func
+def grid_gap_normal(grid: ti.template(), start, origin, spacing, nx, ny, nz, y):
+    """Signed distance at y, and the normal; grid: distance and gradient, four numbers a node, the first at `start`.
+
+    origin: node 0 in the axes of y; spacing [m]; nx, ny, nz: nodes (whole numbers of any type), z running fastest.
+    """
+    count = ti.Vector([ti.cast(nx, ti.i32), ti.cast(ny, ti.i32), ti.cast(nz, ti.i32)])
+    cell = ti.Vector([0, 0, 0])
+    part = ti.Vector([0.0, 0.0, 0.0])
+    beyond = ti.Vector([0.0, 0.0, 0.0])
+    for i in ti.static(range(3)):
+        scaled = (y[i] - origin[i]) / spacing
+        within = ti.min(ti.max(scaled, 0.0), count[i] - 1.0)
+        beyond[i] = (scaled - within) * spacing
+        # clamped again as a whole number: a position that is no number must not lead out of the array
+        cell[i] = ti.min(ti.max(ti.cast(within, ti.i32), 0), count[i] - 2)
+        part[i] = within - cell[i]
+    gap = 0.0
+    gradient = ti.Vector([0.0, 0.0, 0.0])
+    for a, b, c in ti.static(ti.ndrange(2, 2, 2)):
+        node = start + 4 * (((cell[0] + a) * count[1] + cell[1] + b) * count[2] + cell[2] + c)
+        # 1 - part or part
+        weight = (1.0 - a + (2.0 * a - 1.0) * part[0]) * (1.0 - b + (2.0 * b - 1.0) * part[1])
+        weight *= 1.0 - c + (2.0 * c - 1.0) * part[2]
+        gap += weight * grid[node]
+        for i in ti.static(range(3)):
+            gradient[i] += weight * grid[node + 1 + i]
+    gap += gradient.dot(beyond)
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    length = gradient.norm()
+    if length > 0.0:
+        normal = gradient / length
+    return gap, normal

@@ -1,0 +1,103 @@
+"""Friction between the bodies and the obstacles of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import validate
+from .errors import InputError
+from .friction_layer.layer import METHODS
+from .friction_layer.metals import STAINLESS_304, Metal
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """|t| <= mu lambda, t against the slip; it sticks exactly: a node that does not slip does not creep (METHOD 3).
+
+    coefficient: mu [-], at least 0. With full removal the problem has one solution for mu up to about 1 on ordinary
+    meshes; a scene with more is warned about. Raises `InputError`.
+    """
+
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
+
+
+@dataclass(frozen=True)
+class RegularizedCoulomb:
+    """|t| = mu lambda phi(|v|/e), phi(z) = z (2 - z) below 1, 1 above (Oden and Martins 1985): the usual baseline.
+
+    coefficient: mu [-], at least 0; slip_speed: e [m/s] > 0, where friction is fully mobilised. What should stick
+    creeps at a part of it. Raises `InputError`.
+    """
+
+    coefficient: float
+    slip_speed: float
+
+    def __post_init__(self) -> None:
+        validate.number("RegularizedCoulomb.coefficient", self.coefficient, low=0.0, strict=False)
+        validate.number("RegularizedCoulomb.slip_speed", self.slip_speed, low=0.0)
+
+
+@dataclass(frozen=True)
+class FrictionLayer:
+    """A thermo-plastic layer under every contact node gives the traction (METHOD 5, paper 2): |t| = min(stick, layer,
+    mu P).
+
+    material: the metal of the layer; coefficient: mu [-], what dry friction transmits at most; points, grading,
+    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method: as in `friction_layer.solve`;
+    tolerance: bound on the relative error that a step of the layers may make in their stress (the history reports it,
+    `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most `substeps`.
+    History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
+    Raises `InputError`.
+    """
+
+    material: Metal = STAINLESS_304
+    coefficient: float = 0.3
+    points: int = 40
+    grading: float = 30.0
+    thickness: float = 10e-6
+    heat_share: float = 0.5
+    plastic_heat: float = 0.0
+    initial_temperature: float = 300.0
+    method: str = "bracketed-newton"
+    reload: bool = True
+    tolerance: float = 1e-2
+    substeps: int = 64
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Metal):
+            raise InputError(
+                "FrictionLayer.material", self.material, "give a friction_layer.Metal, such as STAINLESS_304"
+            )
+        name = "FrictionLayer."
+        validate.number(name + "coefficient", self.coefficient, low=0.0, strict=False)
+        validate.whole(name + "points", self.points, 3)
+        validate.number(name + "grading", self.grading, low=1.0, strict=False)
+        validate.number(name + "thickness", self.thickness, low=0.0)
+        validate.number(name + "heat_share", self.heat_share, low=0.0, high=1.0, strict=False)
+        validate.number(name + "plastic_heat", self.plastic_heat, low=0.0, high=1.0, strict=False)
+        validate.number(name + "initial_temperature", self.initial_temperature, low=0.0, strict=False)
+        validate.choice(name + "method", self.method, METHODS)
+        if not isinstance(self.reload, bool):
+            raise InputError(name + "reload", self.reload, "give True or False")
+        validate.number(name + "tolerance", self.tolerance, low=0.0)
+        validate.whole(name + "substeps", self.substeps, 1)
+        if self.initial_temperature >= self.material.melting_temperature:
+            raise InputError(
+                name + "initial_temperature",
+                self.initial_temperature,
+                f"the metal melts at {self.material.melting_temperature:g} K; start below",
+            )
+
+
+FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
+COLUMNS = {FrictionLayer: ("layer_heat", "layer_temperature_max", "layer_shear_min", "layer_error", "layer_substeps")}
+
+
+def law_of(model: FrictionModel | None) -> str:
+    """What the kernels call its law; "" without friction."""
+    if model is None:
+        return ""
+    return "regularized" if isinstance(model, RegularizedCoulomb) else "coulomb"

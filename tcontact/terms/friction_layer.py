@@ -1,0 +1,189 @@
+"""Friction layers under the contact nodes of a body, one each, between the contact load and the kick (METHOD 5).
+
+|t| = min(stick, tau of the layer, mu P). On components with mass the layer is solved together with the kick that it
+slows down: its heat is b t (v - dt t/(2M)). In the massless components of full removal, and while one layer step spans
+several mechanical ones, the shear stress of the last layer step limits the friction, and the layer then takes the
+work that was done: what it cannot take in a step waits for the next one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import arrays
+from ..friction_layer import Layer
+from ..friction_models import FrictionLayer
+from ..plan import ContactPlan
+from ..scene import Scene
+from .friction import Friction
+
+MOST_SPAN = 32  # mechanical steps that one layer step may span
+EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
+
+
+def make_friction(scene: Scene, contact: ContactPlan, slots: int, stays: bool) -> Friction:
+    """The friction of one body."""
+    assert scene.friction is not None
+    if isinstance(scene.friction, FrictionLayer):
+        return LayeredFriction(scene.friction, contact.areas, slots, stays)
+    return Friction(scene.friction, len(contact.nodes), slots, stays)
+
+
+class LayeredFriction(Friction):
+    """Layers of the contact nodes [k]; areas [k] [m^2]."""
+
+    def __init__(self, model: FrictionLayer, areas: np.ndarray, slots: int, stays: bool) -> None:
+        super().__init__(model, len(areas), slots, stays)
+        self.model, self.areas = model, areas
+        self.layer = Layer(
+            (model.material,),
+            len(areas),
+            points=model.points,
+            grading=model.grading,
+            thickness=model.thickness,
+            heat_share=model.heat_share,
+            plastic_heat=model.plastic_heat,
+            initial_temperature=model.initial_temperature,
+            method=model.method,
+            reload=model.reload,
+            threads=None,
+        )
+        self._speed, self._pressure = arrays.zeros(self.layer.padded), arrays.zeros(self.layer.padded)
+        self.substeps, self.span = model.substeps, 1  # layer steps per mechanical step, or the other way round
+        self.error = 0.0
+        self._waiting = np.zeros(len(areas))  # work done and not yet given to the layers [J/m^2]
+        self._push = np.zeros(len(areas))  # time integrals since the last layer step: friction [Pa s], pressure
+        self._load = np.zeros(len(areas))
+        self._elapsed, self._count, self._kick = 0.0, 0, 0.0
+        self._pressed = np.zeros(len(areas), dtype=bool)
+
+    def step(self, before: float, after: float) -> None:
+        """Let the layers take their step and say how much friction there may be in the kick or the solve to come.
+
+        before, after [s]: the steps that end and start at the present level.
+        """
+        pressure = self.pressing() / self.areas
+        pressed = pressure > 0.0
+        if (pressed & ~self._pressed).any():
+            self.span = 1
+        self._pressed = pressed
+        kick = 0.5 * (before + after)
+        if self.stays:
+            self._collect(before, pressure)
+        elif self._kick > 0.0:
+            self._collect(self._kick, pressure)
+        if self._count and (self._count >= self.span or (not self.stays and self.span == 1)):
+            self._spend()
+        if self.stays or self.span > 1:
+            fresh = pressed & (self.shear() == 0.0)
+            limit = np.where(fresh, self.layer.start_stress(pressure), self.shear())
+            limit = np.where(pressed, limit, 1e300)
+            self._kick = 0.0 if self.stays else kick
+        else:
+            limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
+            self._kick = 0.0
+        data = arrays.get(self.data).copy()
+        rows = data[self.names.FIRST :].reshape(-1, self.names.NODE)
+        rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
+        arrays.set_values(self.data, data)
+
+    def shear(self) -> np.ndarray:
+        """Shear stress of the layers [k] [Pa]; 0 where open."""
+        return np.asarray(self.layer.cell("STRESS")) / np.sqrt(3.0)
+
+    def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
+        """Layers and kick together: mean shear stress [Pa] over the kick [s]."""
+        speed, softness = self.node(self.names.SPEED), self.node(self.names.SOFTNESS)
+        parts = self.substeps
+        dt = kick / parts
+        softness = softness * self.areas / parts  # slip speed that a shear stress of 1 Pa takes in a part
+        dry = self.model.coefficient * np.maximum(pressure, 0.0)
+        total = np.zeros(len(speed))
+        for _ in range(parts):
+            stick = np.where(softness > 0.0, speed / np.where(softness > 0.0, softness, 1.0), 1e300)
+            shear = self._advance(speed, pressure, np.minimum(dry, stick), 0.5 * softness, dt)
+            speed = np.maximum(speed - softness * shear, 0.0)
+            total += shear
+        self._judge(speed > 0.0)
+        return np.asarray(total / parts)
+
+    def _collect(self, dt: float, pressure: np.ndarray) -> None:
+        """Take note of what friction did in the last kick or step of length dt [s]."""
+        work, force = self.node(self.names.RUBBED), self.node(self.names.FORCE)
+        self._waiting += work / self.areas
+        self._push += force / self.areas * dt
+        self._load += np.maximum(pressure, 0.0) * dt
+        self._elapsed += dt
+        self._count += 1
+
+    def _spend(self) -> None:
+        """Give the layers the work that waits, over the time since they had their last step."""
+        elapsed, self._count = self._elapsed, 0
+        if elapsed == 0.0:
+            return
+        friction, pressure = self._push / elapsed, self._load / elapsed
+        able = (friction > 0.0) & (pressure > 0.0)
+        wanted = np.where(able, np.maximum(self._waiting, 0.0), 0.0)
+        speed = np.where(able, wanted / np.where(able, friction * elapsed, 1.0), 0.0)
+        before = self.layer.cell("WORK")
+        for _ in range(self.substeps):
+            self._advance(speed, pressure, friction, np.zeros(len(speed)), elapsed / self.substeps)
+        self._waiting -= self.layer.cell("WORK") - before
+        self._judge(speed > 0.0)
+        self._push[:], self._load[:], self._elapsed = 0.0, 0.0, 0.0
+
+    def _advance(
+        self, speed: np.ndarray, pressure: np.ndarray, cap: np.ndarray, drag: np.ndarray, dt: float
+    ) -> np.ndarray:
+        """One step of the layers; the shear stress that they transmit [k] [Pa]."""
+        self.layer.limit_traction(cap, drag)
+        arrays.set_values(self._speed, speed)
+        arrays.set_values(self._pressure, pressure)
+        self.layer.advance(self._speed, self._pressure, dt)
+        return np.asarray(np.minimum(self.shear(), cap))
+
+    def _judge(self, sliding: np.ndarray) -> None:
+        """How far off the last layer step was, and how long the next ones may be.
+
+        Backward Euler errs by half the second difference in a step.
+        """
+        stress = self.layer.cell("STRESS")
+        known = sliding & (stress > 0.0)
+        change, last = self.layer.cell("CHANGE"), self.layer.cell("BEFORE")
+        off = 0.5 * np.abs(change - last) / np.where(known, stress, 1.0)
+        self.error = float(off[known].max()) if known.any() else 0.0
+        share = self.error / self.model.tolerance
+        if share > 1.0:
+            if self.span > 1:
+                self.span //= 2
+            else:
+                self.substeps = min(self.model.substeps, int(np.ceil(self.substeps * min(2.0, np.sqrt(share)))))
+        elif share < EASY:
+            if self.substeps > 1:
+                self.substeps = -(-self.substeps // 2)
+            else:
+                self.span = min(2 * self.span, MOST_SPAN)
+
+    def row(self, late: float) -> tuple[float, float, float, float, float]:
+        """Heat in the layers [J], hottest surface [K], lowest shear stress [Pa], error, layer steps per mechanical one.
+
+        late [J]: friction work of the last kick after the row; half of it is not part of the row yet.
+        """
+        layer, model = self.layer, self.model
+        done = layer.cell("WORK") + self._waiting
+        plastic = model.plastic_heat * layer.cell("PLASTIC_WORK") if model.plastic_heat > 0.0 else 0.0
+        heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
+        if self._kick > 0.0:  # the last kick has not been collected
+            heat += model.heat_share * float(self.node(self.names.RUBBED).sum())
+        stress = self.shear()
+        lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
+        hottest = float(self.surface_temperature().max())
+        return heat, hottest, lowest, self.error, self.substeps / self.span
+
+    def surface_temperature(self) -> np.ndarray:
+        """Of every contact node [k] [K]."""
+        return self.layer.surface_temperature()
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term and of its layers."""
+        return [*super().owned(), self._speed, self._pressure, *self.layer.owned()]

@@ -1,0 +1,20 @@
+"""The images of a periodic body: which boundary node follows which (kernels/images.py)."""
+
+from __future__ import annotations
+
+from .. import arrays
+from ..periodic import Images
+from ..plan import BodyPlan
+
+
+class PeriodicImages:
+    """The list of followers with their masters."""
+
+    name = "periodic"
+
+    def __init__(self, plan: BodyPlan, images: Images) -> None:
+        self.pairs = arrays.put(images.pairs(plan.boundary).astype("int32"))
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        return [self.pairs]
