@@ -89,7 +89,7 @@ class Run:
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
-        self.guards = Guards(scene, self.states)
+        self.guards = Guards(scene, self.states, scheme.implicit)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)

@@ -366,13 +366,13 @@ def test_steps_are_halved_where_newton_fails_and_recover(monkeypatch):
     tried = []
     take = stepped.ImplicitBody.take
     monkeypatch.setattr(stepped.ImplicitBody, "take", lambda self, level, dt: tried.append(dt) or take(self, level, dt))
-    scheme = tc.DiscreteGradient(dt=2e-4, iterations=2)
+    scheme = tc.DiscreteGradient(dt=4e-4, iterations=3)
     result = run(scene(cube(2), tc.Plane(), tc.PenaltyContact(STIFF)), scheme)
     assert min(tried) < 0.6 * scheme.dt
-    assert tried[tried.index(min(tried)) :].count(scheme.dt) > 3
+    assert scheme.dt in tried[next(i for i, dt in enumerate(tried) if dt < scheme.dt) :]
     assert energy_error(result) < 1e-9
     assert momentum_error(result) < 1e-9
-    assert result.steps == 15
+    assert result.steps == 8
 
 
 def test_a_run_that_cannot_go_on_stops_with_a_remedy():

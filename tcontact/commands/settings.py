@@ -12,7 +12,15 @@ from typing import Any, Literal
 
 from ..errors import InputError
 
-SCHEME_KEYS: dict[str, Any] = {"scheme": str, "cfl": float, "dt": float}
+SCHEME_KEYS: dict[str, Any] = {
+    "scheme": str,
+    "cfl": float,
+    "dt": float,
+    "alpha": float,
+    "chi": float,
+    "mass": str,
+    "reproject": bool,
+}
 TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -93,13 +101,15 @@ def _wanted(kind: Any) -> str:
 
 def scheme(options: dict[str, Any]) -> Any:
     """The time scheme the options ask for. Raises `InputError`."""
-    import tcontact as tc
+    from ..schemes import SCHEMES as known
 
-    known = {"central-difference": tc.CentralDifference}
     options = dict(options)
     name = options.pop("scheme", "central-difference")
     if name not in known:
         raise InputError("--set scheme", name, "use one of " + ", ".join(known))
+    for key in options:
+        if key not in known[name].__dataclass_fields__:
+            raise InputError(f"--set {key}", options[key], f"{name} has no such option")
     if options.get("cfl") is not None and options.get("dt") is not None:
         raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")
     return known[name](**options)
