@@ -272,6 +272,7 @@ class Run:
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
+            scheme=self.scheme,
         )
 
 

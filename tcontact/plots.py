@@ -117,6 +117,25 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
     figure.savefig(path)
 
 
+def energies(path: Path, runs: Mapping[str, History]) -> None:
+    """Plot the energies of runs over the one at the start: on their own scale above, around 1 below."""
+    figure, (upper, lower) = _figure(2, "")
+    longest = max(runs.values(), key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    colours = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN, GREY, "#00939c", "#303030")
+    for number, (label, history) in enumerate(runs.items()):
+        share = history["energy"] / history["energy"][0]
+        style: dict[str, Any] = {"color": colours[number % len(colours)], "lw": 1.1, "ls": ("-", "--")[number // 5 % 2]}
+        upper.plot(history["time"] / unit[0], share, label=label, **style)
+        lower.plot(history["time"] / unit[0], np.maximum(np.abs(share - 1.0), 1e-16), **style)
+    upper.set_ylabel("energy / energy at the start")
+    upper.set_ylim(0.0, 3.0)
+    upper.legend(frameon=False, fontsize=7, ncols=2)
+    lower.set_yscale("log")
+    lower.set_ylabel("relative change")
+    _finish(figure, [upper, lower], longest["time"] / unit[0], unit[1], path)
+
+
 def unrest(force: np.ndarray) -> float:
     """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
     return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))

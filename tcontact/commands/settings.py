@@ -99,11 +99,14 @@ def _wanted(kind: Any) -> str:
     return named.get(kind, str(kind))
 
 
-def scheme(options: dict[str, Any]) -> Any:
-    """The time scheme the options ask for. Raises `InputError`."""
+def scheme(options: dict[str, Any], case: Any = None) -> Any:
+    """The time scheme the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
     from ..schemes import SCHEMES as known
 
-    options = dict(options)
+    own = dict(getattr(case, "SCHEME", {}))
+    if "dt" in options or "cfl" in options or options.get("scheme") == "central-difference":
+        own = {key: value for key, value in own.items() if key == "scheme"}
+    options = own | options
     name = options.pop("scheme", "central-difference")
     if name not in known:
         raise InputError("--set scheme", name, "use one of " + ", ".join(known))
