@@ -23,6 +23,7 @@ from tcontact.cases import cube_impact
 
 SCHEME = {"scheme": "paper-implicit", "cfl": 1.0}
 STEPS = (1.0, 0.5, 0.25)  # of the comparison, in stable steps of the explicit scheme
+NAMES = ("ordinary", "redistributed")
 
 
 def scene(
@@ -42,14 +43,21 @@ def scene(
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
     """Redistributed and ordinary mass, each at three steps."""
     parameters.pop("redistributed", None)
+    scenes = {f"{name} mass": scene(**parameters, redistributed=name == "redistributed") for name in NAMES}
     return {
-        f"{name} mass, {share:g} dt": (
-            scene(**parameters, redistributed=name == "redistributed"),
-            tc.PaperImplicit(cfl=share),
-        )
-        for name in ("redistributed", "ordinary")
-        for share in STEPS
+        f"{name}, {share:g} dt": (own, tc.PaperImplicit(cfl=share)) for name, own in scenes.items() for share in STEPS
     }
+
+
+def draw(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
+    """Penetration energy over time: ordinary mass left, redistributed mass right, as in the paper."""
+    from tcontact.plots import penetration_energies
+
+    panels: dict[str, dict[str, dict[str, np.ndarray]]] = {f"{name} mass": {} for name in NAMES}
+    for label, history in histories.items():
+        mass, _, step = label.partition(", ")
+        panels[mass][step] = history
+    penetration_energies(path, panels)
 
 
 def variation(result: tc.Result) -> float:

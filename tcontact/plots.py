@@ -136,6 +136,23 @@ def energies(path: Path, runs: Mapping[str, History]) -> None:
     _finish(figure, [upper, lower], longest["time"] / unit[0], unit[1], path)
 
 
+def penetration_energies(path: Path, panels: Mapping[str, Mapping[str, History]]) -> None:
+    """Plot penetration energies over time, a panel for each group of runs, all on the same scales."""
+    figure, grid = _grid(1, len(panels))
+    histories = [history for runs in panels.values() for history in runs.values()]
+    factor, prefix = si_scale(max(float(np.nanmax(history["contact"], initial=0.0)) for history in histories))
+    longest = max(histories, key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    for axes, (title, runs) in zip(grid[0], panels.items(), strict=True):
+        for colour, (label, history) in zip((BLUE, RED, GREEN, ORANGE, PURPLE), runs.items(), strict=False):
+            axes.plot(history["time"] / unit[0], history["contact"] / factor, color=colour, lw=1.1, label=label)
+        axes.set_title(title, fontsize=9)
+        axes.legend(frameon=False, fontsize=8)
+        axes.set_xlabel(f"time [{unit[1]}]")
+    grid[0][0].set_ylabel(f"penetration energy [{_greek(prefix)}J]")
+    _finish(figure, [grid[0][-1]], longest["time"] / unit[0], unit[1], path)
+
+
 def unrest(force: np.ndarray) -> float:
     """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
     return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))

@@ -12,7 +12,7 @@ from .. import arrays
 from ..launch import Prepared
 from .sparsity import Sparsity
 
-DIRECT = 5000  # unknowns up to which factors are cheaper
+DIRECT = 1500  # unknowns up to which factors are cheaper
 STIFF = 100.0  # lam/mu from which Krylov methods need too many products
 MOST = 500  # products of BiCGStab
 
@@ -59,12 +59,16 @@ class Direct:
 
 
 class Krylov:
-    """BiCGStab with block-Jacobi preconditioning (van der Vorst, SIAM J. Sci. Stat. Comput. 13, 631, 1992)."""
+    """BiCGStab with block-Jacobi preconditioning (van der Vorst, SIAM J. Sci. Stat. Comput. 13, 631, 1992).
+
+    Where it does not converge, at very large steps, it hands over to `Direct`.
+    """
 
     def __init__(self, sparsity: Sparsity) -> None:
         from ..kernels import implicit_cells
 
         self.sparsity = sparsity
+        self.spare: Direct | None = None
         self.product = Prepared(implicit_cells.block_product)
         self.starts = arrays.put(sparsity.starts.astype(np.int32))
         self.columns = arrays.put(sparsity.columns.astype(np.int32))
@@ -77,7 +81,14 @@ class Krylov:
         return np.array(arrays.get(self.y))
 
     def solve(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
-        """As of `Direct`, to a relative residual of `tolerance`. Raises `NoSolution` where it does not get there."""
+        """As of `Direct`, to a relative residual of `tolerance`."""
+        try:
+            return self._iterate(blocks, right, tolerance)
+        except NoSolution:
+            self.spare = self.spare or Direct(self.sparsity)
+            return self.spare.solve(blocks, right, tolerance)
+
+    def _iterate(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
         arrays.set_values(self.blocks, blocks)
         inverse = np.linalg.inv(blocks[self.sparsity.diagonal])
 
