@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from inspect import signature
 from types import ModuleType
 from typing import Any, Literal
@@ -110,8 +110,9 @@ def scheme(options: dict[str, Any], case: Any = None) -> Any:
     name = options.pop("scheme", "central-difference")
     if name not in known:
         raise InputError("--set scheme", name, "use one of " + ", ".join(known))
+    taken = {item.name for item in fields(known[name])}
     for key in options:
-        if key not in known[name].__dataclass_fields__:
+        if key not in taken:
             raise InputError(f"--set {key}", options[key], f"{name} has no such option")
     if options.get("cfl") is not None and options.get("dt") is not None:
         raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")

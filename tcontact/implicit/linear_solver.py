@@ -83,7 +83,8 @@ class Krylov:
     def solve(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
         """As of `Direct`, to a relative residual of `tolerance`."""
         try:
-            return self._iterate(blocks, right, tolerance)
+            with np.errstate(all="ignore"):  # it may diverge
+                return self._iterate(blocks, right, tolerance)
         except NoSolution:
             self.spare = self.spare or Direct(self.sparsity)
             return self.spare.solve(blocks, right, tolerance)
@@ -119,7 +120,7 @@ class Krylov:
             r = s - omega * t
             if not np.isfinite(omega):
                 break
-        if norm(r) <= goal:
+        if norm(r) <= goal and np.isfinite(x).all():
             return x.reshape(right.shape)
         raise NoSolution(f"BiCGStab stopped at {norm(r) / max(norm(right), 1e-300):.1e} of the residual")
 

@@ -1,6 +1,8 @@
 """Mass of an implicit step: tensors of nodes, or the consistent matrix with redistribution (paper eq. 13).
 
 Mbar_T = I_T M_T I_T^t,   I_T: a node of K hands its massless components to the nodes of its cell outside K
+
+Supports do not change the shares here, as they do for the lumped mass.
 """
 
 from __future__ import annotations
@@ -43,9 +45,6 @@ class ConsistentMass:
     def __init__(self, plan: BodyPlan, sparsity: Sparsity) -> None:
         import scipy.sparse
 
-        if plan.contact is not None and plan.contact.basis is not None:
-            model = getattr(plan.body, "contact", None)
-            assert model is not None
         matrices = consistent_cells(plan)  # [m, a, 3, b, 3]
         self.blocks = np.zeros((len(sparsity.columns), 3, 3))
         np.add.at(self.blocks, sparsity.slots, matrices.transpose(0, 1, 3, 2, 4))

@@ -48,13 +48,14 @@ class Solution:
 
 def newton(equations: Equations, start: np.ndarray, solver: Direct | Krylov, settings: Settings) -> Solution:
     """Solve from `start`: full steps, if they fail a line search. Raises `NotConverged`."""
-    try:
-        return _iterate(equations, start, solver, settings, False)
-    except (NotConverged, NoSolution):
+    with np.errstate(all="ignore"):  # what overflows is no solution, and found to be none
         try:
-            return _iterate(equations, start, solver, settings, True)
-        except NoSolution as error:
-            raise NotConverged(str(error)) from error
+            return _iterate(equations, start, solver, settings, False)
+        except (NotConverged, NoSolution):
+            try:
+                return _iterate(equations, start, solver, settings, True)
+            except NoSolution as error:
+                raise NotConverged(str(error)) from error
 
 
 def _iterate(

@@ -117,6 +117,9 @@ class ImplicitScheme:
         if isinstance(scene.contact, ImpulseContact):
             remedy = f"{self.name} needs a force at every gap: use MasslessContact or PenaltyContact"
             raise InputError("Scene.contact", scene.contact, remedy)
+        if self.mass == "consistent" and getattr(scene.contact, "depth", 1) > 1:
+            remedy = "the consistent mass is handed over inside the cells alone: use depth=1 or mass='lumped'"
+            raise InputError("MasslessContact.depth", getattr(scene.contact, "depth", 1), remedy)
         for index, body in enumerate(scene.bodies):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
