@@ -10,11 +10,13 @@ CONTACTS = {
     "normal": tc.MasslessContact(removal="normal"),
     "full": tc.MasslessContact(removal="full", tolerance=1e-8),
     "penalty": tc.PenaltyContact(1e9),
+    "impulse": tc.ImpulseContact(),
 }
 
 
 def impact(moving, contact, friction):
-    mesh = tc.box_mesh(size=(0.1, 0.1, 0.1), cells=(3, 3, 3), kind="hex8", origin=(0, 0, 1e-4))
+    # the gap is no whole number of steps: a node that arrives at gap 0 exactly would be closed or open by rounding
+    mesh = tc.box_mesh(size=(0.1, 0.1, 0.1), cells=(3, 3, 3), kind="hex8", origin=(0, 0, 1.3e-4))
     material = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
     body = tc.Body(mesh, material, velocity=(0, 0, 0) if moving else -WALL, contact="zmin")
     wall = tc.Plane(velocity=WALL if moving else None)
@@ -23,11 +25,7 @@ def impact(moving, contact, friction):
 
 
 @pytest.mark.parametrize("friction", [None, tc.Coulomb(0.3)], ids=["frictionless", "coulomb"])
-@pytest.mark.parametrize(
-    "contact",
-    [*CONTACTS.values(), pytest.param(tc.ImpulseContact(), marks=pytest.mark.xfail(reason="off by 3e-5", strict=True))],
-    ids=[*CONTACTS, "impulse"],
-)
+@pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
 def test_only_the_relative_velocity_counts(contact, friction):
     thrown, hit = impact(False, contact, friction), impact(True, contact, friction)
     np.testing.assert_allclose(hit.position, thrown.position + WALL * hit.time, rtol=0, atol=1e-10)
