@@ -49,7 +49,7 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
     }
 
 
-def draw(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
+def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
     """Penetration energy over time: ordinary mass left, redistributed mass right, as in the paper."""
     from tcontact.plots import penetration_energies
 

@@ -69,7 +69,7 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
     return {scheme.name: (own, scheme) for scheme in schemes}
 
 
-def draw(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
+def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
     """Energy of the schemes over the one at the start."""
     from tcontact.plots import energies
 

@@ -43,13 +43,16 @@ def tangents(normal):
 
 @ti.func
 def shifted(mobility, slip, shift):
-    """-(W + a)^-1 s*; where W is singular, what a force cannot move is left out."""
-    a, b, c = mobility[0, 0] + shift, mobility[0, 1], mobility[1, 1] + shift
+    """-(W + a)^-1 s*; for a = 0 and a singular W what a force cannot move is left out."""
+    a, b, c = mobility[0, 0], mobility[0, 1], mobility[1, 1]
     trace = a + c
     determinant = a * c - b * b
-    force = ti.Vector([b * slip[1] - c * slip[0], b * slip[0] - a * slip[1]])
-    if determinant > SINGULAR * trace * trace:
-        force = force / determinant
+    if determinant <= SINGULAR * trace * trace:
+        determinant = 0.0
+    whole = determinant + shift * (trace + shift)
+    force = ti.Vector([b * slip[1] - (c + shift) * slip[0], b * slip[0] - (a + shift) * slip[1]])
+    if whole > 0.0:
+        force = force / whole
     elif trace > 0.0:
         force = ti.Vector([0.0 - a * slip[0] - b * slip[1], 0.0 - b * slip[0] - c * slip[1]]) / (trace * trace)
     else:
@@ -87,6 +90,9 @@ def resist(law: ti.template(), mobility, slip, most, scale):
                     high = 2.0 * high
                     size = shifted(mobility, slip, high).norm()
             shift = high
+            if ti.static(law == "coulomb"):  # right at once where the mobility is the same in all directions
+                # (not 0, where a singular mobility hides the slip that no force can stop)
+                shift = ti.max(1e-2 * STOPPED * high, high - 0.5 * (mobility[0, 0] + mobility[1, 1]))
             for _ in range(ROUNDS):
                 force = shifted(mobility, slip, shift)
                 size = force.norm()

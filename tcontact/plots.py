@@ -117,6 +117,22 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
     figure.savefig(path)
 
 
+def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
+    """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}."""
+    figure, drawn = _figure(len(rows), title)
+    end = max(float(times[-1]) for curves in rows.values() for times, _ in curves.values())
+    span, mark = si_scale(end)
+    for axes, ((name, unit), curves) in zip(drawn, rows.items(), strict=True):
+        largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for _, values in curves.values())
+        factor, prefix = si_scale(largest if unit != "-" else 1.0)
+        for number, (label, (times, values)) in enumerate(curves.items()):
+            color, style = ((BLUE, "-"), (RED, "--"), (GREEN, ":"), (ORANGE, "-."))[number % 4]
+            axes.plot(times / span, values / factor, color=color, lw=1.0, ls=style, label=label)
+        axes.set_ylabel(f"{name} [{_greek(prefix)}{unit}]")
+    drawn[0].legend(loc="best", frameon=False)
+    _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
+
+
 def energies(path: Path, runs: Mapping[str, History]) -> None:
     """Plot the energies of runs over the one at the start: on their own scale above, around 1 below."""
     figure, (upper, lower) = _figure(2, "")

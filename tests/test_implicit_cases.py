@@ -70,7 +70,7 @@ def test_penetration_energies_are_drawn_in_two_panels(tmp_path):
     history = {"time": time, "contact": 1e-3 * np.sin(np.pi * time / 1e-3)}
     labels = [f"{name} mass, {share:g} dt" for name in penetration_energy.NAMES for share in penetration_energy.STEPS]
     assert set(penetration_energy.comparison(cells=2)) == set(labels)
-    penetration_energy.draw(tmp_path / "a.png", dict.fromkeys(labels, history))
+    penetration_energy.draw_comparison(tmp_path / "a.png", dict.fromkeys(labels, history))
     assert (tmp_path / "a.png").stat().st_size > 1000
 
 

@@ -105,6 +105,8 @@ def _one(
         plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
         plots.gap(out / "gap.png", result.history, caption)
     plots.energy(out / "energy.png", result.history, caption)
+    if hasattr(case, "draw"):
+        case.draw(result, out, caption)
     if arguments.frames:
         from ..render import render_frames
 
@@ -138,8 +140,8 @@ def _compare(
     histories = {label: result.history for label, (_, result) in runs.items()}
     normals = _normals(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
-        if hasattr(case, "draw"):
-            case.draw(picture, histories)
+        if hasattr(case, "draw_comparison"):
+            case.draw_comparison(picture, histories)
         else:
             plots.comparison(picture, histories, normals)
     figures = {

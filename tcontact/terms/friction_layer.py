@@ -17,6 +17,7 @@ from ..plan import ContactPlan
 from ..scene import Scene
 from .friction import Friction
 
+FIRST = 8  # layer steps in the first mechanical step that slides
 MOST_SPAN = 32  # mechanical steps that one layer step may span
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
 
@@ -49,7 +50,10 @@ class LayeredFriction(Friction):
             threads=None,
         )
         self._speed, self._pressure = arrays.zeros(self.layer.padded), arrays.zeros(self.layer.padded)
-        self.substeps, self.span = model.substeps, 1  # layer steps per mechanical step, or the other way round
+        self.substeps, self.span = (
+            min(FIRST, model.substeps),
+            1,
+        )  # layer steps per mechanical step, or the other way round
         self.error = 0.0
         self._waiting = np.zeros(len(areas))  # work done and not yet given to the layers [J/m^2]
         self._push = np.zeros(len(areas))  # time integrals since the last layer step: friction [Pa s], pressure
