@@ -47,7 +47,6 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
-    scheme.check(scene)
     validate.whole("frames", frames, 0)
     validate.whole("history_every", history_every, 1)
     for name, value in (("progress", progress), ("pressures", pressures)):
@@ -56,6 +55,7 @@ def simulate(
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
     planned = plan(scene)
+    scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:
