@@ -17,6 +17,7 @@ from ..plan import ContactPlan
 from ..scene import Scene
 from .friction import Friction
 
+COOL = 0.5  # of 1 - stress/(stress that would melt the surface): above it a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
 MOST_SPAN = 32  # mechanical steps that one layer step may span
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
@@ -79,7 +80,8 @@ class LayeredFriction(Friction):
             self._collect(self._kick, pressure)
         else:
             self._waiting += self._pending()
-        if self._count and (self._count >= self.span or (not self.stays and self.span == 1)):
+        due = self._count >= self.span or after == 0.0 or (not self.stays and self.span == 1)
+        if self._count and due:
             self._spend()
         if self.stays or self.span > 1:
             fresh = pressed & (self.shear() == 0.0)
@@ -164,24 +166,28 @@ class LayeredFriction(Friction):
     def _judge(self, sliding: np.ndarray) -> None:
         """How far off the last layer step was, and how long the next ones may be.
 
-        Backward Euler errs by half the second difference in a step.
+        Backward Euler errs by half the second difference in a step; where friction goes on with the stress of the last
+        step it is off by the change since then.
         """
         stress = self.layer.cell("STRESS")
         known = sliding & (stress > 0.0)
         change, last = self.layer.cell("CHANGE"), self.layer.cell("BEFORE")
-        off = 0.5 * np.abs(change - last) / np.where(known, stress, 1.0)
-        self.error = float(off[known].max()) if known.any() else 0.0
-        share = self.error / self.model.tolerance
-        if share > 1.0:
+        scale = np.where(known, stress, np.inf)
+        off, drift = (float((np.abs(part) / scale).max()) for part in (0.5 * (change - last), change))
+        lagging = self.stays or self.span > 1  # friction goes on with the stress of the step before
+        self.error = max(off, drift * self.substeps) if lagging else off
+        share = (max(off, drift) if self.span > 1 else off) / self.model.tolerance
+        # work that is given later than it was done makes a layer near melting softer than it is
+        cool = not known.any() or self.layer.cell("CLOSE")[known].min() > COOL
+        if share > 1.0 or not cool:
             if self.span > 1:
-                self.span //= 2
-            else:
+                self.span = 1
+            elif share > 1.0:
                 self.substeps = min(self.model.substeps, int(np.ceil(self.substeps * min(2.0, np.sqrt(share)))))
-        elif share < EASY:
-            if self.substeps > 1:
-                self.substeps = -(-self.substeps // 2)
-            else:
-                self.span = min(2 * self.span, MOST_SPAN)
+        elif share < EASY and self.substeps > 1:
+            self.substeps = -(-self.substeps // 2)
+        elif drift < EASY * self.model.tolerance:
+            self.span = min(2 * self.span, MOST_SPAN)
 
     def row(self, late: float) -> tuple[float, float, float, float, float]:
         """Heat in the layers [J], hottest surface [K], lowest shear stress [Pa], error, layer steps per mechanical one.
