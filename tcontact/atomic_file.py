@@ -1,8 +1,8 @@
 """Files that a kill, a full disk or a crash leave either as they were or as they were meant to be.
 
-`AtomicFile` lets HDF5 write into memory; `commit` brings it to disk as a whole: first what lies beyond the old end, which
-nothing refers to yet, then an undo file with the old content of what changes in place, then the changes, and last the
-undo file is removed. An undo file that is found means that a commit was cut short: what it holds is the truth
+`AtomicFile` lets HDF5 write into memory; `commit` brings it to disk as a whole: first what lies beyond the old end,
+which nothing refers to yet, then an undo file with the old content of what changes in place, then the changes, and
+last the undo file is removed. An undo file that is found means that a commit was cut short: what it holds is the truth
 (rollback journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
 """
 
