@@ -53,6 +53,8 @@ def contents(path: Path) -> list[str]:
     data = ResultData.open(path)
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
+    if "reason" not in data.attributes:
+        span += "; the run has not ended: it goes on, or `tcontact resume` goes on with it"
     found = [
         f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}",
         "  fields    " + ", ".join([*data.point_fields, *data.cell_fields]),
