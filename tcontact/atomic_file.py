@@ -209,10 +209,15 @@ def roll_back(path: Path) -> None:
     undo_path(path).unlink(missing_ok=True)
 
 
+def part_of(path: Path) -> Path:
+    """The temporary name of a file that is being written."""
+    return path.with_name(f".{path.name}.part")
+
+
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
     """A temporary name to write to; after the block it takes the place of `path`, at once and safely on the device."""
-    part = path.with_name(f".{path.name}.part")
+    part = part_of(path)
     try:
         yield part
         with part.open("rb") as file:

@@ -39,6 +39,14 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(file)
 
 
+def check_free(folder: Path) -> None:
+    """Raise `InputError` if another process runs in the folder; changes nothing."""
+    path = (folder / NAME).resolve()
+    if fcntl is not None and path not in _held and path.is_file():
+        with suppress(OSError):
+            os.close(_acquire(path, folder))
+
+
 def _acquire(path: Path, folder: Path) -> int:
     while True:
         try:

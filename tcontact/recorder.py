@@ -10,6 +10,7 @@ import numpy as np
 from .checkpoint.store import FILES as CHECKPOINTS
 from .errors import InputError, OutputError
 from .fields import von_mises
+from .folder_lock import check_free
 from .obstacles.description import describe
 from .scene import Scene
 from .state import BodyState
@@ -28,6 +29,7 @@ def check_folder(out: Any) -> Path:
         raise InputError("out", out, "a folder name has no null characters")
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "this is a file; give a folder")
+    check_free(folder)
     if (folder / FILE).exists():
         raise InputError(
             "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..atomic_file import replaced
+from ..atomic_file import part_of, replaced
 
 FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
 FORMAT = 1
@@ -59,9 +59,10 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
 
 
 def remove(folder: Path) -> None:
-    """Remove the checkpoints of a folder."""
+    """Remove the checkpoints of a folder, and what a kill left of one."""
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
+        part_of(folder / name).unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Stored:
