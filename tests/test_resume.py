@@ -1,8 +1,11 @@
 """A run that stopped and was resumed has the bits of one that never stopped: results, history, frames."""
 
 import dataclasses
+import json
+import os
 import random
 import shutil
+import signal
 
 import numpy as np
 import pytest
@@ -11,8 +14,9 @@ from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files,
 
 import tcontact as tc
 from tcontact.checkpoint import store
+from tcontact.cli import main
 from tcontact.plan import SMALL
-from tcontact.vtkhdf import ResultData
+from tcontact.vtkhdf import ResultData, ResultFile
 
 FINE = tc.CentralDifference(cfl=0.3)
 
@@ -207,12 +211,41 @@ def test_without_anything_to_go_on_from(stopped, tmp_path):
 def test_a_result_file_with_too_few_frames_is_refused(stopped, tmp_path):
     folder, physics = stopped
     place = shutil.copytree(folder, tmp_path / "short")
-    from tcontact.vtkhdf import ResultFile
-
     ResultFile.reopen(place / "result.vtkhdf", 0).close()
     assert len(ResultData.open(place / "result.vtkhdf")) == 0
     with pytest.raises(tc.InputError, match="fewer than its checkpoints"):
         tc.resume(place, physics, FINE)
+
+
+def test_the_command_line_goes_on_where_ctrl_c_stopped(monkeypatch, tmp_path, capsys):
+    command = ["run", "cube-impact", "--set", "cells=4", "--set", "yaw=10", "--set", "cfl=0.5", "--frames", "6"]
+    assert main([*command, "--out", str(tmp_path / "straight"), "--quiet"]) == 0
+    append = ResultFile.append
+
+    def pressed(self, moment, *fields):
+        if len(self) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        append(self, moment, *fields)
+
+    place = tmp_path / "stopped"
+    with monkeypatch.context() as patch:
+        patch.setattr(ResultFile, "append", pressed)
+        assert main([*command, "--out", str(place)]) == 1
+    assert f"tcontact resume {place}" in capsys.readouterr().out
+    assert main(["resume", str(place), "--quiet"]) == 0
+    same_files(place, tmp_path / "straight")
+    mine, theirs = (json.loads((folder / "summary.json").read_text()) for folder in (place, tmp_path / "straight"))
+    for name in ("case", "parameters", "checks", "steps", "reason", "smoothness", "last_row", "passed"):
+        assert mine[name] == theirs[name], name
+    frames = [sorted(path.name for path in (folder / "frames").iterdir()) for folder in (place, tmp_path / "straight")]
+    assert frames[0] == frames[1]
+    assert main(["resume", str(place)]) == 2
+    assert "has ended" in capsys.readouterr().err
+
+
+def test_a_run_of_a_program_is_resumed_by_a_program(stopped, capsys):
+    assert main(["resume", str(stopped[0])]) == 2
+    assert "tcontact.resume(folder, scene)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
