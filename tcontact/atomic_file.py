@@ -1,9 +1,9 @@
 """Files that a kill, a full disk or a crash leave either as they were or as they were meant to be.
 
-`AtomicFile` lets HDF5 write into memory; `commit` brings it to disk as a whole: first what lies beyond the old end,
-which nothing refers to yet, then an undo file with the old content of what changes in place, then the changes, and
-last the undo file is removed. An undo file that is found means that a commit was cut short: what it holds is the truth
-(rollback journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
+What HDF5 writes beyond the old end of an `AtomicFile` goes there at once: nothing refers to it yet. What it changes in
+place stays in memory until `commit` has written an undo file with the old content; then it goes to disk, and last the
+undo file is removed. An undo file that is found means that a commit was cut short: what it holds is the truth (rollback
+journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ class AtomicFile:
     """A binary file of which the disk sees only what was committed; what h5py wants of a file object.
 
     path: the file; mode: "w" a new one, "r+" an existing one, "r" to look at one, as it was before a commit that was
-    cut short. A commit that fails raises `OSError` and leaves the disk as it was; from then on nothing reaches it.
+    cut short. If the disk fails the next commit raises `OSError` and leaves the file as it was; from then on nothing
+    reaches it.
     """
 
     def __init__(self, path: Path | str, mode: str) -> None:
@@ -37,19 +38,20 @@ class AtomicFile:
         self._file = os.open(self.path, os.O_RDONLY if mode == "r" else os.O_RDWR | os.O_CREAT, 0o666)
         self.failed: OSError | None = None
         self._pages: dict[int, bytearray] = {}  # changed, within the committed size
-        self._tail, self._at = bytearray(), 0
+        self._at = 0
         if mode == "w":
             os.ftruncate(self._file, 0)
             undo_path(self.path).unlink(missing_ok=True)
-        self._end = os.fstat(self._file).st_size
+        self._end = os.fstat(self._file).st_size  # of what was committed
         undo = read_undo(self.path) if mode == "r" else None
         if undo is not None:
             self._end, pages = undo
             self._pages = {number: bytearray(old) for number, old in pages.items()}
+        self._size = self._end
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """As of any file."""
-        start = (0, self._at, self._end + len(self._tail))[whence]
+        start = (0, self._at, self._size)[whence]
         self._at = start + offset
         return self._at
 
@@ -59,7 +61,7 @@ class AtomicFile:
 
     def read(self, size: int = -1) -> bytes:
         """As of any file."""
-        left = max(0, self._end + len(self._tail) - self._at)
+        left = max(0, self._size - self._at)
         buffer = bytearray(left if size < 0 else min(size, left))
         self.readinto(buffer)
         return bytes(buffer)
@@ -80,11 +82,11 @@ class AtomicFile:
                 break
             view[done : done + len(data)] = data
             done, self._at = done + len(data), self._at + len(data)
-        if done < len(view) and self._at >= self._end:
-            first = self._at - self._end
-            data = memoryview(self._tail)[first : first + len(view) - done]
-            view[done : done + len(data)] = data
-            done, self._at = done + len(data), self._at + len(data)
+        span = min(len(view) - done, self._size - self._at)
+        if span > 0:
+            data = os.pread(self._file, span, self._at)
+            view[done : done + span] = data + bytes(span - len(data))
+            done, self._at = done + span, self._at + span
         return done
 
     def _clean(self, number: int) -> int:
@@ -94,7 +96,7 @@ class AtomicFile:
         return min((page * PAGE for page in self._pages if page > number), default=self._end)
 
     def write(self, data: Any) -> int:
-        """Take the bytes at the present place, in memory."""
+        """Take the bytes at the present place."""
         view = memoryview(data).cast("B")
         done = 0
         while done < len(view) and self._at < self._end:
@@ -106,11 +108,13 @@ class AtomicFile:
             page[inside : inside + len(part)] = part
             done, self._at = done + len(part), self._at + len(part)
         if done < len(view):
-            first = self._at - self._end
-            if first > len(self._tail):
-                self._tail.extend(bytes(first - len(self._tail)))
-            self._tail[first : first + len(view) - done] = view[done:]
+            try:
+                if self.failed is None:
+                    _write_at(self._file, view[done:], self._at)
+            except OSError as error:
+                self._give_up(error)
             self._at += len(view) - done
+            self._size = max(self._size, self._at)
         return len(view)
 
     def _old(self, number: int) -> bytes:
@@ -120,9 +124,12 @@ class AtomicFile:
 
     def truncate(self, size: int) -> int:
         """Set the size; what was committed stays allocated."""
-        length = max(0, size - self._end)
-        del self._tail[length:]
-        self._tail.extend(bytes(length - len(self._tail)))
+        self._size = max(size, self._end)
+        try:
+            if self.failed is None and os.fstat(self._file).st_size != self._size:
+                os.ftruncate(self._file, self._size)
+        except OSError as error:
+            self._give_up(error)
         return size
 
     def flush(self) -> None:
@@ -132,29 +139,24 @@ class AtomicFile:
         """Bring all that was written to the file, or nothing of it. Raises `OSError`."""
         if self.failed is not None:
             raise self.failed
-        if not self._pages and not self._tail:
-            return
-        begun = False
         try:
-            _write_at(self._file, self._tail, self._end)
             if self._pages:
                 old = {number: self._old(number) for number in sorted(self._pages)}
                 undo_path(self.path).write_bytes(_undo_bytes(self._end, old))
-                begun = True
                 for number, page in self._pages.items():
                     _write_at(self._file, page, number * PAGE)
                 undo_path(self.path).unlink()
         except OSError as error:
-            self.failed = error
-            with suppress(OSError):
-                if begun:
-                    roll_back(self.path)
-                else:
-                    os.ftruncate(self._file, self._end)
-                    undo_path(self.path).unlink(missing_ok=True)
+            self._give_up(error)
             raise
-        self._end += len(self._tail)
-        self._pages, self._tail = {}, bytearray()
+        self._end, self._pages = self._size, {}
+
+    def _give_up(self, error: OSError) -> None:
+        """Leave the file as the last commit did."""
+        self.failed = error
+        with suppress(OSError):
+            os.ftruncate(self._file, self._end)
+            roll_back(self.path)
 
     def sync(self) -> None:
         """Wait until the device has what was committed."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -217,13 +217,16 @@ class ResultFile:
 
     def close(self) -> None:
         """Close the file; calling it again is harmless."""
-        if self._file:
-            self._file.close()
-            try:
-                if self._disk.failed is None:
-                    self._disk.commit()
-            finally:
-                self._disk.close()
+        if not self._file:
+            return
+        failed = self._disk.failed is not None
+        try:
+            with suppress(Exception) if failed else nullcontext():  # nothing that it does reaches the disk any more
+                self._file.close()
+            if not failed:
+                self._disk.commit()
+        finally:
+            self._disk.close()
 
     def _commit(self) -> None:
         """Bring everything to disk, or nothing."""

@@ -77,6 +77,8 @@ def _summary(path: Path) -> dict[str, Any] | None:
         data = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError("file", str(path), f"is not readable ({error}); run the case again") from error
+    if isinstance(data, dict) and "reason" in data and "case" not in data:
+        return None  # of a run that a program started: the result file says more
     if not isinstance(data, dict) or not ({"case", "runs"} & data.keys()):
         raise InputError("file", str(path), "is not the summary of a run")
     return data
