@@ -29,6 +29,18 @@ _KIND = {number: kind for kind, number in VTK_TYPE.items()}
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
 _HISTORY_ROWS = 4096
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
+# what h5py raises for a file that is not whole, or not ours
+DAMAGED = (
+    KeyError,
+    ValueError,
+    AttributeError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    IndexError,
+    ArithmeticError,
+    MemoryError,
+)
 
 Blocks = Sequence[tuple[str, np.ndarray]]
 
@@ -124,6 +136,17 @@ class ResultFile:
         if len(data) < frames:
             raise InputError("path", str(path), f"holds {len(data)} of the {frames} frames to go on from; run again")
         disk = AtomicFile(path, "r+")
+        try:
+            return cls._cut(disk, data, frames, attributes or {})
+        except DAMAGED as error:
+            disk.close()
+            if disk.failed is not None or isinstance(error, InputError):
+                raise
+            raise InputError("path", str(path), f"is damaged ({error}); run again") from error
+
+    @classmethod
+    def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> ResultFile:
+        """The writer of a file that keeps its first frames."""
         file = h5py.File(disk, "r+", libver="earliest")
         root = file["VTKHDF"]
         moving = {("PointData", name) for name in data.point_fields}
@@ -144,7 +167,7 @@ class ResultFile:
         result._frames = frames
         for name in list(file["tcontact/history"]):
             del file["tcontact/history"][name]
-        result.write_attributes(attributes or {})
+        result.write_attributes(attributes)
         return result
 
     def append(
@@ -296,7 +319,7 @@ class ResultData:
                 points, offsets, connectivity = root["Points"][()], root["Offsets"][()], root["Connectivity"][()]
                 blocks = tuple(_blocks(root["Types"][()], offsets, connectivity))
                 fields = [tuple(n for n in steps[f"{g}Offsets"] if n in root[g]) for g in ("PointData", "CellData")]
-            except (KeyError, ValueError, AttributeError, OSError) as error:
+            except DAMAGED as error:
                 remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
                 raise InputError("path", str(path), remedy) from error
         return cls(path, points, blocks, times, attributes, *fields)
@@ -318,7 +341,7 @@ class ResultData:
                         ("CellData", self.cell_fields, self.cells),
                     )
                 ]
-            except (KeyError, ValueError, OSError) as error:
+            except DAMAGED as error:
                 raise InputError(
                     "path", str(self.path), f"frame {index} cannot be read ({error}); run again"
                 ) from error
@@ -331,9 +354,12 @@ class ResultData:
 
     @property
     def history(self) -> dict[str, np.ndarray]:
-        """Per-step arrays [steps] or [steps,k] by name, read from the file at each call."""
+        """Per-step arrays [steps] or [steps,k] by name, read from the file at each call; `InputError` if damaged."""
         with _opened(self.path) as file:
-            return {name: array[()] for name, array in file["tcontact/history"].items()}
+            try:
+                return {name: array[()] for name, array in file["tcontact/history"].items()}
+            except DAMAGED as error:
+                raise InputError("path", str(self.path), f"the history cannot be read ({error}); run again") from error
 
 
 class _Column:
@@ -414,7 +440,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     disk = AtomicFile(path, "r") if read_undo(path) is not None else None
     try:
         file = h5py.File(path, "r", locking=False) if disk is None else h5py.File(disk, "r")
-    except OSError as error:
+    except DAMAGED as error:
         if disk is not None:
             disk.close()
         remedy = "not an HDF5 file, empty or cut short; give a result.vtkhdf that a run wrote"
