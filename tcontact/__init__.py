@@ -24,7 +24,18 @@ from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .resume import resume  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
-from .schemes import CentralDifference  # noqa: E402
+from .schemes import (  # noqa: E402
+    CentralDifference,
+    DiscreteGradient,
+    Dissipative,
+    Gonzalez,
+    HilberHughesTaylor,
+    Midpoint,
+    PaperImplicit,
+    StressAveraging,
+    TransportAveraging,
+    Trapezoidal,
+)
 from .simulate import simulate  # noqa: E402
 
 __all__ = [
@@ -35,7 +46,11 @@ __all__ = [
     "Checkpoint",
     "Coulomb",
     "Cylinder",
+    "DiscreteGradient",
+    "Dissipative",
     "FrictionLayer",
+    "Gonzalez",
+    "HilberHughesTaylor",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
@@ -43,10 +58,12 @@ __all__ = [
     "MasslessContact",
     "Material",
     "Mesh",
+    "Midpoint",
     "MooneyRivlin",
     "NeoHookean",
     "OutputError",
     "OverlapWarning",
+    "PaperImplicit",
     "PenaltyContact",
     "Plane",
     "RegularizedCoulomb",
@@ -55,7 +72,10 @@ __all__ = [
     "Sdf",
     "Sphere",
     "StVenantKirchhoff",
+    "StressAveraging",
     "Support",
+    "TransportAveraging",
+    "Trapezoidal",
     "box_mesh",
     "friction_layer",
     "plan",

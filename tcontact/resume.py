@@ -56,6 +56,7 @@ def resume(
         physics = fingerprint(scene, scheme)
         compare(stored.head["physics"], physics)
         planned = plan(scene)
+        scheme.check(planned)
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)

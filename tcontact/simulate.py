@@ -66,6 +66,7 @@ def simulate(
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
     planned = plan(scene)
+    scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:

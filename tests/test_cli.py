@@ -67,6 +67,11 @@ def test_list_names_every_case(capsys):
         "bouncing-bar",
         "cube-impact",
         "friction-layer",
+        "incompressible-beam",
+        "penetration-energy",
+        "pressure-shear",
+        "sliding-block",
+        "tumbling-block",
         "wall-shock",
     ]
 

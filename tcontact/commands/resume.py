@@ -49,14 +49,15 @@ def run(arguments: argparse.Namespace) -> int:
     name, label = origin["case"], origin.get("label", "")
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
-    scene = case.comparison(**wanted.scene)[label] if label else case.scene(**wanted.scene)
+    chosen = case.comparison(**wanted.scene)[label] if label else case.scene(**wanted.scene)
+    scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
     arguments.set, arguments.frames = origin["set"], stored.values["course.frames"]
 
     def go() -> tc.Result:
         return tc.resume(
             folder,
             scene,
-            scheme=settings.scheme(wanted.scheme),
+            scheme=scheme,
             threads=arguments.threads,
             arch=arguments.arch,
             progress=not arguments.quiet,

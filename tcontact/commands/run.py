@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not hasattr(case, "scene"):
         out = arguments.out or Path("runs") / arguments.case
         return run_own(case, settings.defaults(case) | wanted.scene, out, arguments, show)
-    scheme = settings.scheme(wanted.scheme)
+    scheme = settings.scheme(wanted.scheme, case)
     out = arguments.out or Path("runs") / arguments.case
     parameters = settings.defaults(case) | wanted.scene
     if wanted.compare:
@@ -72,15 +72,16 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with folder.replacing(out, arguments.force):
             runs: dict[str, tuple[bool, Result]] = {}
-            for label, scene in scenes.items():
+            for label, chosen in scenes.items():
+                scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
                 title = f"{arguments.case} {label}".strip()
                 known = parameters | wanted.scheme
-                go = _start(arguments, scene, scheme, places[label], label)
+                go = _start(arguments, scene, own, places[label], label)
                 runs[label] = finish(go, title, case, known, places[label], arguments)
                 if runs[label][1].reason == "interrupted":
                     break
             if wanted.compare:
-                _compare(arguments, parameters | wanted.scheme, runs, places, out)
+                _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
     except OutputError:
         raise
     except OSError as error:
@@ -128,9 +129,12 @@ def finish(
     normals = _normals(result.scene)
     known = case.curves(result) if hasattr(case, "curves") else None
     caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
-    plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
-    plots.gap(out / "gap.png", result.history, caption)
+    if result.scene.touching:
+        plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
+        plots.gap(out / "gap.png", result.history, caption)
     plots.energy(out / "energy.png", result.history, caption)
+    if hasattr(case, "draw"):
+        case.draw(result, out, caption)
     if arguments.frames:
         from ..render import render_frames
 
@@ -150,7 +154,12 @@ def _normals(scene: Any) -> list[Any]:
 
 
 def _compare(
-    arguments: argparse.Namespace, parameters: dict[str, Any], runs: dict[str, Any], places: dict[str, Path], out: Path
+    arguments: argparse.Namespace,
+    case: Any,
+    parameters: dict[str, Any],
+    runs: dict[str, Any],
+    places: dict[str, Path],
+    out: Path,
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
     from .. import plots, report, smoothness
@@ -159,7 +168,10 @@ def _compare(
     histories = {label: result.history for label, (_, result) in runs.items()}
     normals = _normals(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
-        plots.comparison(picture, histories, normals)
+        if hasattr(case, "draw_comparison"):
+            case.draw_comparison(picture, histories)
+        else:
+            plots.comparison(picture, histories, normals)
     figures = {
         label: {
             "steps": result.steps,
