@@ -16,6 +16,7 @@ import tcontact as tc
 from tcontact.checkpoint import store
 from tcontact.cli import main
 from tcontact.plan import SMALL
+from tcontact.schemes import SCHEMES
 from tcontact.vtkhdf import ResultData, ResultFile
 
 FINE = tc.CentralDifference(cfl=0.3)
@@ -41,6 +42,21 @@ def test_a_split_run_has_the_same_bits(name, monkeypatch, tmp_path):
         assert whole.history["layer_heat"][-1] > 0.0
     if "viscosity" in name:
         assert whole.history["viscous_work"][-1] > 0.0
+
+
+IMPLICIT = {
+    "discrete-gradient": tc.MasslessContact(removal="full"),
+    "midpoint": tc.MasslessContact(removal="normal"),
+    "hilber-hughes-taylor": tc.MasslessContact(removal="full"),
+}
+
+
+@pytest.mark.parametrize(
+    "name", ["discrete-gradient", *(pytest.param(n, marks=pytest.mark.slow) for n in list(IMPLICIT)[1:])]
+)
+def test_a_split_implicit_run_has_the_same_bits(name, monkeypatch, tmp_path):
+    scheme = SCHEMES[name](dt=2e-5)
+    split(monkeypatch, tmp_path, scene(duration=6e-4, contact=IMPLICIT[name]), 2, scheme, every=5)
 
 
 @pytest.mark.slow

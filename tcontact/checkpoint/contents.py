@@ -34,7 +34,7 @@ class Leaf:
     @property
     def is_array(self) -> bool:
         """Whether it is an array, of NumPy or of the device."""
-        return hasattr(self.value, "shape") and not isinstance(self.value, np.generic)
+        return isinstance(self.value, np.ndarray) or hasattr(self.value, "from_numpy")
 
     def put(self, value: Any) -> None:
         """Set it: arrays in place, where kernels look for them."""
@@ -129,7 +129,7 @@ def _leaves(thing: Any, seen: set[int], path: str = "", owner: Any = None, key: 
             yield Leaf(path, owner, key, thing)
     elif id(thing) in seen or isinstance(thing, (type, Prepared)):
         return
-    elif hasattr(thing, "shape") and hasattr(thing, "dtype"):
+    elif isinstance(thing, np.ndarray) or type(thing).__module__.startswith("taichi.lang._ndarray"):
         yield Leaf(path, owner, key, thing)
     elif isinstance(thing, (list, tuple)):
         seen.add(id(thing))
