@@ -10,9 +10,10 @@ _root = Path(__file__).resolve().parent.parent
 if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
+from .checkpoint import Checkpoint  # noqa: E402
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
-from .errors import InputError  # noqa: E402
+from .errors import InputError, OutputError  # noqa: E402
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
@@ -21,6 +22,7 @@ from .mesh_io import read_mesh  # noqa: E402
 from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
+from .resume import resume  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
@@ -41,6 +43,7 @@ __all__ = [
     "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Checkpoint",
     "Coulomb",
     "Cylinder",
     "DiscreteGradient",
@@ -58,6 +61,7 @@ __all__ = [
     "Midpoint",
     "MooneyRivlin",
     "NeoHookean",
+    "OutputError",
     "OverlapWarning",
     "PaperImplicit",
     "PenaltyContact",
@@ -76,6 +80,7 @@ __all__ = [
     "friction_layer",
     "plan",
     "read_mesh",
+    "resume",
     "simulate",
 ]
 

@@ -53,6 +53,8 @@ def contents(path: Path) -> list[str]:
     data = ResultData.open(path)
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
+    if "reason" not in data.attributes:
+        span += "; the run has not ended: it goes on, or `tcontact resume` goes on with it"
     found = [
         f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}",
         "  fields    " + ", ".join([*data.point_fields, *data.cell_fields]),
@@ -75,6 +77,8 @@ def _summary(path: Path) -> dict[str, Any] | None:
         data = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError("file", str(path), f"is not readable ({error}); run the case again") from error
+    if isinstance(data, dict) and "reason" in data and "case" not in data:
+        return None  # of a run that a program started: the result file says more
     if not isinstance(data, dict) or not ({"case", "runs"} & data.keys()):
         raise InputError("file", str(path), "is not the summary of a run")
     return data
