@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +47,9 @@ class Recorder:
     """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
     with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
-    def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str) -> None:
+    def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str, fields: Sequence[str]) -> None:
         self.states = states
+        self.fields = fields
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0
         for body in scene.bodies:
@@ -76,18 +78,23 @@ class Recorder:
         stress = [
             von_mises(state.plan.body.mesh, state.plan.body.material, displacement, state.plan.body.formulation)
             for state, displacement in zip(self.states, displacements, strict=True)
+            if "von_mises" in self.fields
         ]
         self.file.append(
             time,
-            {
-                "displacement": np.concatenate(displacements),
-                "velocity": np.concatenate(velocities),
-                "contact_force": force,
-                "contact_pressure": pressure,
-            }
-            | _stacked([state.layer_fields() for state in self.states]),
-            {"von_mises": np.concatenate(stress)},
+            self._kept(
+                {
+                    "displacement": np.concatenate(displacements),
+                    "velocity": np.concatenate(velocities),
+                    "contact_force": force,
+                    "contact_pressure": pressure,
+                }
+            ),
+            {"von_mises": np.concatenate(stress)} if stress else {},
         )
+
+    def _kept(self, data: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {name: array for name, array in data.items() if name in self.fields}
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file."""

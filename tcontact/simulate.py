@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from . import runtime, validate
+from . import frame_fields, runtime, validate
 from .errors import InputError
 from .loop import Run
 from .plan import Plan, plan
@@ -31,6 +32,7 @@ def simulate(
     history_every: int = 1,
     initial: Result | None = None,
     pressures: bool = False,
+    fields: Sequence[str] | None = None,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -38,8 +40,9 @@ def simulate(
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
     the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
-    pressures of the contact nodes at every row of the history (`Result.contact_pressures`). Ctrl-C stops after the
-    present step with everything kept.
+    pressures of the contact nodes at every row of the history (`Result.contact_pressures`); fields: what frames hold,
+    None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present step with
+    everything kept.
 
     Raises `InputError` before anything is started or written.
     """
@@ -54,13 +57,16 @@ def simulate(
             raise InputError(name, value, "use True or False")
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
+    wanted = frame_fields.chosen(scene, fields)
+    if folder is not None:
+        frame_fields.check_room(folder, scene, frames, wanted)
     planned = plan(scene)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:
         make_folder(folder)
     run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
-    recorder = None if folder is None else Recorder(folder, scene, run.states, " + ".join(planned.terms))
+    recorder = None if folder is None else Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
     with ProgressBar(scene.duration, "simulate", progress) as bar:
         result = run.go(frames, recorder, bar, started)
     if recorder is not None and folder is not None:
