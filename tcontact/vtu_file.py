@@ -46,10 +46,9 @@ class VtuWriter:
             text.append(f"<{section}>")
             for name, array in arrays.items():
                 kind = TYPES[array.dtype.kind]
-                width = 1 if array.ndim == 1 else array.shape[1]
+                width = "" if array.ndim == 1 else f' NumberOfComponents="{array.shape[1]}"'
                 text.append(
-                    f'<DataArray type="{kind}" Name={quoteattr(name)} NumberOfComponents="{width}"'
-                    f' format="appended" offset="{size}"/>'
+                    f'<DataArray type="{kind}" Name={quoteattr(name)}{width} format="appended" offset="{size}"/>'
                 )
                 block = np.ascontiguousarray(array, dtype=f"<{array.dtype.kind}{array.dtype.itemsize}").tobytes()
                 raw += [np.array(len(block), dtype="<u8").tobytes(), block]
