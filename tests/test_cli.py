@@ -260,6 +260,22 @@ def test_info_shows_what_simulate_left(tmp_path, capsys):
     assert "2 frames" in text
 
 
+def test_info_shows_a_case_without_a_scene(tmp_path, capsys):
+    data = {
+        "case": "layer",
+        "parameters": {"velocity": 34.0},
+        "figures": {"slow": {"heat": 2.5}},
+        "versions": {"a": "1"},
+    }
+    checks = [{"name": "warm", "value": 1.0, "bound": "<= 2", "passed": True}]
+    (tmp_path / "summary.json").write_text(json.dumps(data | {"checks": checks}), encoding="utf-8")
+    assert main(["info", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert "slow: heat 2.5" in text
+    assert "pass  warm" in text
+    assert "velocity=34" in text
+
+
 def test_info_refuses_what_is_no_run(tmp_path, capsys):
     (tmp_path / "result.vtkhdf").write_bytes(b"no HDF5 at all")
     (tmp_path / "empty").mkdir()

@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
             show(report.lines(part) if part else [f"{folder / name}: no summary.json"])
         return 0
     if data is not None:
-        show(report.lines(data))
+        show(report.lines(data) if "dt" in data else _own(data))
         settings = ", ".join(f"{key}={_short(value)}" for key, value in data["parameters"].items())
         made = ", ".join(f"{key} {value}" for key, value in data["versions"].items())
         show([*(_wrapped("set", settings) if settings else []), *_wrapped("made by", made)])
@@ -82,6 +82,16 @@ def contents(path: Path) -> list[str]:
                 f"  last row  energy error {history['energy_error'][-1]:.3g}, time {si(history['time'][-1], 's', 4)}"
             )
     return found
+
+
+def _own(data: dict[str, Any]) -> list[str]:
+    """The run of a case without a mechanical scene."""
+    from ..report import check_lines
+
+    found = [str(data["case"])]
+    for label, values in data.get("figures", {}).items():
+        found.append(f"  {label}: " + ", ".join(f"{name} {_short(value)}" for name, value in values.items()))
+    return found + check_lines(data["checks"])
 
 
 def _fields(data: ResultData) -> list[str]:
