@@ -28,7 +28,8 @@ from .friction import (
 from .lanes import CONTACT_AT, DAMPING_RATE, FRICTION_AT
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
-SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
+SEVERAL = 300  # rounds over the obstacles of a node that touches more than one, until their forces agree to
+AGREED = 1e-13  # of what presses; sticking to two at a small angle takes a hundred
 
 
 @ti.func
@@ -43,6 +44,15 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
         net = net - rate * (symmetric(listed.mass, k) @ velocity)
         flexible = flexible / (1.0 + rate * body.params[0])
     return velocity, flexible @ net, flexible
+
+
+@ti.func
+def with_mass(touching: ti.template(), k, relative):
+    """What a velocity [3] is without the massless components of node k: their friction is in the static solve."""
+    for j in ti.static(range(touching.kinds.block)):
+        column = ti.Vector([touching.basis[(3 * k + i) * touching.kinds.block + j] for i in ti.static(range(3))])
+        relative = relative - column.dot(relative) * column
+    return relative
 
 
 @ti.func
@@ -65,6 +75,7 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
             velocity, acceleration, flexible = trial(body, listed, k, damped)
             forces = ti.Matrix.zero(ti.f64, slots, 3)
             for _ in range(ti.static(1 if slots == 1 else SEVERAL)):
+                change = 0.0
                 for p in ti.static(range(slots)):
                     place = k * slots + p
                     pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
@@ -76,7 +87,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         _gap, normal = gap_and_normal(touching, touching.near[place], x)
                         across = tangents(normal)
                         wall = velocity_at(touching, touching.near[place], x, VELOCITY)
-                        slip = across @ (velocity + span * (acceleration + flexible @ others) - wall)
+                        relative = velocity + span * (acceleration + flexible @ others) - wall
+                        if ti.static(touching.kinds.static_friction):
+                            relative = with_mass(touching, k, relative)
+                        slip = across @ relative
                         most = touching.friction[COEFFICIENT] * pressing
                         if ti.static(touching.kinds.static_friction):
                             there = three(touching.traces, trace_place(touching, k, p, TRACTION))
@@ -88,7 +102,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                             touching.kinds.friction, mobility, slip, most, touching.friction[SLIP_SPEED]
                         )
                         for j in ti.static(range(3)):
+                            change += ti.abs(force[j] - forces[p, j])
                             forces[p, j] = force[j]
+                if change <= AGREED * pressed:
+                    break
             total = ti.Vector.zero(ti.f64, 3)
             for p in ti.static(range(slots)):
                 total += ti.Vector([forces[p, j] for j in ti.static(range(3))])

@@ -22,7 +22,18 @@ from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
-from .schemes import CentralDifference  # noqa: E402
+from .schemes import (  # noqa: E402
+    CentralDifference,
+    DiscreteGradient,
+    Dissipative,
+    Gonzalez,
+    HilberHughesTaylor,
+    Midpoint,
+    PaperImplicit,
+    StressAveraging,
+    TransportAveraging,
+    Trapezoidal,
+)
 from .simulate import simulate  # noqa: E402
 
 __all__ = [
@@ -32,7 +43,11 @@ __all__ = [
     "CentralDifference",
     "Coulomb",
     "Cylinder",
+    "DiscreteGradient",
+    "Dissipative",
     "FrictionLayer",
+    "Gonzalez",
+    "HilberHughesTaylor",
     "ImpulseContact",
     "InputError",
     "LinearElastic",
@@ -40,9 +55,11 @@ __all__ = [
     "MasslessContact",
     "Material",
     "Mesh",
+    "Midpoint",
     "MooneyRivlin",
     "NeoHookean",
     "OverlapWarning",
+    "PaperImplicit",
     "PenaltyContact",
     "Plane",
     "RegularizedCoulomb",
@@ -51,7 +68,10 @@ __all__ = [
     "Sdf",
     "Sphere",
     "StVenantKirchhoff",
+    "StressAveraging",
     "Support",
+    "TransportAveraging",
+    "Trapezoidal",
     "box_mesh",
     "friction_layer",
     "plan",

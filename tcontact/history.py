@@ -82,12 +82,19 @@ class Layout:
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row.
+    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row;
+    mid_step: forces of a row are those of the step that ended there, not of its level.
     """
 
     def __init__(
-        self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0, layout: Layout | None = None
+        self,
+        every: int,
+        extra: tuple[str, ...] = (),
+        damping: float = 0.0,
+        layout: Layout | None = None,
+        mid_step: bool = False,
     ) -> None:
+        self.mid_step = mid_step
         self.every = every
         self.extra = extra
         self.steps = 0
@@ -123,7 +130,7 @@ class History:
             self._last = rows[0]
         table = np.concatenate([self._last[None], rows])
         half = 0.5 * np.diff(table[:, :1], axis=0)
-        both = table[:-1] + table[1:]
+        both = 2.0 * table[1:] if self.mid_step else table[:-1] + table[1:]
         added = np.concatenate([half * both[:, places[name]] for name in self._integrals], axis=1)
         own = {name: place.start - self.layout.width for name, place in self._place.items()}
         if "viscous_power" in own:  # that of the step before, not of the level

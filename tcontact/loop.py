@@ -19,7 +19,7 @@ from .progress import ProgressBar
 from .recorder import Recorder
 from .result import Result
 from .scene import Scene
-from .schemes.central_difference import CentralDifference
+from .schemes import Scheme
 from .stable_step import StableStep, largest_rate, with_viscosity
 from .state import BodyState
 
@@ -36,9 +36,10 @@ class Snapshot:
     v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
     """
 
-    def __init__(self, states: list[BodyState], before: float, after: float, dt: float) -> None:
+    def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:
         self.states = states
-        self.share = before / (before + after) if before + after > 0.0 else 0.0
+        # an implicit scheme has the velocity of the level itself
+        self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
         self.displacements = [state.displacement() for state in states]
         self._halves = [state.half_step_velocity() for state in states]
         self._massless = [state.massless_velocity(before or dt) for state in states]
@@ -63,7 +64,7 @@ class Run:
         self,
         scene: Scene,
         planned: Plan,
-        scheme: CentralDifference,
+        scheme: Scheme,
         displacement: list[np.ndarray],
         velocity: list[np.ndarray],
         history_every: int,
@@ -71,23 +72,24 @@ class Run:
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.states = [
-            BodyState(scene, body, u, v, planned.layout)
+            scheme.state(scene, body, u, v, planned.layout)
             for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
         self.limits = []
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
+            stiffness = None if scheme.implicit else stiffness
             self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness))
         self.dt_limit = self._limit()
-        if all(state.plan.body.material.linear for state in self.states):
+        if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, planned.layout)
+        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
-        self.guards = Guards(scene, self.states)
+        self.guards = Guards(scene, self.states, scheme.implicit)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
@@ -99,7 +101,7 @@ class Run:
         return found
 
     def _warn_over(self, dt: float, limit: float) -> None:
-        if dt > limit and not self.over_limit:
+        if dt > limit and not self.over_limit and not self.scheme.implicit:
             self.over_limit = True
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
@@ -127,7 +129,7 @@ class Run:
                 final = time >= end or cut
                 after = 0.0 if final else self.dt
                 frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
-                snapshot = Snapshot(self.states, before, after, self.dt) if final or frame else None
+                snapshot = self._snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
@@ -160,6 +162,9 @@ class Run:
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
         return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+
+    def _snapshot(self, before: float, after: float) -> Snapshot:
+        return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
         """Take rows into the history, None to close it, and the pressures of the row that it kept."""
@@ -204,7 +209,7 @@ class Run:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
         if self.scene.viscosity is not None:
             self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0])))
-        if not any(self.guards.nonlinear):
+        if self.scheme.implicit or not any(self.guards.nonlinear):
             return
         jacobian = float(row[PLACE["jacobian_min"]][0])
         crushed = jacobian < self._jacobian - CRUSHED
@@ -267,6 +272,7 @@ class Run:
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
+            scheme=self.scheme,
         )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -206,8 +207,15 @@ class Plan:
         names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
         return tuple(names)
 
-    def describe(self) -> str:
-        """Terms, sizes, kernels and bytes of the run, before anything is allocated."""
+    def describe(self, scheme: Any = None) -> str:
+        """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.
+
+        An implicit scheme names its equations, the solver of its linear systems and why that one.
+        """
+        if getattr(scheme, "implicit", False):
+            from .implicit.describe import describe as implicit
+
+            return implicit(self, scheme)
         from .describe import describe
 
         return describe(self)

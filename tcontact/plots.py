@@ -117,6 +117,58 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
     figure.savefig(path)
 
 
+def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
+    """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}."""
+    figure, drawn = _figure(len(rows), title)
+    end = max(float(times[-1]) for curves in rows.values() for times, _ in curves.values())
+    span, mark = si_scale(end)
+    for axes, ((name, unit), curves) in zip(drawn, rows.items(), strict=True):
+        largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for _, values in curves.values())
+        factor, prefix = si_scale(largest if unit != "-" else 1.0)
+        for number, (label, (times, values)) in enumerate(curves.items()):
+            color, style = ((BLUE, "-"), (RED, "--"), (GREEN, ":"), (ORANGE, "-."))[number % 4]
+            axes.plot(times / span, values / factor, color=color, lw=1.0, ls=style, label=label)
+        axes.set_ylabel(f"{name} [{_greek(prefix)}{unit}]")
+    drawn[0].legend(loc="best", frameon=False)
+    _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
+
+
+def energies(path: Path, runs: Mapping[str, History]) -> None:
+    """Plot the energies of runs over the one at the start: on their own scale above, around 1 below."""
+    figure, (upper, lower) = _figure(2, "")
+    longest = max(runs.values(), key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    colours = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN, GREY, "#00939c", "#303030")
+    for number, (label, history) in enumerate(runs.items()):
+        share = history["energy"] / history["energy"][0]
+        style: dict[str, Any] = {"color": colours[number % len(colours)], "lw": 1.1, "ls": ("-", "--")[number // 5 % 2]}
+        upper.plot(history["time"] / unit[0], share, label=label, **style)
+        lower.plot(history["time"] / unit[0], np.maximum(np.abs(share - 1.0), 1e-16), **style)
+    upper.set_ylabel("energy / energy at the start")
+    upper.set_ylim(0.0, 3.0)
+    upper.legend(frameon=False, fontsize=7, ncols=2)
+    lower.set_yscale("log")
+    lower.set_ylabel("relative change")
+    _finish(figure, [upper, lower], longest["time"] / unit[0], unit[1], path)
+
+
+def penetration_energies(path: Path, panels: Mapping[str, Mapping[str, History]]) -> None:
+    """Plot penetration energies over time, a panel for each group of runs, all on the same scales."""
+    figure, grid = _grid(1, len(panels))
+    histories = [history for runs in panels.values() for history in runs.values()]
+    factor, prefix = si_scale(max(float(np.nanmax(history["contact"], initial=0.0)) for history in histories))
+    longest = max(histories, key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    for axes, (title, runs) in zip(grid[0], panels.items(), strict=True):
+        for colour, (label, history) in zip((BLUE, RED, GREEN, ORANGE, PURPLE), runs.items(), strict=False):
+            axes.plot(history["time"] / unit[0], history["contact"] / factor, color=colour, lw=1.1, label=label)
+        axes.set_title(title, fontsize=9)
+        axes.legend(frameon=False, fontsize=8)
+        axes.set_xlabel(f"time [{unit[1]}]")
+    grid[0][0].set_ylabel(f"penetration energy [{_greek(prefix)}J]")
+    _finish(figure, [grid[0][-1]], longest["time"] / unit[0], unit[1], path)
+
+
 def unrest(force: np.ndarray) -> float:
     """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
     return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,8 @@ class Result:
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
     history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS, and
     `hourglass` [J] where a body has one-point hexes: the part of `elastic` in their hourglass modes;
-    warnings: what was warned about; scene: what was run; contact_pressures: pressures of the contact nodes at every row
-    of the history, a record per body that can touch, if `simulate` was asked for `pressures`.
+    warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
+    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`.
     """
 
     ok: bool
@@ -46,6 +47,7 @@ class Result:
     scene: Scene
     warnings: list[str] = field(default_factory=list)
     contact_pressures: tuple[PressureRecord, ...] = ()
+    scheme: Any = None
 
     def nodes_of(self, name: str) -> slice:
         """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""

@@ -50,6 +50,7 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
+    scheme.check(scene)
     validate.whole("frames", frames, 0)
     validate.whole("history_every", history_every, 1)
     for name, value in (("progress", progress), ("pressures", pressures)):

@@ -70,6 +70,9 @@ def test_list_names_every_case(capsys):
         "bouncing-bar",
         "cube-impact",
         "friction-layer",
+        "incompressible-beam",
+        "penetration-energy",
+        "tumbling-block",
         "wall-shock",
     ]
 

@@ -48,7 +48,7 @@ def _timed(obstacle: Obstacle, positions: np.ndarray) -> tuple[np.ndarray, np.nd
     from ..terms.obstacles import Obstacles
 
     body = blocks.block("hex8", "linear", 2).bodies[0]
-    records = Obstacles(Scene([body], [obstacle], duration=1.0, contact=None), np.zeros(3), 1)
+    records = Obstacles(Scene([body], [obstacle], duration=1.0), np.zeros(3), 1)
     points, gaps = arrays.put(positions), arrays.zeros(len(positions))
     launch = Prepared(make_gaps(records.shapes))
     taken = []

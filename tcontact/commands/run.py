@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not hasattr(case, "scene"):
         out = arguments.out or Path("runs") / arguments.case
         return run_own(case, settings.defaults(case) | wanted.scene, out, arguments, show)
-    scheme = settings.scheme(wanted.scheme)
+    scheme = settings.scheme(wanted.scheme, case)
     out = arguments.out or Path("runs") / arguments.case
     parameters = settings.defaults(case) | wanted.scene
     if wanted.compare:
@@ -67,13 +67,14 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with folder.replacing(out, arguments.force):
             runs: dict[str, tuple[bool, Result]] = {}
-            for label, scene in scenes.items():
+            for label, chosen in scenes.items():
+                scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
                 title = f"{arguments.case} {label}".strip()
-                runs[label] = _one(title, case, scene, scheme, parameters | wanted.scheme, places[label], arguments)
+                runs[label] = _one(title, case, scene, own, parameters | wanted.scheme, places[label], arguments)
                 if runs[label][1].reason == "interrupted":
                     break
             if wanted.compare:
-                _compare(arguments, parameters | wanted.scheme, runs, places, out)
+                _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
     except OSError as error:
         raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
     return 0 if all(passed for passed, _ in runs.values()) else 1
@@ -106,9 +107,12 @@ def _one(
     normals = _normals(scene)
     known = case.curves(result) if hasattr(case, "curves") else None
     caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
-    plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
-    plots.gap(out / "gap.png", result.history, caption)
+    if scene.touching:
+        plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
+        plots.gap(out / "gap.png", result.history, caption)
     plots.energy(out / "energy.png", result.history, caption)
+    if hasattr(case, "draw"):
+        case.draw(result, out, caption)
     if arguments.frames:
         from ..render import render_frames
 
@@ -142,7 +146,12 @@ def _normals(scene: Any) -> list[Any]:
 
 
 def _compare(
-    arguments: argparse.Namespace, parameters: dict[str, Any], runs: dict[str, Any], places: dict[str, Path], out: Path
+    arguments: argparse.Namespace,
+    case: Any,
+    parameters: dict[str, Any],
+    runs: dict[str, Any],
+    places: dict[str, Path],
+    out: Path,
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
     from .. import plots, report, smoothness
@@ -151,7 +160,10 @@ def _compare(
     histories = {label: result.history for label, (_, result) in runs.items()}
     normals = _normals(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
-        plots.comparison(picture, histories, normals)
+        if hasattr(case, "draw_comparison"):
+            case.draw_comparison(picture, histories)
+        else:
+            plots.comparison(picture, histories, normals)
     figures = {
         label: {
             "steps": result.steps,
