@@ -98,6 +98,8 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         if ti.static(touching.kinds.layered):
                             most = ti.min(most, touching.friction[node_place(k, LIMIT)])
                         mobility = span * (across @ flexible @ across.transpose())
+                        if mobility[0, 0] + mobility[1, 1] <= 0.0:
+                            most = 0.0  # no mass: its friction is that of the static solve
                         force = across.transpose() @ resist(
                             touching.kinds.friction, mobility, slip, most, touching.friction[SLIP_SPEED]
                         )

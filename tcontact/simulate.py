@@ -50,7 +50,6 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
-    scheme.check(scene)
     validate.whole("frames", frames, 0)
     validate.whole("history_every", history_every, 1)
     for name, value in (("progress", progress), ("pressures", pressures)):
@@ -62,6 +61,7 @@ def simulate(
     if folder is not None:
         frame_fields.check_room(folder, scene, frames, wanted)
     planned = plan(scene)
+    scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:

@@ -72,6 +72,8 @@ def test_list_names_every_case(capsys):
         "friction-layer",
         "incompressible-beam",
         "penetration-energy",
+        "pressure-shear",
+        "sliding-block",
         "tumbling-block",
         "wall-shock",
     ]

@@ -9,6 +9,7 @@ import pytest
 import tcontact as tc
 from tcontact.cases import incompressible_beam, penetration_energy, tumbling_block
 from tcontact.cli import main
+from tcontact.implicit.linear_solver import DIRECT
 from tcontact.plan import plan
 
 
@@ -76,8 +77,8 @@ def test_penetration_energies_are_drawn_in_two_panels(tmp_path):
 def test_description_names_the_solver_and_why():
     small, large = (plan(tumbling_block.scene(cells=n)) for n in (4, 24))
     scheme = tc.DiscreteGradient(dt=1e-4)
-    assert "SuperLU): no more than 1500 unknowns" in small.describe(scheme)
-    assert "BiCGStab, inverse diagonal blocks: more than 1500 unknowns" in large.describe(scheme)
+    assert f"SuperLU): no more than {DIRECT} unknowns" in small.describe(scheme)
+    assert f"BiCGStab, inverse diagonal blocks: more than {DIRECT} unknowns" in large.describe(scheme)
     stiff = plan(incompressible_beam.scene(cells=100, ratio=1000.0))
     assert "lambda/mu = 1e+03 is 100 or more" in stiff.describe(scheme)
     assert "as asked for" in large.describe(tc.DiscreteGradient(dt=1e-4, solver="direct"))

@@ -404,6 +404,36 @@ def test_consistent_redistributed_mass(removal):
     assert result.history["impulse"][-1, 2] == pytest.approx(lumped.history["impulse"][-1, 2], rel=0.05)
 
 
+# more than one body, more than one run
+
+
+def test_bodies_move_on_their_own_and_a_run_goes_on_where_another_ended():
+    """Two cubes in one scene do what each does alone; two runs one after the other are one run; history thinned."""
+    left, right = cube(2), cube(2, speed=4.0)
+    moved = tc.Mesh(right.mesh.nodes + np.array([0.5, 0, 0]), right.mesh.cells, "hex8", face_sets=right.mesh.face_sets)
+    right = replace(right, mesh=moved, velocity=(0, 0, -4.0))
+    contact, scheme = tc.MasslessContact(penalty=STIFF), tc.DiscreteGradient(dt=1e-4)
+    both = tc.Scene(bodies=[left, right], obstacles=[tc.Plane()], contact=contact, duration=1e-3)
+    together = run(both, scheme, history_every=3)
+    alone = [run(scene(body, tc.Plane(), contact, 1e-3), scheme) for body in (left, right)]
+    assert np.abs(together.position - np.concatenate([one.position for one in alone])).max() < 1e-13
+    impulse = sum(one.history["impulse"][-1] for one in alone)
+    assert np.abs(together.history["impulse"][-1] - impulse).max() < 1e-12
+    half = replace(both, duration=0.5e-3)
+    after = run(half, scheme, initial=run(half, scheme))
+    assert np.abs(after.position - together.position).max() < 1e-11
+
+
+def test_frames_and_pressures_of_an_implicit_run(tmp_path):
+    """The last frame and the pressures on record belong to the rows of the history."""
+    own = scene(cube(2), tc.Plane(), tc.MasslessContact(), 1e-3)
+    result = run(own, tc.DiscreteGradient(dt=1e-4), out=tmp_path / "run", frames=4, pressures=True)
+    assert (tmp_path / "run" / "result.vtkhdf").stat().st_size > 1000
+    total = result.contact_node_force.sum(axis=0)
+    assert np.abs(total - result.history["contact_force"][-1]).max() < 1e-9
+    assert total[2] > 100.0
+
+
 # input
 
 
@@ -423,6 +453,20 @@ def test_what_implicit_schemes_do_not_have_is_refused(change, field):
         tc.simulate(own, scheme=tc.DiscreteGradient(dt=1e-4))
     assert error.value.field == field
     assert "central-difference" in str(error.value) or "Contact" in str(error.value)
+
+
+def test_periodic_bodies_and_cells_without_heirs_are_refused():
+    own = scene(cube(2))
+    tied = replace(own, bodies=[replace(own.bodies[0], periodic="x")])
+    with pytest.raises(tc.InputError, match="periodic"):
+        tc.simulate(tied, scheme=tc.DiscreteGradient(dt=1e-4))
+    corner = replace(cube(3, kind="tet4"), contact=["zmin", "xmin", "ymin", "zmax", "xmax", "ymax"])
+    walls = scene(corner, tc.Plane(), tc.MasslessContact(removal="full"))
+    with pytest.raises(tc.InputError, match="lumped"):
+        tc.simulate(walls, scheme=tc.DiscreteGradient(dt=1e-4, mass="consistent"))
+    deep = replace(walls, contact=tc.MasslessContact(depth=2))
+    with pytest.raises(tc.InputError, match="depth"):
+        tc.simulate(deep, scheme=tc.DiscreteGradient(dt=1e-4, mass="consistent"))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from .. import arrays
 from ..launch import Prepared
 from .sparsity import Sparsity
 
-DIRECT = 1500  # unknowns up to which factors are cheaper
+DIRECT = 900  # unknowns up to which factors are cheaper
 STIFF = 100.0  # lam/mu from which Krylov methods need too many products
 MOST = 500  # products of BiCGStab
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
 from ..lumped_mass import shape_functions
 from ..plan import BodyPlan
 from .sparsity import Sparsity
@@ -100,10 +99,6 @@ def consistent_cells(plan: BodyPlan) -> np.ndarray:
     width = cells.shape[1]
     for cell in np.flatnonzero((slot[cells] >= 0).any(axis=1)):
         inside = slot[cells[cell]] >= 0
-        if inside.all():
-            raise InputError(
-                "mass", "consistent", "a cell has contact nodes only and no node to hand their mass to; use 'lumped'"
-            )
         transfer = np.einsum("ab,ij->aibj", np.eye(width), np.eye(3))
         for k in np.flatnonzero(inside):
             basis = contact.basis[slot[cells[cell, k]]]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..history import Layout
-    from ..plan import BodyPlan
+    from ..plan import BodyPlan, Plan
     from ..scene import Scene
     from ..state import BodyState
 
@@ -53,7 +53,7 @@ class CentralDifference:
         """The step [s] for a stable step dt_limit [s]."""
         return self.dt if self.dt is not None else (self.cfl or DEFAULT_CFL) * dt_limit
 
-    def check(self, scene: Scene) -> None:
+    def check(self, planned: Plan) -> None:
         """Every scene can be run."""
 
     def state(

@@ -18,7 +18,7 @@ from ..errors import InputError
 
 if TYPE_CHECKING:
     from ..history import Layout
-    from ..plan import BodyPlan
+    from ..plan import BodyPlan, Plan
     from ..scene import Scene
 
 
@@ -108,8 +108,9 @@ class ImplicitScheme:
         """Share of the force of the step in the impulse of the step; the rest is that of the step before."""
         return 1.0
 
-    def check(self, scene: Scene) -> None:
+    def check(self, planned: Plan) -> None:
         """Refuse what implicit steps do not have. Raises `InputError`."""
+        scene = planned.scene
         for field in ("friction", "damping", "viscosity"):
             if getattr(scene, field) is not None:
                 remedy = f"{self.name} takes none; leave it at None or use scheme='central-difference'"
@@ -120,6 +121,11 @@ class ImplicitScheme:
         if self.mass == "consistent" and getattr(scene.contact, "depth", 1) > 1:
             remedy = "the consistent mass is handed over inside the cells alone: use depth=1 or mass='lumped'"
             raise InputError("MasslessContact.depth", getattr(scene.contact, "depth", 1), remedy)
+        for one in planned.bodies if self.mass == "consistent" else ():
+            contact = one.contact
+            if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
+                remedy = "a cell has contact nodes alone and no node to hand their mass to; use mass='lumped'"
+                raise InputError("mass", self.mass, remedy)
         for index, body in enumerate(scene.bodies):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
