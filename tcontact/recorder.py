@@ -88,6 +88,7 @@ class Recorder:
                     "velocity": np.concatenate(velocities),
                     "contact_force": force,
                     "contact_pressure": pressure,
+                    **_stacked([state.layer_fields() for state in self.states]),
                 }
             ),
             {"von_mises": np.concatenate(stress)} if stress else {},

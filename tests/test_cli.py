@@ -65,18 +65,9 @@ def cube(tmp_path_factory) -> tuple[Path, str]:
 def test_list_names_every_case(capsys):
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == [
-        "bar-impact",
-        "bouncing-bar",
-        "cube-impact",
-        "friction-layer",
-        "incompressible-beam",
-        "penetration-energy",
-        "pressure-shear",
-        "sliding-block",
-        "tumbling-block",
-        "wall-shock",
-    ]
+    files = sorted(path.stem.replace("_", "-") for path in (ROOT / "cases").glob("[a-z]*.py"))
+    assert [line.split()[0] for line in lines] == files
+    assert {"bar-impact", "cube-impact", "friction-layer", "sliding-block"} <= set(files)
 
 
 def test_list_verbose_shows_parameters_with_their_choices(capsys):

@@ -50,3 +50,16 @@ def test_wrong_fields_and_a_full_disk_are_refused_before_anything_is_written(tmp
     with pytest.raises(tc.InputError, match="fewer frames"):
         tc.simulate(scene(2), out=out, frames=2)
     assert not out.exists()
+
+
+def test_frames_of_a_scene_with_layers_hold_their_temperature_and_shear(tmp_path):
+    mesh = tc.box_mesh((1e-3, 1e-3, 1e-3), (2, 2, 2))
+    steel = tc.LinearElastic(2e11, 0.3, 7900.0)
+    block = tc.Body(mesh, steel, (10.0, 0.0, -5.0), contact="zmin")
+    case = tc.Scene([block], [tc.Plane()], duration=2e-7, contact=tc.MasslessContact(), friction=tc.FrictionLayer())
+    result = tc.simulate(case, out=tmp_path, frames=3)
+    data = ResultData.open(tmp_path / "result.vtkhdf")
+    assert set(frame_fields.available(case)) == {*data.point_fields, *data.cell_fields}
+    hottest = data.frame(-1).point_data["layer_temperature"].max()
+    assert hottest > 300.0
+    assert hottest == result.history["layer_temperature_max"][-1]
