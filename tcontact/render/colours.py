@@ -14,7 +14,7 @@ FIELDS = {  # file name of a field: what the picture calls it, its unit, its col
     "von_mises": ("Von Mises stress", "Pa", "viridis"),
     "velocity": ("Speed", "m/s", "viridis"),
     "displacement": ("Displacement", "m", "viridis"),
-    "layer_temperature": ("Temperature of the friction layer", "K", "inferno"),
+    "layer_temperature": ("Temperature of the friction layer", "K", "pressure"),
     "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
     "body": ("Body", "", "viridis"),
 }

@@ -75,7 +75,8 @@ class Studio:
                 low, high = min(low, *np.quantile(values, [0.015])), max(high, *np.quantile(values, [0.985]))
         top = round_up(max(high, -low))
         if field in AWAY_FROM_ZERO and 0.0 < least < high:
-            return round_down(least), top
+            low = round_down(least)
+            return low, low + round_up(high - low)
         return (-top if low < 0 else 0.0), top
 
     def positions(self, frame: Frame) -> np.ndarray:
