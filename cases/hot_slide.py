@@ -101,8 +101,9 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
         from tcontact.render import render_frames
         from tcontact.vtkhdf import ResultData
 
-        if len(ResultData.open(folder / "result.vtkhdf")):
-            for field in ("layer_temperature", "layer_shear"):
+        data = ResultData.open(folder / "result.vtkhdf")
+        if len(data):
+            for field in {"layer_temperature", "layer_shear"} & set(data.point_fields):
                 render_frames(
                     folder / "result.vtkhdf", folder / field, field, view="below", animation=False, title=title
                 )

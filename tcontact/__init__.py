@@ -1,4 +1,21 @@
-"""tcontact: dynamic contact and impact of deformable solids, on CPU and GPU."""
+"""tcontact: dynamic contact and impact of deformable solids, on CPU and GPU.
+
+How it works. Data flows one way, and nothing flows back:
+
+    Mesh, Material, Body, obstacles -> Scene      plain data that checks itself (mesh*, materials, scene, obstacles)
+    plan(scene)                                   decides what exists: terms, masses, contact lists (plan, removal)
+    Run                                           state, compiled kernels and the loop (state, terms, schemes, loop)
+    Result, result.vtkhdf, summary.json           what comes out (result, history, recorder, vtkhdf, report)
+    pictures, plots, exports, notebooks           drawn from that alone (render, plots, export, notebook)
+
+A body is a mesh whose nodes carry mass and whose cells carry stress. Every step the cells turn displacements into
+forces (terms.internal_force), the scheme turns forces into motion, and the contact nodes, which carry no mass, are
+placed by a small projected static solve (terms.static_solve): the contact force is the elastic force that is left on
+them. A ledger keeps energy, impulse and momenta of every step, and guards stop a run that is wrong.
+
+Pages on the parts: `pydoc tcontact.terms`, `.schemes`, `.obstacles`, `.friction_layer`, `.kernels`, `.cases`,
+`.render`, `.study`, `.bench`, `.commands`.
+"""
 
 from importlib import import_module
 from pathlib import Path

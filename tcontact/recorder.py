@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,13 +51,20 @@ class Recorder:
     with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
     def __init__(
-        self, folder: Path, scene: Scene, states: list[BodyState], title: str, frames: int | None = None
+        self,
+        folder: Path,
+        scene: Scene,
+        states: list[BodyState],
+        title: str,
+        fields: Sequence[str],
+        frames: int | None = None,
     ) -> None:
-        """frames: go on with so many frames of the file that is there; None = start a new one.
+        """fields: what frames hold; frames: go on with so many frames of the file that is there; None = start anew.
 
         Raises `InputError` where the file cannot be made or gone on with.
         """
         self.states, self.folder = states, folder
+        self.fields = fields
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0
         for body in scene.bodies:
@@ -88,18 +96,22 @@ class Recorder:
         stress = [
             von_mises(state.plan.body.mesh, state.plan.body.material, displacement, state.plan.body.formulation)
             for state, displacement in zip(self.states, displacements, strict=True)
+            if "von_mises" in self.fields
         ]
-        fields = {
+        nodal = {
             "displacement": np.concatenate(displacements),
             "velocity": np.concatenate(velocities),
             "contact_force": force,
             "contact_pressure": pressure,
+            **_stacked([state.layer_fields() for state in self.states]),
         }
-        fields |= _stacked([state.layer_fields() for state in self.states])
         try:
-            self.file.append(time, fields, {"von_mises": np.concatenate(stress)})
+            self.file.append(time, self._kept(nodal), {"von_mises": np.concatenate(stress)} if stress else {})
         except OSError as error:
             raise self._unwritten(f"the frame at t = {time:.6g} s", error) from error
+
+    def _kept(self, data: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {name: array for name, array in data.items() if name in self.fields}
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""

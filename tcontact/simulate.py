@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from time import perf_counter
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from . import runtime, validate
+from . import frame_fields, runtime, validate
 from .checkpoint import Checkpoint, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
@@ -39,6 +40,7 @@ def simulate(
     initial: Result | None = None,
     pressures: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = None,
+    fields: Sequence[str] | None = None,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -48,8 +50,9 @@ def simulate(
     the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
     pressures of the contact nodes at every row of the history (`Result.contact_pressures`); checkpoint: seconds of
     wall time between checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which
-    `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished. Ctrl-C stops after
-    the present step with everything kept.
+    `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
+    frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
+    step with everything kept.
 
     Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.
     """
@@ -65,6 +68,9 @@ def simulate(
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
+    wanted = frame_fields.chosen(scene, fields)
+    if folder is not None:
+        frame_fields.check_room(folder, scene, frames, wanted)
     planned = plan(scene)
     scheme.check(planned)
     _warn_steep(scene, planned)
@@ -77,11 +83,11 @@ def simulate(
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
-        recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms))
+        recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
         keeper = None
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
-            head |= {"history_every": history_every, "pressures": pressures}
+            head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, run, recorder, head, start)
         with ProgressBar(scene.duration, "simulate", progress) as bar:

@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = case.comparison(**wanted.scene)[label] if label else case.scene(**wanted.scene)
     scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
     arguments.set, arguments.frames = origin["set"], stored.values["course.frames"]
+    arguments.fields = stored.head["fields"]
 
     def go() -> tc.Result:
         return tc.resume(

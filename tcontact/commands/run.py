@@ -37,6 +37,9 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--frames", metavar="N", type=_count, default=60, help="pictures over the run, 0 = none (default: 60)"
     )
+    parser.add_argument(
+        "--fields", metavar="A,B", type=_names, help="fields in the frames, with the displacement (default: all)"
+    )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     parser.add_argument("--threads", metavar="N", type=_positive, help="CPU threads (default: all cores)")
     parser.add_argument(
@@ -93,6 +96,8 @@ def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, la
     """What runs one scene from its start."""
     import tcontact as tc
 
+    if arguments.frames and not arguments.quiet:
+        print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
     checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin) if arguments.checkpoint else None
     return lambda: tc.simulate(
@@ -105,6 +110,7 @@ def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, la
         progress=not arguments.quiet,
         pressures=True,
         checkpoint=checkpoint,
+        fields=arguments.fields,
     )
 
 
@@ -138,13 +144,27 @@ def finish(
     if arguments.frames:
         from ..render import render_frames
 
-        render_frames(out / "result.vtkhdf", out, field="von_mises", title=caption)
+        render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
     if not arguments.quiet:
         show(report.lines(data))
         print(f"  files in {out}")
     elif not data["passed"]:
         show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
     return data["passed"], result
+
+
+def _size(scene: Any, arguments: argparse.Namespace) -> str:
+    """What the frames will take on the disk."""
+    from .. import frame_fields
+
+    fields = frame_fields.chosen(scene, arguments.fields)
+    size = frame_fields.size(scene, arguments.frames, fields) / 1e6
+    return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
+
+
+def _coloured(fields: list[str] | None) -> str:
+    """The field that colours the pictures of a run."""
+    return "von_mises" if fields is None or "von_mises" in fields else (*fields, "displacement")[0]
 
 
 def _normals(scene: Any) -> list[Any]:
@@ -213,6 +233,10 @@ def show(lines: list[str]) -> None:
         text.highlight_regex(r"^  pass\b", "green")
         text.highlight_regex(r"^  FAIL\b", "bold red")
         console.print(text)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _count(text: str) -> int:
