@@ -234,7 +234,7 @@ def test_a_result_file_with_too_few_frames_is_refused(stopped, tmp_path):
 
 
 def test_the_command_line_goes_on_where_ctrl_c_stopped(monkeypatch, tmp_path, capsys):
-    command = ["run", "cube-impact", "--set", "cells=4", "--set", "yaw=10", "--set", "cfl=0.5", "--frames", "6"]
+    command = ["run", "cube-impact", "--set", "cells=4", "--set", "yaw=10", "--set", "cfl=0.5", "--frames", "5"]
     assert main([*command, "--out", str(tmp_path / "straight"), "--quiet"]) == 0
     append = ResultFile.append
 
