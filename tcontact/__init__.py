@@ -22,6 +22,7 @@ from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
+from .scene_files import load_scene, save_scene  # noqa: E402
 from .schemes import CentralDifference  # noqa: E402
 from .simulate import simulate  # noqa: E402
 
@@ -53,8 +54,10 @@ __all__ = [
     "Support",
     "box_mesh",
     "friction_layer",
+    "load_scene",
     "plan",
     "read_mesh",
+    "save_scene",
     "simulate",
 ]
 

@@ -1,4 +1,4 @@
-"""`contact="auto"`: the faces that may meet an obstacle are found, no node goes through, results are those of named sets."""
+"""`contact="auto"`: the faces that may meet an obstacle are found; the run is that of the named set."""
 
 import dataclasses
 

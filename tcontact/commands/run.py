@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from . import folder, settings
 from .run_own import run_own
+from .run_scene import is_scene, run_scene
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -24,7 +25,7 @@ def add(subparsers: Any) -> None:
         help="run a case",
         description="Run a case; leave summary.json, history.csv, result.vtkhdf, plots and frames in a folder.",
     )
-    parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list)")
+    parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list), or a scene.toml")
     parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
@@ -34,7 +35,7 @@ def add(subparsers: Any) -> None:
     )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
     parser.add_argument(
-        "--frames", metavar="N", type=_count, default=60, help="pictures over the run, 0 = none (default: 60)"
+        "--frames", metavar="N", type=_count, help="pictures over the run, 0 = none (default: 60)"
     )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     parser.add_argument("--threads", metavar="N", type=_positive, help="CPU threads (default: all cores)")
@@ -47,6 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the case and return the exit code."""
     from tcontact import cases
 
+    if is_scene(arguments.case):
+        return run_scene(arguments, _one)
+    arguments.frames = 60 if arguments.frames is None else arguments.frames
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
     if not hasattr(case, "scene"):
@@ -93,6 +97,7 @@ def _one(
         arch=arguments.arch,
         progress=not arguments.quiet,
         pressures=True,
+        history_every=getattr(arguments, "history_every", 1),
     )
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks)
