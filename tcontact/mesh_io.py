@@ -45,6 +45,8 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
         if error.field == "kind":
             raise
         raise _refusal(file, f"not usable as a mesh: {error}") from error
+    except MemoryError as error:
+        raise _refusal(file, "needs more memory than there is; the file is damaged or too large") from error
     except Exception as error:  # readers stumble over broken files in many ways
         reason = " ".join(f"{type(error).__name__} {error}".split())
         raise _refusal(file, f"cannot be read ({reason}); check that it is complete, or save it again") from error

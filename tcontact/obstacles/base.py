@@ -87,7 +87,8 @@ def direction(field: str, value: Any, remedy: str) -> np.ndarray:
     length = float(np.linalg.norm(given))
     if length == 0.0:
         raise InputError(field, value, remedy)
-    unit = np.asarray(given / length)
+    # one that is a unit vector stays as it is, to the bit: what is copied or read from a file is normalised only once
+    unit = np.array(given) if abs(length - 1.0) <= 4.0 * np.finfo(float).eps else np.asarray(given / length)
     unit.setflags(write=False)
     return unit
 

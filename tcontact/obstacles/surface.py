@@ -165,7 +165,10 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InputError(FIELD, str(file), "its points are not three finite numbers each; save it again")
-    return points, np.concatenate(triangles)
+    corners = np.concatenate(triangles)
+    if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
+        raise InputError(FIELD, str(file), "triangles refer to points that it does not hold; save it again")
+    return points, corners
 
 
 def _name(given: Any) -> Any:
