@@ -53,9 +53,13 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
 
 
 def _reader(file: Path) -> Any:
-    if file.is_dir():
+    try:
+        is_folder, is_file = file.is_dir(), file.is_file()
+    except (OSError, ValueError) as error:
+        raise _refusal(file, f"no file can have this name ({error})") from error
+    if is_folder:
         raise _refusal(file, "this is a directory; give a mesh file")
-    if not file.is_file():
+    if not is_file:
         raise _refusal(file, "no such file; check the name and the working directory")
     if file.suffix.lower() not in _READERS:
         raise _refusal(file, f"unknown extension; convert to one of {', '.join(_READERS)} (meshio convert, gmsh)")

@@ -45,7 +45,7 @@ class Support:
         known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
         if not known or len(set(self.axes)) != len(self.axes):
             raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
-        if np.ndim(self.velocity) == 0:
+        if not validate.shape_of("Support.velocity", self.velocity, "give one number, or one for each axis"):
             validate.number("Support.velocity", self.velocity)
         else:
             validate.floats("Support.velocity", self.velocity, (len(self.axes),))
@@ -209,7 +209,8 @@ class Body:
             except Exception as error:
                 raise InputError(field, given, f"the callable failed: {error}") from error
         count = self.mesh.node_count
-        shape = (3,) if np.ndim(value) == 1 else (count, 3)
+        given_shape = validate.shape_of(field, value, f"give a vector [3], an array [{count}, 3] or a callable")
+        shape = (3,) if len(given_shape) == 1 else (count, 3)
         return np.array(np.broadcast_to(validate.floats(field, value, shape), (count, 3)))
 
 

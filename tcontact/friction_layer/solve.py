@@ -140,7 +140,7 @@ def _table(name: str, values: ArrayLike, steps: int) -> np.ndarray:
     """The values as [1 or steps, 1 or cells]. Raises `InputError`."""
     try:
         table = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever an object's own conversion raises
         raise InputError(name, values, "give numbers: one, [cells], or [steps, cells]") from error
     if table.ndim > 2 or table.size == 0:
         raise InputError(name, list(table.shape), "give one number, an array [cells], or a table [steps, cells]")
