@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from . import arrays
+from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
@@ -112,6 +112,7 @@ class Run:
         """All steps; returns the result. frames: how many to record; started: when the call of the user began."""
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        validate.step_count("scheme.dt", self.dt, self.scene.duration)
         end = self.scene.duration * (1.0 - 1e-9)
         steps = max(1, int(np.ceil(end / self.dt)))
         due = (

@@ -21,7 +21,8 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     """Read a mesh of hexahedra or of tetrahedra.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either.
+    file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either; of a
+    file with both, the cells of that kind with the sets on them (two calls, two bodies).
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the

@@ -11,6 +11,8 @@ import numpy as np
 
 from .errors import InputError
 
+MOST_STEPS = 1e10  # of a run: days of the smallest scene
+
 
 def number(
     field: str, value: Any, *, low: float | None = None, high: float | None = None, strict: bool = True
@@ -31,11 +33,19 @@ def number(
     return result
 
 
-def whole(field: str, value: Any, low: int) -> int:
-    """A whole number of at least `low`."""
+def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
+    """A whole number from `low` to `high`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < low:
         raise InputError(field, value, f"give a whole number of at least {low}")
+    if int(value) > high:
+        raise InputError(field, value, f"give a whole number of at most {high}")
     return int(value)
+
+
+def step_count(field: str, dt: float, duration: float) -> None:
+    """Refuse a step so small that a run would never end."""
+    if not duration / dt <= MOST_STEPS:  # inf too
+        raise InputError(field, dt, f"takes more than {MOST_STEPS:.0e} steps for {duration:g} s; shorten the duration")
 
 
 def vector(field: str, value: Any) -> np.ndarray:

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
+import surfaces
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -391,3 +392,40 @@ def test_wrong_settings_of_a_case_end_with_2(examples, tmp_path, monkeypatch):
 
     run()
     assert list(tmp_path.iterdir()) == []
+
+
+BALL = surfaces.box()
+HUGE = {
+    "grid of a surface": lambda: tc.Sdf.from_surface(BALL, cells=5000),
+    "cells of a surface": lambda: tc.Sdf.from_surface(BALL, cells=2**40),
+    "margin of a surface": lambda: tc.Sdf.from_surface(BALL, cells=8, margin=1e300),
+    "grid": lambda: tc.Sdf(lambda x: x[:, 0], spacing=1.0, nodes=(10**5,) * 3),
+    "sweeps": lambda: tc.MasslessContact(sweeps=2**63),
+    "depth": lambda: tc.MasslessContact(depth=2**63),
+    "points": lambda: tc.FrictionLayer(points=2**31),
+    "substeps": lambda: tc.FrictionLayer(substeps=2**63),
+    "damping": lambda: tc.MassDamping(1e308),
+    "steps": lambda: tc.simulate(SCENE, scheme=tc.CentralDifference(dt=1e-300)),
+    "frames": lambda: tc.simulate(SCENE, frames=2**63),
+    "history": lambda: tc.simulate(SCENE, history_every=2**63),
+    "layer steps": lambda: friction_layer.solve(dt=5e-324),
+    "layer duration": lambda: friction_layer.solve(duration=1e300),
+    "layer points": lambda: friction_layer.solve(points=2**40),
+    "layer thickness": lambda: friction_layer.solve(thickness=1e-300),
+}
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_what_would_take_all_memory_or_for_ever_is_refused_at_once(name):
+    assert called(lambda: HUGE[name](), {})
+
+
+@pytest.mark.parametrize("young", [1e308, 5e-324])
+def test_forces_that_overflow_are_refused(young):
+    stiff = tc.Body(MESH, tc.NeoHookean(young, 0.3, 1e3 if young > 1 else 5e-324), contact="zmin")
+    assert called(tc.simulate, {"scene": tc.Scene([stiff], [tc.Plane()], 1e-6)})
+
+
+def test_directions_of_any_length_are_unit_vectors():
+    for length in (5e-324, 1e-200, 1e200, 1e308):
+        assert np.linalg.norm(tc.Plane(normal=(length, length, 0)).normal) == pytest.approx(1.0)

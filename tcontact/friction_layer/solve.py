@@ -64,6 +64,7 @@ def solve(
     validate.number("duration", duration, low=0.0)
     validate.number("dt", dt, low=0.0)
     validate.whole("history_every", history_every, 1)
+    validate.step_count("dt", dt, duration)
     steps = max(1, math.ceil(duration / dt - FITS * max(1.0, duration / dt * 1e-3)))
     speeds, pressures = _table("velocity", velocity, steps), _table("pressure", pressure, steps)
     cells = max(speeds.shape[1], pressures.shape[1])

@@ -15,6 +15,7 @@ from .base import Obstacle, unit_or
 from .interpolation import interpolate
 
 NODES = 4  # the fewest along an axis
+MOST = 2**26  # altogether: 2 GiB of distance and gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +77,8 @@ class Sdf(Obstacle):
         if validate.shape_of("Sdf.nodes", count, remedy) != (3,):
             raise InputError("Sdf.nodes", count, remedy)
         x, y, z = (validate.whole("Sdf.nodes", n, NODES) for n in count)
+        if x * y * z > MOST:
+            raise InputError("Sdf.nodes", (x, y, z), f"more than {MOST} nodes; take a larger spacing")
         return x, y, z
 
     @classmethod
