@@ -1,8 +1,11 @@
 """The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
 
-Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); and
-`comparison(**parameters)`, scenes by label that are run and plotted side by side. A case that is no mechanical scene
-has `solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
+Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
+folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label that are run and plotted
+side by side, or pairs of a scene and its scheme; `draw_comparison(path, histories)`, its picture, if not the usual one;
+`SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical scene has
+`solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
+
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """
 
@@ -24,6 +27,19 @@ def names() -> list[str]:
 def title(name: str) -> str:
     """First line of the case's docstring. Raises `InputError` for an unknown case."""
     return (ast.get_docstring(_source(name)) or "").partition("\n")[0]
+
+
+def about(name: str) -> str:
+    """What follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
+    return (ast.get_docstring(_source(name)) or "").partition("\n")[2].strip()
+
+
+def about_parameters(name: str) -> str:
+    """The docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
+    for item in _source(name).body:
+        if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
+            return (ast.get_docstring(item) or "").strip()
+    return ""
 
 
 def parameters(name: str) -> dict[str, tuple[str, str]]:

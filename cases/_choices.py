@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import tcontact as tc
 
 Kind = Literal["hex8", "tet4"]
-Formulation = Literal["full", "reduced"]
-Law = Literal["neo-hookean", "linear", "st-venant-kirchhoff"]
+Formulation = Literal["full", "reduced", "mean-dilatation"]
+Law = Literal["neo-hookean", "mooney-rivlin", "linear", "st-venant-kirchhoff"]
 Contact = Literal["massless", "penalty", "impulse"]
 Removal = Literal["auto", "normal", "full"]
 
-MATERIALS = {"neo-hookean": tc.NeoHookean, "linear": tc.LinearElastic, "st-venant-kirchhoff": tc.StVenantKirchhoff}
+MATERIALS: dict[str, Callable[..., tc.Material]] = {
+    "neo-hookean": tc.NeoHookean,
+    "mooney-rivlin": tc.MooneyRivlin.of,
+    "linear": tc.LinearElastic,
+    "st-venant-kirchhoff": tc.StVenantKirchhoff,
+}
 
 
 def material(law: Law, young: float, poisson: float, density: float) -> tc.Material:

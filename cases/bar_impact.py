@@ -3,7 +3,8 @@
 A square bar along z, moving at `speed` towards the plane z = 0, touches it after gap/speed. With poisson 0 and the
 linear law the motion is one-dimensional: the wall is pushed with rho c speed A (c = sqrt(young/density)) for the time
 2 length/c in which the wave runs up and down the bar, then the bar leaves free of stress at the speed it came with.
-Every check but the general ones compares with that; METHOD 2 says why the two jumps are judged through averages.
+Every check but the general ones compares with that; the two jumps of the force, around which any discrete wave rings,
+are judged through averages.
 """
 
 from __future__ import annotations
@@ -43,9 +44,9 @@ def scene(
 ) -> tc.Scene:
     """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
 
-    SI units. formulation: full | reduced (one-point hexes); width: of the bar and its cells, None = length/8; penalty:
-    None = exact, else multiples of young/h (contact=penalty: None = 10); duration: None = until a quarter of the
-    contact time after the bar has left.
+    SI units. formulation: full | reduced (one-point hexes) | mean-dilatation (one volume change per hex); width: of the
+    bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h (contact=penalty: None = 10);
+    duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
     for name, value in {"length": length, "speed": speed, "width": width, "cells": cells}.items():

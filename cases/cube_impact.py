@@ -53,9 +53,9 @@ def scene(
 ) -> tc.Scene:
     """A cube of cells^3 cells whose lowest point starts `gap` above the plane z = 0.
 
-    SI units, angles in degrees. formulation: full | reduced (one-point hexes); penalty: None = exact contact, else a
-    stiffness in multiples of young/h with h the size of a cell (contact=penalty: None = 10); duration: None = long
-    enough for the default cube to leave, as it lies.
+    SI units, angles in degrees. formulation: full | reduced (one-point hexes) | mean-dilatation (one volume change per
+    hex, for poisson near 1/2); penalty: None = exact contact, else a stiffness in multiples of young/h with h the size
+    of a cell (contact=penalty: None = 10); duration: None = long enough for the default cube to leave, as it lies.
     """
     material = choices.material(law, young, poisson, density)
     for name, value in {"size": size, "speed": speed, "cells": cells}.items():

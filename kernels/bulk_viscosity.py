@@ -91,5 +91,7 @@ VISCOSITIES = {
     "hex8": hex_viscosity,
     "hex8-affine": hex_viscosity,
     "hex8-reduced": hex_viscosity,
+    "hex8-mean-dilatation": hex_viscosity,
+    "hex8-mean-dilatation-affine": hex_viscosity,
     "tet4": tet_viscosity,
 }

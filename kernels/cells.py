@@ -76,13 +76,13 @@ def geometry(a):
 
 
 @ti.func
-def point_force(g, shape, lam, mu, law: ti.template()):
+def point_force(g, shape, moduli, law: ti.template()):
     """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
 
-    g[c][j] = du_c/dr_j, shape: its `geometry`; lam, mu times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress
+    g[c][j] = du_c/dr_j, shape: its `geometry`; moduli times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress
     and energy are linear in them.
     """
-    answer = law(tensor3.product_transposed(g, shape[1]), lam, mu)
+    answer = law(tensor3.product_transposed(g, shape[1]), moduli)
     return [tensor3.product(answer[0], shape[0]), shape[2] * answer[1], answer[2]]
 
 
@@ -102,8 +102,8 @@ def affine_gradients(c, r2, r3, r23):
 
 
 @ti.func
-def hex_points(mode_x, mode_u, lam, mu, law: ti.template(), jacobian_of: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] from the modes of x and u.
+def hex_mode_forces(mode_x, mode_u, moduli, law: ti.template(), jacobian_of: ti.template()):
+    """[dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the modes of x and u.
 
     Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
     jacobian_of: A of one component at two points from its modes.
@@ -112,7 +112,7 @@ def hex_points(mode_x, mode_u, lam, mu, law: ti.template(), jacobian_of: ti.temp
     mode_f = [[zero for _ in range(7)] for _ in range(3)]
     energy = zero
     change = zero + 1e300
-    scaled_lam, scaled_mu = lam * (1.0 / 512.0), mu * (1.0 / 512.0)
+    scaled = [modulus * (1.0 / 512.0) for modulus in moduli]
     for line in range(4):
         r2 = GAUSS * (2.0 * (line & 1) - 1.0)
         r3 = GAUSS * (2.0 * (line >> 1) - 1.0)
@@ -120,8 +120,8 @@ def hex_points(mode_x, mode_u, lam, mu, law: ti.template(), jacobian_of: ti.temp
         g = [hex_gradients(mode_u[c], r2, r3, r23) for c in range(3)]
         a = [jacobian_of(mode_x[c], r2, r3, r23) for c in range(3)]
         lower, upper = geometry([a[c][0] for c in range(3)]), geometry([a[c][1] for c in range(3)])
-        low = point_force([g[c][0] for c in range(3)], lower, scaled_lam, scaled_mu, law)
-        high = point_force([g[c][1] for c in range(3)], upper, scaled_lam, scaled_mu, law)
+        low = point_force([g[c][0] for c in range(3)], lower, scaled, law)
+        high = point_force([g[c][1] for c in range(3)], upper, scaled, law)
         energy += low[1] + high[1]
         change = ti.min(change, ti.min(low[2], high[2]))
         for c in ti.static(range(3)):
@@ -136,29 +136,34 @@ def hex_points(mode_x, mode_u, lam, mu, law: ti.template(), jacobian_of: ti.temp
             mode_f[c][4] += first * r3 + slope3
             mode_f[c][5] += second * r3 + third * r2
             mode_f[c][6] += twist * r3 + slope3 * r2
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, change]
+    return [mode_f, energy, change]
 
 
 @ti.func
-def hex_force(x, u, lam, mu, law: ti.template()):
+def hex_points(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
     """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
-    return hex_points(
-        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], lam, mu, law, hex_gradients
+    points = hex_mode_forces(
+        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], moduli, law, jacobian_of
     )
+    return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
 @ti.func
-def affine_hex_force(x, u, lam, mu, law: ti.template()):
+def hex_force(x, u, moduli, law: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    return hex_points(x, u, moduli, law, hex_gradients)
+
+
+@ti.func
+def affine_hex_force(x, u, moduli, law: ti.template()):
     """The same for a parallelepiped."""
-    return hex_points(
-        [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], lam, mu, law, affine_gradients
-    )
+    return hex_points(x, u, moduli, law, affine_gradients)
 
 
 @ti.func
-def tet_force(x, u, lam, mu, law: ti.template()):
+def tet_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
-    answer = point_force(g, geometry(a), lam * (1.0 / 6.0), mu * (1.0 / 6.0), law)
+    answer = point_force(g, geometry(a), [modulus * (1.0 / 6.0) for modulus in moduli], law)
     return [[tet_corner_forces(answer[0][c]) for c in range(3)], answer[1], answer[2]]

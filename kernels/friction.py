@@ -11,11 +11,12 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 import taichi as ti
 
 # `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
-# most that its layer transmits [N]; slip speed [m/s] without friction and what a force takes of it [m/(s N)]; work [J]
-# and force [N] of friction in the last kick or step; displacement (3) that slip in the static solve counts from
+# most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
+# [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
+# displacement (3) that slip in the static solve counts from
 COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
-LIMIT, SPEED, SOFTNESS, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5
-NODE = 8
+LIMIT, SPEED, SOFTNESS, MEAN_SPEED, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
+NODE = 9
 # `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
 # then and contact normal at the last measure
 PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
@@ -43,13 +44,16 @@ def tangents(normal):
 
 @ti.func
 def shifted(mobility, slip, shift):
-    """-(W + a)^-1 s*; where W is singular, what a force cannot move is left out."""
-    a, b, c = mobility[0, 0] + shift, mobility[0, 1], mobility[1, 1] + shift
+    """-(W + a)^-1 s*; for a = 0 and a singular W what a force cannot move is left out."""
+    a, b, c = mobility[0, 0], mobility[0, 1], mobility[1, 1]
     trace = a + c
     determinant = a * c - b * b
-    force = ti.Vector([b * slip[1] - c * slip[0], b * slip[0] - a * slip[1]])
-    if determinant > SINGULAR * trace * trace:
-        force = force / determinant
+    if determinant <= SINGULAR * trace * trace:
+        determinant = 0.0
+    whole = determinant + shift * (trace + shift)
+    force = ti.Vector([b * slip[1] - (c + shift) * slip[0], b * slip[0] - (a + shift) * slip[1]])
+    if whole > 0.0:
+        force = force / whole
     elif trace > 0.0:
         force = ti.Vector([0.0 - a * slip[0] - b * slip[1], 0.0 - b * slip[0] - c * slip[1]]) / (trace * trace)
     else:
@@ -87,6 +91,9 @@ def resist(law: ti.template(), mobility, slip, most, scale):
                     high = 2.0 * high
                     size = shifted(mobility, slip, high).norm()
             shift = high
+            if ti.static(law == "coulomb"):  # right at once where the mobility is the same in all directions
+                # (not 0, where a singular mobility hides the slip that no force can stop)
+                shift = ti.max(1e-2 * STOPPED * high, high - 0.5 * (mobility[0, 0] + mobility[1, 1]))
             for _ in range(ROUNDS):
                 force = shifted(mobility, slip, shift)
                 size = force.norm()

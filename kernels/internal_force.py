@@ -14,8 +14,8 @@ any number of threads.
 Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
 there the corner forces stay apart and no node sums them.
 
-`params` [8]: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), lam [Pa], mu [Pa], and what only
-some bodies have (lanes.py).
+`params`: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), up to 3 moduli of the law [Pa] (laws.py), and
+what only some bodies have (lanes.py).
 `cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
 part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity,
 then the pressure each cell held.
@@ -153,8 +153,8 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     inside a serial loop over steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
     """
     corners = elements.CORNERS[kind]
-    force_of = elements.FORCES[kind]
-    law_of = laws.LAWS[law]
+    force_of = elements.force_of(kind, law)
+    law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
     lane_numbers = list(range(width))
     viscosity_of = None
     if viscous:
@@ -182,7 +182,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                 chunk = first + s // stride
                 base = 3 * chunk_table[chunk * TABLE + 2]
                 cell_end, own = chunk_table[chunk * TABLE + 3], chunk_table[chunk * TABLE + 4]
-                lam, mu = params[6], params[7]
+                moduli = [params[6 + i] for i in range(moduli_count)]
                 lanes = ti.Vector(lane_numbers)
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
@@ -197,7 +197,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                     y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell without stiffness
                     weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                    answer = force_of(x, y, lam * weight, mu * weight, law_of)
+                    answer = force_of(x, y, [modulus * weight for modulus in moduli], law_of)
                     energy += answer[1]
                     change = ti.min(change, answer[2])
                     if ti.static(len(answer) > 3):

@@ -13,6 +13,7 @@ from .friction import (
     COEFFICIENT,
     FORCE,
     LIMIT,
+    MEAN_SPEED,
     PRESSING,
     RUBBED,
     SLIP_SPEED,
@@ -28,7 +29,8 @@ from .friction import (
 from .lanes import CONTACT_AT, DAMPING_RATE, FRICTION_AT
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
-SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
+SEVERAL = 300  # rounds over the obstacles of a node that touches more than one, until their forces agree to
+AGREED = 1e-13  # of what presses; sticking to two at a small angle takes a hundred
 
 
 @ti.func
@@ -43,6 +45,15 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
         net = net - rate * (symmetric(listed.mass, k) @ velocity)
         flexible = flexible / (1.0 + rate * body.params[0])
     return velocity, flexible @ net, flexible
+
+
+@ti.func
+def with_mass(touching: ti.template(), k, relative):
+    """What a velocity [3] is without the massless components of node k: their friction is in the static solve."""
+    for j in ti.static(range(touching.kinds.block)):
+        column = ti.Vector([touching.basis[(3 * k + i) * touching.kinds.block + j] for i in ti.static(range(3))])
+        relative = relative - column.dot(relative) * column
+    return relative
 
 
 @ti.func
@@ -65,6 +76,7 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
             velocity, acceleration, flexible = trial(body, listed, k, damped)
             forces = ti.Matrix.zero(ti.f64, slots, 3)
             for _ in range(ti.static(1 if slots == 1 else SEVERAL)):
+                change = 0.0
                 for p in ti.static(range(slots)):
                     place = k * slots + p
                     pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
@@ -76,7 +88,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         _gap, normal = gap_and_normal(touching, touching.near[place], x)
                         across = tangents(normal)
                         wall = velocity_at(touching, touching.near[place], x, VELOCITY)
-                        slip = across @ (velocity + span * (acceleration + flexible @ others) - wall)
+                        relative = velocity + span * (acceleration + flexible @ others) - wall
+                        if ti.static(touching.kinds.static_friction):
+                            relative = with_mass(touching, k, relative)
+                        slip = across @ relative
                         most = touching.friction[COEFFICIENT] * pressing
                         if ti.static(touching.kinds.static_friction):
                             there = three(touching.traces, trace_place(touching, k, p, TRACTION))
@@ -84,11 +99,16 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                         if ti.static(touching.kinds.layered):
                             most = ti.min(most, touching.friction[node_place(k, LIMIT)])
                         mobility = span * (across @ flexible @ across.transpose())
+                        if mobility[0, 0] + mobility[1, 1] <= 0.0:
+                            most = 0.0  # no mass: its friction is that of the static solve
                         force = across.transpose() @ resist(
                             touching.kinds.friction, mobility, slip, most, touching.friction[SLIP_SPEED]
                         )
                         for j in ti.static(range(3)):
+                            change += ti.abs(force[j] - forces[p, j])
                             forces[p, j] = force[j]
+                if change <= AGREED * pressed:
+                    break
             total = ti.Vector.zero(ti.f64, 3)
             for p in ti.static(range(slots)):
                 total += ti.Vector([forces[p, j] for j in ti.static(range(3))])
@@ -126,7 +146,7 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
     slots = ti.static(touching.kinds.slots)
     span = body.params[0] + body.params[1]
     for k in range(touching.nodes.shape[0]):
-        most, speed, mobility = 0.0, 0.0, 0.0
+        most, speed, mobility, mean = 0.0, 0.0, 0.0, 0.0
         x = position(touching.reference, k, body.u, touching.nodes[k])
         for p in ti.static(range(slots)):
             place = k * slots + p
@@ -140,6 +160,8 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
                 slip = across @ (velocity + span * acceleration - wall)
                 speed = slip.norm()
                 if speed > 0.0:
+                    mean = 0.5 * slip.dot(slip + across @ (velocity - wall)) / speed
                     mobility = slip.dot(span * (across @ flexible @ across.transpose()) @ slip) / (speed * speed)
         touching.friction[node_place(k, SPEED)] = speed
         touching.friction[node_place(k, SOFTNESS)] = mobility
+        touching.friction[node_place(k, MEAN_SPEED)] = mean

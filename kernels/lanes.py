@@ -1,7 +1,9 @@
 """Sizes that the host and the kernels agree on: packed cells (tcontact/packing.py), sweeps, sums of a row."""
 
 CHUNKS = 8  # fixed number of force rows: the same bits at any thread count
-WIDTHS = {"hex8": 8, "hex8-affine": 8, "hex8-reduced": 8, "tet4": 8}  # lanes of a pack
+WIDTHS = dict.fromkeys(  # lanes of a pack
+    ("hex8", "hex8-affine", "hex8-reduced", "hex8-mean-dilatation", "hex8-mean-dilatation-affine", "tet4"), 8
+)
 TABLE = 5  # numbers per chunk in chunk_table: first pack, end pack, row base, end of its cells, 1 if they own rows
 # numbers that kernels sum up, and of all of them side by side in a raw row
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
@@ -18,9 +20,10 @@ CONTACT_AT = SUPPORT_AT + SUPPORT_SUMS
 FRICTION_AT = CONTACT_AT + CONTACT_SUMS
 LOADS_AT = FRICTION_AT + FRICTION_SUMS
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
+MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
 # places in `params` that only some bodies have
-DAMPING_RATE = 8  # [1/s]
-VISCOSITY = 9  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
+DAMPING_RATE = 9  # [1/s]
+VISCOSITY = 10  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
 VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]; per chunk they stand after all the cell sums
 VISCOUS_START = 2 * CHUNKS * CELL_SUMS
 VISCOUS_HELD = VISCOUS_START + 2 * CHUNKS * VISCOUS_SUMS  # and then the viscous pressure of every cell

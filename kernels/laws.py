@@ -5,10 +5,15 @@ With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2 (METHOD 0, issue laws):
     linear elastic         W = lam/2 (tr e)^2 + mu e:e,  e = (H + H^t)/2
     St Venant-Kirchhoff    W = lam/2 (tr E)^2 + mu E:E
     neo-Hookean            W = mu/2 (tr F^t F - 3) - mu ln J + lam/2 (J - 1)^2
+    Mooney-Rivlin          W = the neo-Hookean one of bulk and M = 2 (c1 + 2 c2) + 4 c2 ((tr E)^2 - E:E)/2
+
+The last is c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2, I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2:
+I1 - 3 = 2 tr E, I2 - 3 = 4 tr E + 2 ((tr E)^2 - E:E). Its quadratic is St Venant-Kirchhoff's with 4 c2 and -2 c2.
 
 Everything is put together from H and J - 1, never from F - I or J minus one: at strain 1e-9 the stress keeps its digits
-and the energy is still a square. A law is a function `law(H, lam, mu) -> [P, W, J - 1]` of 3x3 lists without branches
-or library calls; the entries may be scalars or vectors of lanes (see `cells`).
+and the energy is still a square. A law is a function `law(H, moduli) -> [P, W, J - 1]` of 3x3 lists without branches
+or library calls; the entries may be scalars or vectors of lanes (see `cells`). moduli: [lam, mu], Mooney-Rivlin's
+[bulk, M, 4 c2]; P and W are linear in them. The first one belongs to the volume change.
 """
 
 import taichi as ti
@@ -51,7 +56,8 @@ def log_split(change):
 
 
 @ti.func
-def linear_elastic(h, lam, mu):
+def linear_elastic(h, moduli):
+    lam, mu = moduli[0], moduli[1]
     pressure = lam * tensor3.trace(h)
     strain = [[0.5 * (h[i][j] + h[j][i]) for j in range(3)] for i in range(3)]
     stress = tensor3.plus_identity(tensor3.scaled(2.0 * mu, strain), pressure)
@@ -59,7 +65,8 @@ def linear_elastic(h, lam, mu):
 
 
 @ti.func
-def st_venant_kirchhoff(h, lam, mu):
+def st_venant_kirchhoff(h, moduli):
+    lam, mu = moduli[0], moduli[1]
     square = tensor3.transposed_product(h, h)
     strain = [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
     pressure = lam * tensor3.trace(strain)
@@ -70,8 +77,9 @@ def st_venant_kirchhoff(h, lam, mu):
 
 
 @ti.func
-def neo_hookean(h, lam, mu):
+def neo_hookean(h, moduli):
     """P = mu (F - cof F) + (lam (J-1) + mu (J-1)/J) cof F with cof F = I + D, D = (tr H) I - H^t + cof H."""
+    lam, mu = moduli[0], moduli[1]
     cofactor_h = tensor3.cofactor(h)
     stretch = tensor3.trace(h)
     change = volume_change(h, cofactor_h)
@@ -85,4 +93,18 @@ def neo_hookean(h, lam, mu):
     return [stress, energy, change]
 
 
-LAWS = {"linear_elastic": linear_elastic, "st_venant_kirchhoff": st_venant_kirchhoff, "neo_hookean": neo_hookean}
+@ti.func
+def mooney_rivlin(h, moduli):
+    first = neo_hookean(h, moduli)
+    second = st_venant_kirchhoff(h, [moduli[2], -0.5 * moduli[2]])
+    stress = [[first[0][i][j] + second[0][i][j] for j in range(3)] for i in range(3)]
+    return [stress, first[1] + second[1], first[2]]
+
+
+LAWS = {
+    "linear_elastic": linear_elastic,
+    "st_venant_kirchhoff": st_venant_kirchhoff,
+    "neo_hookean": neo_hookean,
+    "mooney_rivlin": mooney_rivlin,
+}
+MODULI = {"linear_elastic": 2, "st_venant_kirchhoff": 2, "neo_hookean": 2, "mooney_rivlin": 3}  # how many each takes

@@ -10,7 +10,7 @@ import functools
 
 import taichi as ti
 
-from . import cells, elements, laws, reduced_hex
+from . import cells, elements, laws, mean_dilatation, reduced_hex
 from .arguments import ARRAY, INDEX
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
@@ -38,7 +38,7 @@ def interpolate(a):
 
 
 @ti.func
-def hex_force(x, u, lam, mu, law: ti.template()):
+def hex_force(x, u, moduli, law: ti.template()):
     """Corner forces [component][corner] of a hex8, all 8 points written out."""
     dx = [[interpolate([x[c][e[1]] - x[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     du = [[interpolate([u[c][e[1]] - u[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
@@ -46,8 +46,7 @@ def hex_force(x, u, lam, mu, law: ti.template()):
         cells.point_force(
             [[du[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
             cells.geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
-            0.125 * lam,
-            0.125 * mu,
+            [0.125 * modulus for modulus in moduli],
             law,
         )[0]
         for p in range(8)
@@ -62,26 +61,44 @@ def hex_force(x, u, lam, mu, law: ti.template()):
 
 
 @ti.func
-def reduced_hex_force(x, u, lam, mu, law: ti.template()):
+def reduced_hex_force(x, u, moduli, law: ti.template()):
     """Corner forces [component][corner] of a one-point hex8."""
-    return reduced_hex.reduced_force(x, u, lam, mu, law)[0]
+    return reduced_hex.reduced_force(x, u, moduli, law)[0]
 
 
 @ti.func
-def tet_force(x, u, lam, mu, law: ti.template()):
+def mean_hex_force(x, u, moduli, law: ti.template()):
+    """Corner forces [component][corner] of a hex8 with one volume change."""
+    return mean_dilatation.mean_force(x, u, moduli, law)[0]
+
+
+@ti.func
+def linear_mean_hex_force(x, u, moduli, law: ti.template()):
+    """The same for the linear law."""
+    return mean_dilatation.linear_mean_force(x, u, moduli, law)[0]
+
+
+@ti.func
+def tet_force(x, u, moduli, law: ti.template()):
     """Corner forces [component][corner] of a tet4."""
-    return cells.tet_force(x, u, lam, mu, law)[0]
+    return cells.tet_force(x, u, moduli, law)[0]
 
 
 @functools.cache
 def make_plain_force(kind: str, law: str):
     """Plain force kernel of a cell kind with a law, memoised.
 
-    plain_force(connectivity [cells*corners], position, params [8] as of the step kernel, u, force_out): adds dW/du.
+    plain_force(connectivity [cells*corners], position, params as of the step kernel, u, force_out): adds dW/du.
     """
     corners = elements.CORNERS[kind]
-    force_of = {"hex8": hex_force, "hex8-reduced": reduced_hex_force, "tet4": tet_force}[kind]
-    law_of = laws.LAWS[law]
+    mean = linear_mean_hex_force if law == "linear_elastic" else mean_hex_force
+    force_of = {
+        "hex8": hex_force,
+        "hex8-reduced": reduced_hex_force,
+        "hex8-mean-dilatation": mean,
+        "tet4": tet_force,
+    }[kind]
+    law_of, count = laws.LAWS[law], laws.MODULI[law]
 
     @ti.kernel
     def plain_force(connectivity: INDEX, position: ARRAY, params: ARRAY, u: ARRAY, force_out: ARRAY):
@@ -89,7 +106,7 @@ def make_plain_force(kind: str, law: str):
             node = [3 * connectivity[cell * corners + k] for k in range(corners)]
             x = [[position[i + c] for i in node] for c in range(3)]
             y = [[u[i + c] for i in node] for c in range(3)]
-            force = force_of(x, y, params[6], params[7], law_of)
+            force = force_of(x, y, [params[6 + i] for i in range(count)], law_of)
             for k, c in ti.static(ti.ndrange(corners, 3)):
                 force_out[node[k] + c] += force[c][k]
 

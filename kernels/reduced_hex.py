@@ -15,6 +15,7 @@ meshes too, so patches carry uniform stress. What H does not see, in each of the
     kappa = HOURGLASS (lam + 2 mu) (b:b) / (8 V),     b:b = sum over k of |b_k|^2
 
 All of it lives in the reference state: q is zero for every linear field, finite rotations too, and turns with the body.
+(With Mooney-Rivlin's bulk and M, lam + 2 mu at small strains is bulk + 2 M.)
 HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
 modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
 hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft
@@ -64,7 +65,7 @@ def hex_slopes(mode_x):
 
 
 @ti.func
-def reduced_force(x, u, lam, mu, law: ti.template()):
+def reduced_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
 
     x[c][k], u[c][k] as for `cells.hex_force`; the energy includes the hourglass energy.
@@ -76,12 +77,12 @@ def reduced_force(x, u, lam, mu, law: ti.template()):
     inverse = 1.0 / d
     turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
     h = [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]
-    scaled_lam, scaled_mu = lam * (1.0 / 64.0), mu * (1.0 / 64.0)
-    answer = law(h, scaled_lam, scaled_mu)
+    scaled = [modulus * (1.0 / 64.0) for modulus in moduli]
+    answer = law(h, scaled)
 
     square = dot(slopes[0], slopes[0]) + dot(slopes[1], slopes[1]) + dot(slopes[2], slopes[2])
     square += dot(slopes[3], slopes[3]) + dot(slopes[4], slopes[4]) + dot(slopes[5], slopes[5])
-    kappa = HOURGLASS * (scaled_lam + 2.0 * scaled_mu) * square * inverse
+    kappa = HOURGLASS * (scaled[0] + 2.0 * scaled[1]) * square * inverse
     q = [[mode_u[c][3 + a] - dot(h[c], [mode_x[j][3 + a] for j in range(3)]) for a in range(4)] for c in range(3)]
     hourglass = 0.5 * kappa * (four(q[0], q[0]) + (four(q[1], q[1]) + four(q[2], q[2])))
     share = kappa * inverse

@@ -11,9 +11,10 @@ import functools
 
 import taichi as ti
 
+from .law_tangents import PARTS
 from .massless_node import basis_of
 from .reduced_hex import HOURGLASS
-from .surface_tangent import TANGENTS, corner
+from .surface_tangent import corner
 
 CORNERS = 8
 
@@ -28,11 +29,12 @@ def hourglass_modes(a):
 @functools.cache
 def make_reduced_tangent(law: str, block: int):
     """reduced_tangent(body, basis, pairs) fills pairs.values, as `surface_tangent` does for full integration."""
-    tangent = TANGENTS[law]
+    parts, moduli_of = PARTS[law]
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
-        lam, mu = body.params[6], body.params[7]
+        moduli = moduli_of(body.params)
+        stiff = moduli[0][0] + 2.0 * moduli[0][1]  # lam + 2 mu at small strains, of Mooney-Rivlin too
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
@@ -64,30 +66,37 @@ def make_reduced_tangent(law: str, block: int):
                 twist += hourglass_modes(a).outer_product(arm)
                 for j in ti.static(range(3)):
                     slopes[3 * a + j] = g[j]
-            kappa = HOURGLASS * (lam + 2.0 * mu) * volume * square / 8.0
-            m, t, c1, c2, r = tangent(ti.Matrix.identity(ti.f64, 3) + slope, volume * lam, volume * mu)
+            kappa = HOURGLASS * stiff * volume * square / 8.0
+            f = ti.Matrix.identity(ti.f64, 3) + slope
             for a in range(CORNERS):
-                g = corner(slopes, a)
-                mg = m @ g
-                gamma = hourglass_modes(a) - twist @ g
-                for j in ti.static(range(3)):
-                    moved[3 * a + j] = mg[j]
+                gamma = hourglass_modes(a) - twist @ corner(slopes, a)
                 for h in ti.static(range(4)):
                     gammas[4 * a + h] = gamma[h]
-            for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                ga, gb = corner(slopes, left), corner(slopes, right)
-                a, b = corner(moved, left), corner(moved, right)
-                same = ga.dot(t @ gb)
-                for h in ti.static(range(4)):
-                    same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
-                value = same * ti.Matrix.identity(ti.f64, 3) + c1 * b.outer_product(a) + c2 * a.outer_product(b)
-                if ti.static(law == "st_venant_kirchhoff"):
-                    value += ga.dot(gb) * r
-                basis_a = basis_of(basis, pairs.nodes[2 * p], block)
-                basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
-                projected = basis_a.transpose() @ value @ basis_b
-                for i, j in ti.static(ti.ndrange(block, block)):
-                    pairs.values[(p * block + i) * block + j] = projected[i, j]
+            for part in ti.static(range(len(parts))):
+                m, t, c1, c2, r = parts[part][0](f, volume * moduli[part][0], volume * moduli[part][1])
+                for a in range(CORNERS):
+                    mg = m @ corner(slopes, a)
+                    for j in ti.static(range(3)):
+                        moved[3 * a + j] = mg[j]
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                    ga, gb = corner(slopes, left), corner(slopes, right)
+                    a, b = corner(moved, left), corner(moved, right)
+                    same = ga.dot(t @ gb)
+                    if ti.static(part == 0):
+                        for h in ti.static(range(4)):
+                            same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
+                    value = same * ti.Matrix.identity(ti.f64, 3) + c1 * b.outer_product(a) + c2 * a.outer_product(b)
+                    if ti.static(parts[part][1]):
+                        value += ga.dot(gb) * r
+                    basis_a = basis_of(basis, pairs.nodes[2 * p], block)
+                    basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
+                    projected = basis_a.transpose() @ value @ basis_b
+                    for i, j in ti.static(ti.ndrange(block, block)):
+                        place = (p * block + i) * block + j
+                        if ti.static(part == 0):
+                            pairs.values[place] = projected[i, j]
+                        else:
+                            pairs.values[place] = pairs.values[place] + projected[i, j]
 
     return reduced_tangent

@@ -150,7 +150,9 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
 @functools.cache
 def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
     """resolve(body, listed, touching, pairs, system, first): what follows a measure; stats[NEXT] asks for more."""
-    tangent = make_reduced_tangent(law, block) if kind == "hex8-reduced" else make_surface_tangent(law, block, plain)
+    tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
+    if kind == "hex8-reduced":
+        tangent = make_reduced_tangent(law, block)
 
     @ti.func
     def resolve(

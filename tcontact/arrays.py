@@ -36,12 +36,16 @@ def get(array: Array) -> np.ndarray:
 
 
 def set_values(array: Array, values: np.ndarray) -> None:
-    """Overwrite the values of a device array."""
+    """Overwrite the first values of a device array, or all of them."""
     flat = np.ascontiguousarray(values).reshape(-1)
     if isinstance(array, np.ndarray):
         array[: flat.size] = flat
-    else:
-        array.from_numpy(flat.astype(np.float64))
+        return
+    whole = flat.astype(np.float64)
+    if flat.size < int(np.prod(array.shape)):
+        whole = array.to_numpy()
+        whole[: flat.size] = flat
+    array.from_numpy(whole)
 
 
 def size_in_bytes(arrays: list[Array]) -> int:

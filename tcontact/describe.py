@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .kernels.lanes import RAW, VISCOUS_HELD
+from .friction_models import FrictionLayer, FrictionModel
+from .kernels.lanes import MOST_SLOTS, RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
-from .terms.serial_step import MOST_ROWS
+from .plan import FRICTION_TERMS
+from .sweep_order import sweep_order
+from .terms.contact import MOST_ROWS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +51,8 @@ def _body(body: BodyPlan) -> str:
 GEOMETRY = {
     "hex8": "Jacobian of every Gauss point recomputed",
     "hex8-affine": "one Jacobian per cell, recomputed",
+    "hex8-mean-dilatation": "Jacobian of every Gauss point recomputed, one volume change per cell",
+    "hex8-mean-dilatation-affine": "one Jacobian per cell, recomputed, one volume change per cell",
     "hex8-reduced": "mean gradient recomputed",
     "tet4": "one Jacobian per cell, recomputed",
 }
@@ -63,17 +68,24 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
             plan.contact_term or "", "gaps"
         )
         beside.append("massless load, prediction, static solve" if massless else load)
+        if plan.scene.friction is not None and len(body.contact.nodes):
+            beside.append("friction")
     if len(body.support_rows):
         beside.append("support reactions")
     if len(body.boundary) and body.damping is not None:
         beside.append("damping of the boundary nodes")
     if len(body.boundary):
         beside.append("kick and drift of the boundary nodes")
-    if body.small:
+    layers = isinstance(plan.scene.friction, FrictionLayer) and body.contact is not None and len(body.contact.nodes)
+    if body.small and not layers:
         parts = ", ".join([*body.options, "force pass", *beside])
         return [f"serial_step({body.variant}, {law}: {parts}; many steps a launch)"]
+    if body.small:
+        parts = ", ".join([*body.options, "force pass", *beside])
+        return [f"serial_step({body.variant}, {law}: {parts})", "layer"]
     names = [f"step({', '.join([body.variant, law, *body.options])})"]
-    return [*names, f"serial_step({', '.join(beside)})"] if beside else names
+    names += [f"serial_step({', '.join(beside)})"] if beside else []
+    return [*names, "layer"] if layers else names
 
 
 def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
@@ -89,21 +101,44 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         result["periodic"] = 2 * WHOLE * len(body.images.followers)
     contact = body.contact
     if contact is not None:
-        slots, planes, count = min(len(plan.scene.obstacles), 3), len(plan.scene.obstacles), len(contact.nodes)
-        size = (
-            6 * REAL * planes + count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
-        )
+        slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
+        size = count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
+        size += _obstacles(plan, body)
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
-            off = len(graph.column) - count
+            order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
             size += len(body.heirs[1]) * WHOLE
-            size += int(1.2 * off) * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
+            size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
             size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE
             size += 8 * body.cells.shape[1] * 3 * REAL
         result[plan.contact_term or "contact"] = size
+        if plan.scene.friction is not None and count:
+            stays = contact.graph is not None and contact.block > 1
+            per_slot = 13 if stays else 1  # kernels/friction.TRACE
+            size = REAL * (3 + count * (8 + slots * per_slot))
+            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
     return result
+
+
+def _obstacles(plan: Plan, body: BodyPlan) -> int:
+    """Records of the obstacles, rows of them while they move, and grids of distances."""
+    obstacles = plan.scene.obstacles
+    rows = 1
+    if plan.scene.moving:
+        rows += (MOST_ROWS if body.small else 1) + 1
+    grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
+    return REAL * (33 * rows * len(obstacles) + grids)
+
+
+def _layers(friction: FrictionModel, count: int) -> int:
+    """State of `count` friction layers and the space to solve them in."""
+    if not isinstance(friction, FrictionLayer):
+        return 0
+    padded = -(-count // 8) * 8
+    profiles = 3 + (friction.plastic_heat > 0.0)
+    return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
 
 
 def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:

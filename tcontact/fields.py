@@ -53,6 +53,12 @@ def von_mises(mesh: Mesh, material: Material, displacement: np.ndarray, formulat
         with np.errstate(all="ignore"):
             if material.law == "neo_hookean":
                 stress = mu * (left - identity) / volume + lam * (volume - 1.0) * identity
+            elif material.law == "mooney_rivlin":
+                bulk, first, second = material.moduli
+                strain = 0.5 * (f.transpose(0, 2, 1) @ f - identity)
+                strain = np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity - strain
+                stress = (first * (left - identity) + second * f @ strain @ f.transpose(0, 2, 1)) / volume
+                stress += bulk * (volume - 1.0) * identity
             else:
                 strain = 0.5 * (f.transpose(0, 2, 1) @ f - identity)
                 second = lam * np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity + 2.0 * mu * strain

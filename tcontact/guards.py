@@ -26,8 +26,8 @@ class Stop:
 class Guards:
     """NaN, inverted cells, energy growth and static solves that did not converge."""
 
-    def __init__(self, scene: Scene, states: list[BodyState]) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, states: list[BodyState], implicit: bool = False) -> None:
+        self.scene, self.implicit = scene, implicit
         self.states = states
         self.floor = sum(
             TINY * float(state.plan.lumped.sum()) * state.plan.body.material.wave_speed**2 for state in states
@@ -67,6 +67,8 @@ class Guards:
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
             where = self._worst(max(self.states, key=lambda state: -_jacobian(state)))
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
+            if self.implicit:
+                advice = "use a scheme that conserves energy (discrete-gradient), or a smaller dt"
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
             trouble = None if state.contact is None else state.contact.trouble

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 VECTORS = ("contact_force", "impulse", "support_force", "support_impulse", "momentum", "angular_momentum")
@@ -82,12 +84,19 @@ class Layout:
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
-    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row.
+    extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row;
+    mid_step: forces of a row are those of the step that ended there, not of its level.
     """
 
     def __init__(
-        self, every: int, extra: tuple[str, ...] = (), damping: float = 0.0, layout: Layout | None = None
+        self,
+        every: int,
+        extra: tuple[str, ...] = (),
+        damping: float = 0.0,
+        layout: Layout | None = None,
+        mid_step: bool = False,
     ) -> None:
+        self.mid_step = mid_step
         self.every = every
         self.extra = extra
         self.steps = 0
@@ -123,7 +132,7 @@ class History:
             self._last = rows[0]
         table = np.concatenate([self._last[None], rows])
         half = 0.5 * np.diff(table[:, :1], axis=0)
-        both = table[:-1] + table[1:]
+        both = 2.0 * table[1:] if self.mid_step else table[:-1] + table[1:]
         added = np.concatenate([half * both[:, places[name]] for name in self._integrals], axis=1)
         own = {name: place.start - self.layout.width for name, place in self._place.items()}
         if "viscous_power" in own:  # that of the step before, not of the level
@@ -164,6 +173,19 @@ class History:
         """Keep the last row even when rows are thinned."""
         if self._last is not None and (self.steps - 1) % self.every != 0:
             self._store(self._last[None], self._running[None])
+
+    def checkpoint(self) -> dict[str, Any]:
+        """The rows and the running sums."""
+        parts = {} if self._last is None else {"last": self._last, "origin": np.asarray(self._origin)}
+        sums = np.array([self.reference_energy, self.largest_work])
+        return parts | {"rows": self._rows[: self.count], "running": self._running, "sums": sums, "steps": self.steps}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go on from there."""
+        self._rows, self._running, self.steps = saved["rows"], saved["running"], saved["steps"]
+        self.count = len(self._rows)
+        self.reference_energy, self.largest_work = map(float, saved["sums"])
+        self._last, self._origin = saved.get("last"), saved.get("origin")
 
     def columns(self) -> dict[str, np.ndarray]:
         """The public history: name -> array [rows] or [rows, 3]."""

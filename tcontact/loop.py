@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +21,12 @@ from .progress import ProgressBar
 from .recorder import Recorder
 from .result import Result
 from .scene import Scene
-from .schemes.central_difference import CentralDifference
+from .schemes import Scheme
 from .stable_step import StableStep, largest_rate, with_viscosity
 from .state import BodyState
+
+if TYPE_CHECKING:
+    from .checkpoint.keeper import Keeper
 
 FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
 LAST_CHECK = 800
@@ -36,9 +41,10 @@ class Snapshot:
     v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
     """
 
-    def __init__(self, states: list[BodyState], before: float, after: float, dt: float) -> None:
+    def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:
         self.states = states
-        self.share = before / (before + after) if before + after > 0.0 else 0.0
+        # an implicit scheme has the velocity of the level itself
+        self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
         self.displacements = [state.displacement() for state in states]
         self._halves = [state.half_step_velocity() for state in states]
         self._massless = [state.massless_velocity(before or dt) for state in states]
@@ -56,14 +62,32 @@ class Snapshot:
         return self.displacements, self.velocities(), [state.contact_force() for state in self.states]
 
 
+@dataclass
+class Course:
+    """How far a run has come, between two steps: what a checkpoint needs beside bodies and history.
+
+    time [s] of the row to come; before [s]: the step that ended there; due [s]: when frames are wanted; frames: how
+    many in all; first_dt [s]; wall [s] spent on steps so far.
+    """
+
+    begun: bool = False
+    time: float = 0.0
+    before: float = 0.0
+    row: int = 0
+    due: list[float] = field(default_factory=list)
+    frames: int = 0
+    first_dt: float = 0.0
+    wall: float = 0.0
+
+
 class Run:
-    """One run: bodies, step size, history."""
+    """One run: bodies, step size, history, course. Attributes that change are what a checkpoint holds."""
 
     def __init__(
         self,
         scene: Scene,
         planned: Plan,
-        scheme: CentralDifference,
+        scheme: Scheme,
         displacement: list[np.ndarray],
         velocity: list[np.ndarray],
         history_every: int,
@@ -71,23 +95,25 @@ class Run:
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.states = [
-            BodyState(scene, body, u, v, planned.layout)
+            scheme.state(scene, body, u, v, planned.layout)
             for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
         self.limits = []
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
+            stiffness = None if scheme.implicit else stiffness
             self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness))
         self.dt_limit = self._limit()
-        if all(state.plan.body.material.linear for state in self.states):
+        if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, planned.layout)
+        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
-        self.guards = Guards(scene, self.states)
+        self.course = Course()
+        self.guards = Guards(scene, self.states, scheme.implicit)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
@@ -99,7 +125,7 @@ class Run:
         return found
 
     def _warn_over(self, dt: float, limit: float) -> None:
-        if dt > limit and not self.over_limit:
+        if dt > limit and not self.over_limit and not self.scheme.implicit:
             self.over_limit = True
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
@@ -108,27 +134,35 @@ class Run:
         self.warnings.append(text)
         warnings.warn(text, RuntimeWarning, stacklevel=4)
 
-    def go(self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float) -> Result:
-        """All steps; returns the result. frames: how many to record; started: when the call of the user began."""
+    def go(
+        self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
+    ) -> Result:
+        """All steps; returns the result.
+
+        frames: how many to record; started: when the call of the user began; keeper: leaves checkpoints. A run that was
+        restored from a checkpoint goes on from there, with the frames that it had.
+        """
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
         validate.step_count("scheme.dt", self.dt, self.scene.duration)
         end = self.scene.duration * (1.0 - 1e-9)
-        steps = max(1, int(np.ceil(end / self.dt)))
-        due = (
-            list(np.round(np.linspace(0, steps, frames)[:-1]) * self.dt) if frames > 1 else []
-        )  # the last comes anyway
-        first_dt, before, time, row_number, output = self.dt, 0.0, 0.0, 0, 0.0
-        compiled = started
+        course, first, output, compiled = self.course, True, 0.0, started
+        spent = course.wall
         with interrupts() as interrupted:
-            for state in self.states:
-                self.scheme.begin(state, self.dt)
+            if not course.begun:
+                self._begin(frames, end)
             while True:
                 cut = interrupted()
+                if keeper is not None and keeper.due(course.row, cut):
+                    writing = perf_counter()
+                    course.wall = spent + (0.0 if first else writing - compiled - output)
+                    keeper.save(self, course.row)
+                    output += perf_counter() - writing
+                time, before, row_number, due = course.time, course.before, course.row, course.due
                 final = time >= end or cut
                 after = 0.0 if final else self.dt
-                frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
-                snapshot = Snapshot(self.states, before, after, self.dt) if final or frame else None
+                frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
+                snapshot = self._snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
@@ -139,28 +173,43 @@ class Run:
                 self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
-                if row_number == 0:
-                    compiled, output = perf_counter(), 0.0
+                if first:
+                    first, compiled, output = False, perf_counter(), 0.0
                 stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     recorder.frame(time, *snapshot.fields())
                     output += perf_counter() - writing
-                    due = [when for when in due if when - 0.5 * self.dt > time]
+                    course.due = [when for when in due if when - 0.5 * self.dt > time]
                 if stop is not None or final:
                     break
                 self._watch(row, row_number)
-                before, time, row_number = after, time + after, row_number + 1
-                bar.update(time)
-        wall = perf_counter() - compiled - output
+                course.before, course.time, course.row = after, time + after, row_number + 1
+                bar.update(course.time)
+        wall = spent + perf_counter() - compiled - output
         self._keep(None)
         if stop is None:
             self._warn_held(row)
         if stop is None and time < end:
-            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
+            kept = "everything up to then is kept"
+            if keeper is not None and keeper.written:
+                kept += f"; `tcontact resume {keeper.folder}` goes on from there"
+            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; {kept}")
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
-        return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+        return self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
+
+    def _begin(self, frames: int, end: float) -> None:
+        """When frames are due, and the bodies at the start; end [s]: of the run."""
+        steps, course = max(1, int(np.ceil(end / self.dt))), self.course
+        if frames > 1:  # the last comes anyway
+            course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
+        course.begun, course.frames, course.first_dt = True, frames, self.dt
+        for state in self.states:
+            self.scheme.begin(state, self.dt)
+
+    def _snapshot(self, before: float, after: float) -> Snapshot:
+        return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
         """Take rows into the history, None to close it, and the pressures of the row that it kept."""
@@ -205,7 +254,7 @@ class Run:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
         if self.scene.viscosity is not None:
             self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0])))
-        if not any(self.guards.nonlinear):
+        if self.scheme.implicit or not any(self.guards.nonlinear):
             return
         jacobian = float(row[PLACE["jacobian_min"]][0])
         crushed = jacobian < self._jacobian - CRUSHED
@@ -268,6 +317,7 @@ class Run:
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
+            scheme=self.scheme,
         )
 
 

@@ -1,6 +1,6 @@
 """Materials: an elastic law with its constants and a density.
 
-Each law names its stored energy W per reference volume [J/m^3]; the kernels take its Lame constants at run time.
+Each law names its stored energy W per reference volume [J/m^3]; the kernels take its moduli at run time.
 """
 
 from __future__ import annotations
@@ -9,11 +9,49 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from . import validate
+from .errors import InputError
+
+
+class Material:
+    """Isotropic elastic material: what every law has, whatever constants it is given by.
+
+    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; linear: whether the stress
+    is linear in the displacement; volumetric: whether moduli[0]/2 times the square of the volume change is a part of W,
+    the one that formulation="mean-dilatation" takes per cell.
+    """
+
+    law: ClassVar[str]
+    linear: ClassVar[bool] = False
+    volumetric: ClassVar[bool] = True
+
+    young: float
+    poisson: float
+    density: float
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant at small strains [Pa]."""
+        raise NotImplementedError
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus at small strains [Pa]."""
+        raise NotImplementedError
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """What the kernels take (kernels/laws.py) [Pa]."""
+        return (self.lame_lambda, self.lame_mu)
+
+    @property
+    def wave_speed(self) -> float:
+        """Dilatational wave speed sqrt((lambda + 2 mu)/density) at small strains [m/s]."""
+        return float(((self.lame_lambda + 2.0 * self.lame_mu) / self.density) ** 0.5)
 
 
 @dataclass(frozen=True)
-class Material:
-    """Isotropic elastic material.
+class Hookean(Material):
+    """A law with two constants.
 
     young: Young's modulus [Pa] > 0; poisson: Poisson's ratio, -1 < poisson < 0.5; density [kg/m^3] > 0.
     Raises `InputError` for any other value.
@@ -22,9 +60,6 @@ class Material:
     young: float
     poisson: float
     density: float
-
-    law: ClassVar[str]
-    linear: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         validate.number("young", self.young, low=0.0)
@@ -41,14 +76,9 @@ class Material:
         """Shear modulus [Pa]."""
         return self.young / (2.0 * (1.0 + self.poisson))
 
-    @property
-    def wave_speed(self) -> float:
-        """Dilatational wave speed sqrt((lambda + 2 mu)/density) [m/s]."""
-        return ((self.lame_lambda + 2.0 * self.lame_mu) / self.density) ** 0.5
-
 
 @dataclass(frozen=True)
-class LinearElastic(Material):
+class LinearElastic(Hookean):
     """Small strains: W = mu eps:eps + lambda/2 (tr eps)^2. A rotation strains it: for small rotations only."""
 
     law: ClassVar[str] = "linear_elastic"
@@ -56,14 +86,82 @@ class LinearElastic(Material):
 
 
 @dataclass(frozen=True)
-class StVenantKirchhoff(Material):
+class StVenantKirchhoff(Hookean):
     """W = mu E:E + lambda/2 (tr E)^2 with Green's strain E; loses ellipticity in strong compression (J < 1/sqrt 3)."""
 
     law: ClassVar[str] = "st_venant_kirchhoff"
+    volumetric: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
-class NeoHookean(Material):
+class NeoHookean(Hookean):
     """W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations."""
 
     law: ClassVar[str] = "neo_hookean"
+
+
+@dataclass(frozen=True)
+class MooneyRivlin(Material):
+    """W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2, I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2.
+
+    For rubber; free of stress at F = I, neo-Hookean with mu = 2 c1, lambda = bulk for c2 = 0. At small strains
+    mu = 2 (c1 + c2) and lambda = bulk + 4 c2. c1 [Pa] > 0; c2 [Pa] >= 0; bulk [Pa] > 0; density [kg/m^3] > 0.
+    Raises `InputError` for any other value. (Ciarlet and Geymonat, C. R. Acad. Sci. Paris II 295, 423, 1982.)
+    """
+
+    c1: float
+    c2: float
+    bulk: float
+    density: float
+
+    law: ClassVar[str] = "mooney_rivlin"
+
+    def __post_init__(self) -> None:
+        validate.number("c1", self.c1, low=0.0)
+        validate.number("c2", self.c2, low=0.0, strict=False)
+        validate.number("bulk", self.bulk, low=0.0)
+        validate.number("density", self.density, low=0.0)
+
+    @classmethod
+    def of(cls, young: float, poisson: float, density: float, second: float = 0.2) -> MooneyRivlin:
+        """The material with these constants at small strains and c2 = second (c1 + c2), 0 <= second < 1.
+
+        Raises `InputError`; bulk > 0 asks for lambda > 2 second mu, that is poisson > second/(1 + 2 second).
+        """
+        small = Hookean(young, poisson, density)
+        validate.number("second", second, low=0.0, strict=False)
+        validate.number("second", second, high=1.0)
+        least = second / (1.0 + 2.0 * second)
+        if second and not poisson > least:
+            remedy = (
+                f"c2 = {second:g} (c1 + c2) needs more than {least:.4g}; or give a smaller `second`, or use NeoHookean"
+            )
+            raise InputError("poisson", poisson, remedy)
+        half = 0.5 * small.lame_mu
+        return cls((1.0 - second) * half, second * half, small.lame_lambda - 4.0 * second * half, density)
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant at small strains, bulk + 4 c2 [Pa]."""
+        return self.bulk + 4.0 * self.c2
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus at small strains, 2 (c1 + c2) [Pa]."""
+        return 2.0 * (self.c1 + self.c2)
+
+    @property
+    def young(self) -> float:  # type: ignore[override]
+        """Young's modulus at small strains [Pa]."""
+        lam, mu = self.lame_lambda, self.lame_mu
+        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
+
+    @property
+    def poisson(self) -> float:  # type: ignore[override]
+        """Poisson's ratio at small strains."""
+        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """bulk, 2 (c1 + 2 c2), 4 c2: W is neo-Hookean in the first two and a quadratic in E (kernels/laws.py) [Pa]."""
+        return (self.bulk, 2.0 * (self.c1 + 2.0 * self.c2), 4.0 * self.c2)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from .scene import Body, Scene
 
 # up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
 # and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
-SMALL = {"hex8": 4096, "hex8-reduced": 8192, "tet4": 20000}
+SMALL = {"hex8": 4096, "hex8-mean-dilatation": 4096, "hex8-reduced": 8192, "tet4": 20000}
 
 
 FRICTION_TERMS: dict[type, str] = {
@@ -103,14 +104,14 @@ class BodyPlan:
 
     @property
     def element(self) -> str:
-        """Name of the element its kernels are made for: the kind of its cells, "hex8-reduced" for one-point hexes."""
+        """Name of the element its kernels are made for: the kind of its cells and, but for "full", the formulation."""
         return self.body.element
 
     @cached_property
     def variant(self) -> str:
-        """The element with what its kernels may use: "hex8-affine" for full hexes that are all parallelepipeds."""
-        affine = self.element == "hex8" and parallelepipeds(self.reference, self.cells)
-        return "hex8-affine" if affine else self.element
+        """The element with what its kernels may use: "-affine" for hexes of 8 points that are all parallelepipeds."""
+        several = self.element in ("hex8", "hex8-mean-dilatation")
+        return self.element + "-affine" if several and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
     def options(self) -> dict[str, bool]:
@@ -206,8 +207,15 @@ class Plan:
         names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
         return tuple(names)
 
-    def describe(self) -> str:
-        """Terms, sizes, kernels and bytes of the run, before anything is allocated."""
+    def describe(self, scheme: Any = None) -> str:
+        """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.
+
+        An implicit scheme names its equations, the solver of its linear systems and why that one.
+        """
+        if getattr(scheme, "implicit", False):
+            from .implicit.describe import describe as implicit
+
+            return implicit(self, scheme)
         from .describe import describe
 
         return describe(self)

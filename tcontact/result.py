@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,8 @@ class Result:
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
     history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS, and
     `hourglass` [J] where a body has one-point hexes: the part of `elastic` in their hourglass modes;
-    warnings: what was warned about; scene: what was run; contact_pressures: pressures of the contact nodes at every row
-    of the history, a record per body that can touch, if `simulate` was asked for `pressures`.
+    warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
+    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`.
     """
 
     ok: bool
@@ -46,6 +47,7 @@ class Result:
     scene: Scene
     warnings: list[str] = field(default_factory=list)
     contact_pressures: tuple[PressureRecord, ...] = ()
+    scheme: Any = None
 
     def nodes_of(self, name: str) -> slice:
         """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
@@ -74,6 +76,18 @@ class Result:
     def reversed(self) -> Result:
         """The same state with all velocities negated: given as `initial`, it runs time backwards."""
         return replace(self, velocity=-self.velocity)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: how it went as a table, and a picture of the end."""
+        from . import notebook
+
+        return notebook.html(self)
+
+    def _repr_png_(self) -> bytes:
+        """In a notebook: a picture of the end, coloured by the von Mises stress."""
+        from . import notebook
+
+        return notebook.picture(self)
 
     def __repr__(self) -> str:
         error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")

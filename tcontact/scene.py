@@ -67,7 +67,8 @@ class Body:
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
     touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
     first), or None for a body that passes through; supports: held and driven components; formulation: "full"
-    integration, or "reduced": hexahedra with one point, the mean gradient, and a stiffness against hourglassing;
+    integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
+    `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
     displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
     supported components too are held or driven from where it puts them;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
@@ -90,10 +91,18 @@ class Body:
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         if not isinstance(self.material, Material):
             raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
-        validate.choice("Body.formulation", self.formulation, ("full", "reduced"))
-        if self.formulation == "reduced" and self.mesh.kind != "hex8":
+        validate.choice("Body.formulation", self.formulation, ("full", "reduced", "mean-dilatation"))
+        if self.formulation != "full" and self.mesh.kind != "hex8":
+            remedy = f"a {self.mesh.kind} has one point already; leave it at 'full'"
+            if self.formulation == "mean-dilatation":
+                remedy += ", or mesh the body with hex8"
+            raise InputError("Body.formulation", self.formulation, remedy)
+        if self.formulation == "mean-dilatation" and not self.material.volumetric:
             raise InputError(
-                "Body.formulation", self.formulation, f"a {self.mesh.kind} has one point already; leave it at 'full'"
+                "Body.formulation",
+                self.formulation,
+                f"{type(self.material).__name__} has no part that is of the volume change alone; use NeoHookean,"
+                " MooneyRivlin or LinearElastic, or leave it at 'full'",
             )
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")
@@ -115,7 +124,7 @@ class Body:
 
     @property
     def element(self) -> str:
-        """Kind of the cells as their forces are computed: that of the mesh, or "hex8-reduced"."""
+        """Kind of the cells as their forces are computed: that of the mesh, with the formulation if not "full"."""
         return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import arrays
+from .friction_models import FrictionLayer
 from .history import PLACE, Layout
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
 from .plan import SMALL, BodyPlan
@@ -30,7 +31,7 @@ class BodyState:
     def __init__(
         self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout | None = None
     ) -> None:
-        self.plan = plan
+        self.scene, self.plan = scene, plan
         self.layout = layout or Layout()
         order, images = plan.node_order, plan.images
         if images is not None:
@@ -211,6 +212,20 @@ class BodyState:
         if self.contact is None or contact is None or not len(contact.nodes):
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
+
+    def layer_fields(self) -> dict[str, np.ndarray]:
+        """Surface temperature [n] [K] and shear stress [n] [Pa] of the friction layers; off them the start, and 0."""
+        model, nodes = self.scene.friction, len(self.plan.reference)
+        if not isinstance(model, FrictionLayer):
+            return {}
+        fields = {"layer_temperature": np.full(nodes, model.initial_temperature), "layer_shear": np.zeros(nodes)}
+        if self.contact is not None and isinstance(self.contact.friction, LayeredFriction):
+            assert self.plan.contact is not None
+            fields["layer_temperature"][self.plan.contact.nodes] = self.contact.friction.surface_temperature()
+            fields["layer_shear"][self.plan.contact.nodes] = self.contact.friction.shear()
+        if self.plan.images is not None:
+            fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
+        return {name: self._to_user(values) for name, values in fields.items()}
 
     def contact_areas(self) -> np.ndarray:
         """Area weight [n] [m^2] of every node; 0 off the contact set."""

@@ -93,9 +93,3 @@ def choice(field: str, value: Any, known: Iterable[str]) -> str:
     if not isinstance(value, str) or value not in words:
         raise InputError(field, value, "use one of " + ", ".join(repr(word) for word in words))
     return value
-
-
-def later(field: str, value: Any) -> None:
-    """A field of the contract whose physics this version does not have yet."""
-    if value is not None:
-        raise InputError(field, value, "not available in this version; leave it at None")

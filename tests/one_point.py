@@ -1,4 +1,4 @@
-"""Bodies of one-point hexes, their force pass by itself and the same in numpy, for the tests."""
+"""Bodies of one-point hexes, or of a mean dilatation, their force pass by itself and the same in numpy."""
 
 import numpy as np
 import oracle
@@ -23,14 +23,15 @@ def distorted(cells=(3, 2, 3), share=0.25, seed=0, size=SIZE, inner_only=False):
     return tc.Mesh(nodes, box.cells, "hex8", face_sets=box.face_sets)
 
 
-def body_of(mesh, law="neo", **how):
-    return tc.Body(mesh, material(law), formulation="reduced", **how)
+def body_of(mesh, law="neo", formulation="reduced", poisson=0.27, **how):
+    return tc.Body(mesh, material(law, poisson=poisson), formulation=formulation, **how)
 
 
 def twin(body):
     """The same cells in numpy."""
     law = TWINS[type(body.material).__name__](body.material.young, body.material.poisson)
-    return oracle.ReducedHex(np.array(body.mesh.nodes), np.array(body.mesh.cells), law)
+    kind = oracle.ReducedHex if body.formulation == "reduced" else oracle.MeanDilatation
+    return kind(np.array(body.mesh.nodes), np.array(body.mesh.cells), law)
 
 
 class Force:

@@ -11,11 +11,12 @@ from oracle import meshes
 import tcontact as tc
 
 ROOT = Path(__file__).resolve().parent.parent
-LAWS = {"linear": tc.LinearElastic, "svk": tc.StVenantKirchhoff, "neo": tc.NeoHookean}
+LAWS = {"linear": tc.LinearElastic, "svk": tc.StVenantKirchhoff, "neo": tc.NeoHookean, "mooney": tc.MooneyRivlin.of}
 TWINS = {
     "LinearElastic": oracle.LinearElastic,
     "StVenantKirchhoff": oracle.StVenantKirchhoff,
     "NeoHookean": oracle.NeoHookean,
+    "MooneyRivlin": oracle.MooneyRivlin,
 }
 
 

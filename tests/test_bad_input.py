@@ -59,6 +59,13 @@ WRONG = {
     "poisson 0.5": lambda: tc.StVenantKirchhoff(1e7, 0.5, 1.0),
     "poisson -1": lambda: tc.NeoHookean(1e7, -1.0, 1.0),
     "poisson inf": lambda: tc.NeoHookean(1e7, INF, 1.0),
+    "c1 0": lambda: tc.MooneyRivlin(0.0, 1.0, 1.0, 1.0),
+    "c2 < 0": lambda: tc.MooneyRivlin(1.0, -1.0, 1.0, 1.0),
+    "bulk 0": lambda: tc.MooneyRivlin(1.0, 1.0, 0.0, 1.0),
+    "rubber nan": lambda: tc.MooneyRivlin(1.0, NAN, 1.0, 1.0),
+    "rubber density": lambda: tc.MooneyRivlin(1.0, 1.0, 1.0, 0.0),
+    "rubber share 1": lambda: tc.MooneyRivlin.of(1e7, 0.4, 1.0, second=1.0),
+    "rubber poisson": lambda: tc.MooneyRivlin.of(1e7, 0.1, 1.0),
     "replaced density": lambda: dataclasses.replace(MAT, density=-3.0),
     # meshes
     "box cells 0": lambda: tc.box_mesh((1, 1, 1), (0, 1, 1)),

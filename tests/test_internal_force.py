@@ -10,8 +10,10 @@ import pytest
 from tcontact.packing import WIDTHS, pack_cells
 
 KINDS = ("hex8", "tet4")
-LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean")
+LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin")
 LAM, MU = 0.7, 0.4
+C1, C2, BULK = 0.15, 0.05, 0.5  # LAM and MU at small strains
+MODULI = {"mooney_rivlin": (BULK, 2 * (C1 + 2 * C2), 4 * C2)}
 HEX = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 TETS = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 
@@ -48,6 +50,13 @@ def law_energy_stress(law, h):
         inverse = np.swapaxes(np.linalg.inv(f), -1, -2)
         w = MU / 2 * (np.sum(f * f, axis=(-1, -2)) - 3) - MU * np.log(j[..., 0, 0]) + LAM / 2 * (j[..., 0, 0] - 1) ** 2
         return w, MU * (f - inverse) + LAM * (j - 1) * j * inverse
+    if law == "mooney_rivlin":
+        c, j = np.swapaxes(f, -1, -2) @ f, np.linalg.det(f)
+        first = np.trace(c, axis1=-2, axis2=-1)
+        second = (first**2 - np.trace(c @ c, axis1=-2, axis2=-1)) / 2
+        w = C1 * (first - 3) + C2 * (second - 3) - 2 * (C1 + 2 * C2) * np.log(j) + BULK / 2 * (j - 1) ** 2
+        pull = (BULK * (j - 1) * j - 2 * (C1 + 2 * C2))[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
+        return w, 2 * C1 * f + 2 * C2 * (first[..., None, None] * f - f @ c) + pull
     strain = 0.5 * (h + transposed) if law == "linear_elastic" else 0.5 * (h + transposed + transposed @ h)
     trace = np.trace(strain, axis1=-2, axis2=-1)
     stress = LAM * trace[..., None, None] * eye + 2 * MU * strain
@@ -75,6 +84,7 @@ class Step:
         from tcontact.kernels.internal_force import make_step
 
         self.kernel = make_step(kind, law)
+        self.moduli = MODULI.get(law, (LAM, MU))
         self.packs = pack_cells(cells, len(nodes), WIDTHS[kind], chunks)
         self.info = self.packs.with_special(np.array(special, dtype=int))
         self.nodes = nodes.ravel().copy()
@@ -85,7 +95,7 @@ class Step:
 
     def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0)):
         packs = self.packs
-        params = np.array([kick_before, kick_after, drift, *gravity, LAM, MU])
+        params = np.array([kick_before, kick_after, drift, *gravity, *self.moduli])
         self.kernel(
             0, packs.chunks, packs.chunks, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass,
             params, u, v, self.rows, self.special_force, self.node_sums, self.cell_sums,
@@ -128,7 +138,7 @@ def test_plain_kernel_adds_the_same_force(kind, law):
 
     nodes, cells, u, _step = both(law, kind)
     force = np.ones(u.size)
-    params = np.array([0.0, 0, 0, 0, 0, 0, LAM, MU])
+    params = np.array([0.0, 0, 0, 0, 0, 0, *MODULI.get(law, (LAM, MU))])
     connectivity = cells.astype(np.int32).ravel()
     make_plain_force(kind, law)(connectivity, nodes.ravel().copy(), params, u.ravel().copy(), force)
     exact = numpy_force(kind, law, nodes, cells, u)[0]

@@ -10,6 +10,7 @@ from oracle import (
     Impulse,
     LinearElastic,
     Massless,
+    MooneyRivlin,
     NeoHookean,
     Penalty,
     Plane,
@@ -33,7 +34,7 @@ from oracle import (
 )
 
 KINDS = ["hex8", "tet4"]
-LAWS = [LinearElastic(3e6, 0.3), StVenantKirchhoff(3e6, 0.3), NeoHookean(3e6, 0.3)]
+LAWS = [LinearElastic(3e6, 0.3), StVenantKirchhoff(3e6, 0.3), NeoHookean(3e6, 0.3), MooneyRivlin(3e6, 0.3)]
 FLOOR = Plane((0, 0, 0), (0, 0, 1))
 
 

@@ -11,9 +11,11 @@ FLOOR = tc.Plane(point=(0.0, 0.0, -1.0))
 FULL_MEMORY = {"state", "internal-force", "boundary-nodes"}
 
 
-def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True):
+def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True, friction=None):
     body = tc.Body(block(cells=2), material(), contact="zmin" if touching else None, supports=supports)
-    return tc.Scene(bodies=[body], obstacles=obstacles, duration=1e-5, gravity=gravity, contact=contact)
+    return tc.Scene(
+        bodies=[body], obstacles=obstacles, duration=1e-5, gravity=gravity, contact=contact, friction=friction
+    )
 
 
 PULL, HELD = (0.0, 0.0, -9.81), (tc.Support("xmin", "x"),)
@@ -46,6 +48,31 @@ SCENES = {
         scene_with([FLOOR], tc.ImpulseContact()),
         ["internal-force", "impulse-contact", "ledger"],
         FULL_MEMORY | {"impulse-contact"},
+    ),
+    "coulomb": (
+        scene_with([FLOOR], tc.MasslessContact(removal="full"), friction=tc.Coulomb(0.3)),
+        ["internal-force", "massless-contact", "coulomb-friction", "ledger"],
+        FULL_MEMORY | {"massless-contact", "coulomb-friction"},
+    ),
+    "regularized": (
+        scene_with([FLOOR], tc.PenaltyContact(1e8), friction=tc.RegularizedCoulomb(0.3, 0.1)),
+        ["internal-force", "penalty-contact", "regularized-friction", "ledger"],
+        FULL_MEMORY | {"penalty-contact", "regularized-friction"},
+    ),
+    "friction layer": (
+        scene_with([FLOOR], tc.MasslessContact(), friction=tc.FrictionLayer()),
+        ["internal-force", "massless-contact", "friction-layer", "ledger"],
+        FULL_MEMORY | {"massless-contact", "friction-layer"},
+    ),
+    "friction without a wall": (
+        scene_with(contact=tc.MasslessContact(), friction=tc.FrictionLayer()),
+        ["internal-force", "ledger"],
+        {"state", "internal-force"},
+    ),
+    "moving wall": (
+        scene_with([tc.Sphere((0, 0, -3.0), 1.0, velocity=(0, 0, 1.0))], tc.MasslessContact()),
+        ["internal-force", "massless-contact", "ledger"],
+        FULL_MEMORY | {"massless-contact"},
     ),
     "all": (
         scene_with([FLOOR], tc.MasslessContact(), PULL, HELD),
@@ -107,8 +134,10 @@ print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
 UNUSED = {  # parts of names of kernel modules
     "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster"),
-    "massless": ("contact_load", "images", "raster"),
-    "penalty": ("massless", "static", "surface", "images", "raster"),
+    "massless": ("contact_load", "kick_friction", "layer1d", "images", "raster"),
+    "penalty": ("massless", "static", "surface", "kick_friction", "layer1d", "images", "raster"),
+    "coulomb": ("contact_load", "kick_friction", "layer1d", "images", "raster"),
+    "friction layer": ("contact_load", "images", "raster"),
 }
 
 

@@ -1,64 +1,15 @@
 """One-point hexes: stiffness of the contact nodes, bending, stable step."""
 
-from collections import namedtuple
-from functools import cache
-
 import numpy as np
 import oracle
 import pytest
+from contact_stiffness import contact_stiffness, spread_of
 from one_point import Force, body_of, distorted, moved, twin
 from oracle import meshes
 from scenes import LAWS
 
 import tcontact as tc
-from tcontact import arrays
-from tcontact.lumped_mass import shape_functions
 from tcontact.stable_step import StableStep
-
-Bodies = namedtuple("Bodies", "params position u")
-Pairs = namedtuple("Pairs", "cell_nodes shape_gradients weights start corners nodes values")
-
-
-@cache
-def tangent_kernel(law, block):
-    """The tangent of the static solve as a kernel of its own."""
-    import taichi as ti
-
-    from tcontact.kernels.arguments import ARRAY, INDEX
-    from tcontact.kernels.reduced_tangent import make_reduced_tangent
-
-    tangent = make_reduced_tangent(law, block)
-
-    @ti.kernel
-    def kernel(
-        params: ARRAY, position: ARRAY, u: ARRAY, cell_nodes: INDEX, shape_gradients: ARRAY, weights: ARRAY,
-        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
-    ):  # fmt: skip
-        body = ti.static(Bodies(params, position, u))
-        tangent(body, basis, ti.static(Pairs(cell_nodes, shape_gradients, weights, start, corners, nodes, values)))
-
-    return kernel
-
-
-def contact_stiffness(body, removal, u):
-    """K_KK [k * block, k * block] at u, its nodes in the user's numbering and their basis [k, 3, block]."""
-    scene = tc.Scene([body], [tc.Plane((0, 0, -1.0))], 1.0, contact=tc.MasslessContact(removal=removal))
-    plan = tc.plan(scene).bodies[0]
-    graph, block, count = plan.contact.graph, plan.contact.block, len(plan.contact.nodes)
-    basis = plan.contact.basis[:, :, :block]
-    values = arrays.zeros(len(graph.pair_nodes) * block * block)
-    _, gradients, weights = shape_functions("hex8")
-    lame = np.array([0.0] * 6 + [body.material.lame_lambda, body.material.lame_mu])
-    kernel = tangent_kernel(body.material.law, block)
-    cell_nodes = plan.cells[graph.cells]
-    graph_lists = (graph.pair_start, graph.pair_corners, graph.pair_nodes)
-    before = (lame, plan.reference, u[plan.node_order], cell_nodes, gradients, weights, *graph_lists)
-    kernel(*map(arrays.put, before), values, arrays.put(basis))
-    matrix = np.zeros((count, block, count, block))
-    pair_values = np.array(arrays.get(values)).reshape(-1, block, block)
-    for (row, column), value in zip(graph.pair_nodes.reshape(-1, 2), pair_values, strict=True):
-        matrix[row, :, column] += value
-    return matrix.reshape(count * block, -1), plan.node_order[plan.contact.nodes], basis
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -68,11 +19,7 @@ def test_contact_stiffness_is_the_slope_of_the_force_and_positive_definite(law, 
     body = body_of(distorted((3, 3, 2), 0.2, inner_only=True), law, contact="zmin")
     u = moved(body.mesh, 0.1)
     found, nodes, basis = contact_stiffness(body, removal, u)
-    dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-    spread = np.zeros((3 * len(nodes), found.shape[1]))
-    for k, columns in enumerate(basis):
-        width = columns.shape[1]
-        spread[3 * k : 3 * k + 3, width * k : width * (k + 1)] = columns
+    dofs, spread = spread_of(nodes, basis)
     slope = spread.T @ Force(body).stiffness(u, 1e-6 * 0.06, dofs)[dofs] @ spread
     assert np.abs(found - slope).max() <= 1e-7 * np.abs(slope).max()
     assert np.abs(found - found.T).max() <= 1e-12 * np.abs(found).max()

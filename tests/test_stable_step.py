@@ -55,8 +55,10 @@ def test_ratio_to_the_dense_eigenvalue_for_many_meshes(kind, shape):
     assert 0.9 <= share <= 1.0
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3, 0.49])
+@pytest.mark.parametrize(
+    ("law", "poisson"),
+    [(law, poisson) for law in LAWS for poisson in (-0.5, 0.0, 0.3, 0.49) if law != "mooney" or poisson > 0.2],
+)
 def test_ratio_for_every_law_and_poisson_ratio(law, poisson):
     kind = "hex8" if poisson < 0.1 else "tet4"
     share, _ = ratio(tc.Body(block(kind, 3), material(law, poisson=poisson)))

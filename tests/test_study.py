@@ -130,8 +130,16 @@ def test_names_become_contact_models():
 
 def test_a_scheme_that_is_added_becomes_a_method(monkeypatch):
     monkeypatch.setitem(methods.SCHEMES, "new-scheme", tc.CentralDifference)
-    assert methods.standard()[-1] == "massless-normal@new-scheme"
     assert methods.method("massless-normal@new-scheme").scheme(0.5) == tc.CentralDifference(cfl=0.5)
+
+
+def test_implicit_schemes_take_multiples_of_the_step():
+    assert methods.standard()[-1] == "massless-normal@discrete-gradient*2"
+    assert methods.method(methods.standard()[-1]).scheme(0.9) == tc.DiscreteGradient(cfl=1.8)
+    assert methods.method("impulse@paper-implicit").scheme(0.9) == tc.PaperImplicit(cfl=0.9)
+    for wrong in ("*0", "*x", "*-1", "*inf"):
+        with pytest.raises(tc.InputError):
+            methods.method("impulse@discrete-gradient" + wrong)
 
 
 @pytest.mark.parametrize("name", problems.names())

@@ -58,7 +58,9 @@ def force(mesh, mat, velocity, viscosity):
     return result, -(q * change).sum()
 
 
-@pytest.mark.parametrize(("kind", "formulation"), [("hex8", "full"), ("tet4", "full"), ("hex8", "reduced")])
+@pytest.mark.parametrize(("kind", "formulation"), [
+    ("hex8", "full"), ("tet4", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"),
+])  # fmt: skip
 def test_force_and_power_of_one_short_step(kind, formulation):
     """From a velocity field without strain: M dv/dt = q dV/dx, in compressed and in expanding cells."""
     mesh, mat = block(kind, 2, shake=0.25), material("neo")
@@ -200,7 +202,7 @@ def test_many_steps_a_launch_give_the_same():
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
     from tcontact.describe import memory
-    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS
+    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, MODULI
     from tcontact.terms.internal_force import InternalForce
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
@@ -208,7 +210,7 @@ def test_absent_it_leaves_nothing_behind():
     assert without.columns == ()
     assert without.bodies[0].options == {}
     assert len(InternalForce(without.bodies[0]).cell_sums) == 2 * CHUNKS * CELL_SUMS
-    assert len(InternalForce(without.bodies[0]).parameters) == 8
+    assert len(InternalForce(without.bodies[0]).parameters) == 6 + MODULI
     assert "visco" not in without.describe()
     assert "viscous_work" not in simulate(scene).history
     assert with_it.columns == ("viscous_work",)

@@ -15,6 +15,7 @@ def without_energy(force: InternalForce, variant: str, law: str) -> InternalForc
 
     name = law + " without energy"
     laws.LAWS.setdefault(name, _bare(laws.LAWS[law]))
+    laws.MODULI.setdefault(name, laws.MODULI[law])
     other = copy(force)
     other.kernel = Prepared(internal_force.make_step(variant, name, WIDTHS[variant]))
     return other
@@ -24,8 +25,8 @@ def _bare(law: Any) -> Any:
     ti = runtime.load()
 
     @ti.func
-    def bare(h, lam, mu):
-        answer = law(h, lam, mu)
-        return [answer[0], 0.0 * mu, answer[2]]
+    def bare(h, moduli):
+        answer = law(h, moduli)
+        return [answer[0], 0.0 * moduli[1], answer[2]]
 
     return bare

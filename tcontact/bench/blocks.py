@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .. import materials
@@ -11,11 +13,13 @@ from ..mesh_box import box_mesh
 from ..obstacles import Plane
 from ..scene import Body, Scene
 
-MATERIALS = {
+MATERIALS: dict[str, Callable[..., materials.Material]] = {
     "neo-hookean": materials.NeoHookean,
     "linear": materials.LinearElastic,
     "st-venant-kirchhoff": materials.StVenantKirchhoff,
+    "mooney-rivlin": materials.MooneyRivlin.of,
 }
+AFFINE = ("hex8", "hex8-mean-dilatation")
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
 SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.1], [0.0, -0.1, 0.9]])
@@ -48,7 +52,7 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
 def _element(kind: str) -> tuple[str, str]:
     """Kind of the mesh and formulation of an element such as "hex8-reduced"."""
     cells, _, variant = kind.partition("-")
-    return cells, "reduced" if variant == "reduced" else "full"
+    return cells, variant if variant in ("reduced", "mean-dilatation") else "full"
 
 
 def _moved(nodes: np.ndarray, size: int) -> np.ndarray:
@@ -64,16 +68,16 @@ def _velocity(nodes: np.ndarray) -> np.ndarray:
 
 
 def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
-    """A cube of skew or, but for "hex8", shaken cells (0.15 of a cell), and random displacements [n, 3] of 0.05 [m].
+    """A cube of skew or, but for AFFINE, shaken cells (0.15 of a cell), and random displacements [n, 3] of 0.05 [m].
 
-    "hex8" is timed on parallelepipeds, whose kernel is another one.
+    AFFINE kinds are timed on parallelepipeds, whose kernel is another one.
     """
     random = np.random.default_rng(seed)
     h = LENGTH / size
     cells, formulation = _element(kind)
     box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
     nodes = box.nodes @ SKEW
-    if kind != "hex8":
+    if kind not in AFFINE:
         nodes = nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
     body = Body(Mesh(nodes, box.cells, cells), material(law), name="shaken", formulation=formulation)
     return Scene([body], duration=1.0), 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)

@@ -24,7 +24,8 @@ Say = Callable[[str], None]
 def collect(configurations: Sequence[Configuration], say: Say, extras: bool = True) -> dict[str, Any]:
     """Measure everything; a configuration that fails gives rows with their reason.
 
-    say: told what is measured next; extras: the bar of 100 cells, the friction layer and the start-up of the main case.
+    say: told what is measured next; extras: the bar of 100 cells, the friction layer, friction, gap queries and the
+    start-up of the main case.
     """
     rows: list[dict[str, Any]] = []
     compiled: dict[tuple[str, str, str], dict[str, Any]] = {}
@@ -49,6 +50,9 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
         report["bar"] = [_ok({"threads": n}, run_worker("bar", {"arch": arch, "threads": n})) for n in threads]
         say("friction layer")
         report["layer"] = [_ok({"threads": n}, run_worker("layer", {"arch": arch, "threads": n})) for n in threads]
+        for task, text in (("rubbing", "friction of sliding nodes"), ("queries", "gap queries")):
+            say(text)
+            report[task] = [_ok({"threads": n}, run_worker(task, {"arch": arch, "threads": n})) for n in threads]
         say("import and first step of cube-impact")
         report["start"] = [_ok({"threads": n}, start_seconds(arch, n)) for n in threads[-1:]]
     return report

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-KINDS = ("hex8", "hex8-distorted", "hex8-reduced", "tet4")
-LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff")
+KINDS = ("hex8", "hex8-distorted", "hex8-reduced", "hex8-mean-dilatation", "tet4")
+LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff", "mooney-rivlin")
 CONTACTS = ("none", "normal", "full")
 
 
@@ -15,9 +15,10 @@ CONTACTS = ("none", "normal", "full")
 class Configuration:
     """One process: a cube of size^3 hexes (or six tets for each), timed without contact and with it, turn by turn.
 
-    kind: of KINDS, hex8-distorted = inner nodes moved (no parallelepipeds), hex8-reduced = one-point hexes; contacts:
-    of "none", "normal" and "full" (removal of the massless contact on one face); threads: CPU threads; steps: per
-    batch, None = chosen; seconds: time budget; batches: at least so many of each kind of work.
+    kind: of KINDS, hex8-distorted = inner nodes moved (no parallelepipeds), hex8-reduced = one-point hexes,
+    hex8-mean-dilatation = one volume change per hex; contacts: of "none", "normal" and "full" (removal of the massless
+    contact on one face); threads: CPU threads; steps: per batch, None = chosen; seconds: time budget; batches: at least
+    so many of each kind of work.
     """
 
     kind: str

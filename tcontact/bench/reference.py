@@ -4,9 +4,13 @@ f_a = sum over Gauss points of  w det A  P dN_a/dX,   P = dW/dF,   A = dX/dr
 
 One-point hexes: G_a = mean of dN_a/dX over the volume V as the only gradient, and for the signs h of every hourglass
 mode a stiffness k gamma gamma^t with gamma_a = h_a - (sum over b of h_b X_b).G_a, k = 0.05 (lam + 2 mu) V G:G / 8.
+One volume change per hex: without the part of the first modulus k at the points, and for the cell k/2 V e^2 with
+e = (sum of w det A det F)/V - 1, for the linear law the mean of tr H.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -27,10 +31,19 @@ def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(axes, axis=2), np.full(8, 1 / 8)
 
 
-def energy_and_stress(law: str, lam: float, mu: float, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """W [...] [J/m^3] and P = dW/dF [..., 3, 3] [Pa] for displacement gradients h [..., 3, 3]."""
     eye, turned = np.eye(3), np.swapaxes(h, -1, -2)
     f = eye + h
+    lam, mu = moduli[:2]
+    if law == "mooney-rivlin":
+        c2 = moduli[2] / 4
+        c1 = mu / 2 - 2 * c2
+        j, c = np.linalg.det(f), np.swapaxes(f, -1, -2) @ f
+        first, square = np.trace(c, axis1=-2, axis2=-1), np.trace(c @ c, axis1=-2, axis2=-1)
+        w = c1 * (first - 3) + c2 * ((first**2 - square) / 2 - 3) - mu * np.log(j) + lam / 2 * (j - 1) ** 2
+        pull = (lam * (j - 1) * j - mu)[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
+        return w, 2 * c1 * f + 2 * c2 * (first[..., None, None] * f - f @ c) + pull
     if law == "neo-hookean":
         j = np.linalg.det(f)
         inverse = np.swapaxes(np.linalg.inv(f), -1, -2)
@@ -43,10 +56,19 @@ def energy_and_stress(law: str, lam: float, mu: float, h: np.ndarray) -> tuple[n
     return w, stress if law == "linear" else f @ stress
 
 
+def volume_change(law: str, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """det F - 1 [...] and its slope [..., 3, 3]; of the linear law tr H and I."""
+    if law == "linear":
+        return np.trace(h, axis1=-2, axis2=-1), np.broadcast_to(np.eye(3), h.shape)
+    f = np.eye(3) + h
+    j = np.linalg.det(f)
+    return j - 1, j[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
+
+
 def force(
-    kind: str, law: str, lame: tuple[float, float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
+    kind: str, law: str, moduli: Sequence[float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]."""
+    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli as in kernels/laws.py."""
     slopes, weights = shape_slopes(kind)
     result, energy = np.zeros_like(u), 0.0
     for start in range(0, len(cells), AT_ONCE):
@@ -58,13 +80,21 @@ def force(
             gradients = np.einsum("ep,epkc->ekc", volume, gradients)[:, None]
             volume = volume.sum(axis=1, keepdims=True)
             gradients /= volume[:, :, None, None]
-        w, p = energy_and_stress(law, *lame, np.einsum("ekc,epkd->epcd", u[some], gradients))
+        h = np.einsum("ekc,epkd->epcd", u[some], gradients)
+        mean_dilatation = kind == "hex8-mean-dilatation"
+        w, p = energy_and_stress(law, [0.0, *moduli[1:]] if mean_dilatation else moduli, h)
+        if mean_dilatation:
+            change, slope = volume_change(law, h)
+            total = volume.sum(axis=1, keepdims=True)
+            e = np.sum(volume * change, axis=1, keepdims=True) / total
+            w = w + 0.5 * moduli[0] * e**2
+            p = p + moduli[0] * e[..., None, None] * slope
         corner = np.einsum("ep,epcd,epkd->ekc", volume, p, gradients, optimize=True)
         energy += float(np.sum(volume * w))
         if kind == "hex8-reduced":
             mean = gradients[:, 0]
             gamma = HOURGLASS - np.einsum("hk,ekc,eac->eha", HOURGLASS, nodes[some], mean, optimize=True)
-            stiffness = 0.05 * (lame[0] + 2 * lame[1]) * volume[:, 0] * np.sum(mean**2, axis=(1, 2)) / 8
+            stiffness = 0.05 * (moduli[0] + 2 * moduli[1]) * volume[:, 0] * np.sum(mean**2, axis=(1, 2)) / 8
             q = np.einsum("eha,eac->ehc", gamma, u[some])
             corner += np.einsum("e,eha,ehc->eac", stiffness, gamma, q)
             energy += 0.5 * float(np.einsum("e,ehc,ehc->", stiffness, q, q))
@@ -72,7 +102,7 @@ def force(
     return result, energy
 
 
-def cell_stiffness(kind: str, lame: tuple[float, float], corners: np.ndarray) -> np.ndarray:
+def cell_stiffness(kind: str, lame: Sequence[float], corners: np.ndarray) -> np.ndarray:
     """K [3 corners, 3 corners] [N/m] of a linear elastic cell with the given corners [corners, 3], column by column."""
     count = corners.size
     cell = np.arange(len(corners))[None]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from . import layer
+from . import layer, queries, rubbing
 
 MEANING = """\
 Mcell/s      million cell updates a second of the whole step: force, update, contact, history; median [quartiles]
@@ -37,6 +37,8 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     for row in report.get("bar", ()):
         found += ["", _bar(row) if row["ok"] else f"bar-impact, {row['threads']} threads: FAILED: {row['reason']}"]
     found += layer.lines(report.get("layer", []))
+    found += rubbing.lines(report.get("rubbing", []))
+    found += queries.lines(report.get("queries", []))
     for row in report.get("start", ()):
         text = f"import and first step of cube-impact, {row['threads']} threads: "
         text += (

@@ -15,17 +15,19 @@ from .configuration import Configuration
 
 
 def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
-    """What the named task finds: measure, compilation, bar or layer."""
+    """What the named task finds: measure, compilation, bar, layer, rubbing or queries."""
     if task == "measure":
         from .measure import measure
 
         return measure(Configuration.from_dict(options))
-    from . import layer, small
+    from . import layer, queries, rubbing, small
 
     tasks: dict[str, Callable[..., dict[str, Any]]] = {
         "compilation": small.compilation,
         "bar": small.bar,
         "layer": layer.layer,
+        "rubbing": rubbing.rubbing,
+        "queries": queries.queries,
     }
     return tasks[task](**options)
 

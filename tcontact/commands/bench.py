@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     drawn = chart.draw(out / "bench.png", report)
     print(*table.lines(report), sep="\n")
     print(f"\nfiles in {out}" + ("" if drawn else " (no chart: nothing was measured)"))
-    others = [*report.get("bar", ()), *report.get("layer", ()), *report.get("start", ())]
+    others = [row for part in ("bar", "layer", "rubbing", "queries", "start") for row in report.get(part, ())]
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
 
 

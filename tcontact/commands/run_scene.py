@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 from . import folder, settings
 
 
@@ -16,10 +16,10 @@ def is_scene(name: str) -> bool:
     return name.lower().endswith(".toml")
 
 
-def run_scene(arguments: argparse.Namespace, one: Any) -> int:
+def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     """Run it and return the exit code; options of the command line go before those of the file.
 
-    one: runs one scene and writes all about it.
+    start: gives what runs one scene; finish: runs it and writes all about it.
     """
     from ..scene_files import load_scene
 
@@ -42,7 +42,10 @@ def run_scene(arguments: argparse.Namespace, one: Any) -> int:
     case = SimpleNamespace(checks=lambda result: [])
     try:
         with folder.replacing(out, arguments.force):
-            passed, _ = one(file.stem, case, scene, scheme, {"scene": str(file)} | given, out, arguments)
+            go = start(arguments, scene, scheme, out, "")
+            passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments)
+    except OutputError:
+        raise
     except OSError as error:
         raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
     return 0 if passed else 1

@@ -5,14 +5,22 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from inspect import signature
 from types import ModuleType
 from typing import Any, Literal
 
 from ..errors import InputError
 
-SCHEME_KEYS: dict[str, Any] = {"scheme": str, "cfl": float, "dt": float}
+SCHEME_KEYS: dict[str, Any] = {
+    "scheme": str,
+    "cfl": float,
+    "dt": float,
+    "alpha": float,
+    "chi": float,
+    "mass": str,
+    "reproject": bool,
+}
 TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -91,15 +99,21 @@ def _wanted(kind: Any) -> str:
     return named.get(kind, str(kind))
 
 
-def scheme(options: dict[str, Any]) -> Any:
-    """The time scheme the options ask for. Raises `InputError`."""
-    import tcontact as tc
+def scheme(options: dict[str, Any], case: Any = None) -> Any:
+    """The time scheme the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
+    from ..schemes import SCHEMES as known
 
-    known = {"central-difference": tc.CentralDifference}
-    options = dict(options)
+    own = dict(getattr(case, "SCHEME", {}))
+    if "dt" in options or "cfl" in options or options.get("scheme") == "central-difference":
+        own = {key: value for key, value in own.items() if key == "scheme"}
+    options = own | options
     name = options.pop("scheme", "central-difference")
     if name not in known:
         raise InputError("--set scheme", name, "use one of " + ", ".join(known))
+    taken = {item.name for item in fields(known[name])}
+    for key in options:
+        if key not in taken:
+            raise InputError(f"--set {key}", options[key], f"{name} has no such option")
     if options.get("cfl") is not None and options.get("dt") is not None:
         raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")
     return known[name](**options)

@@ -1,4 +1,11 @@
-"""Time schemes by name; each one file that reads like its formula."""
+"""Time schemes by name; each one file that reads like its formula.
+
+How it works. The explicit `CentralDifference` moves nodes with mass by the forces of the present position and leaves
+what has no mass to the static solve; its step is bound by the fastest wave through the smallest cell
+(`stable_step.py`). The implicit ones share `implicit.py`: they solve M (c d - b) + f* - fc* = f_ext for the step d by
+Newton's method and differ only in where and how the forces f*, fc* are taken, which their class attributes say.
+`order`, `conserves` and `name` are attributes of every scheme.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +13,40 @@ from typing import Any
 
 from ..errors import InputError
 from .central_difference import CentralDifference
+from .discrete_gradient import DiscreteGradient
+from .dissipative import Dissipative
+from .gonzalez import Gonzalez
+from .hilber_hughes_taylor import HilberHughesTaylor
+from .implicit import ImplicitScheme
+from .midpoint import Midpoint
+from .paper_implicit import PaperImplicit
+from .transport_averaging import StressAveraging, TransportAveraging
+from .trapezoidal import Trapezoidal
 
-SCHEMES: dict[str, type[CentralDifference]] = {CentralDifference.name: CentralDifference}
+Scheme = CentralDifference | ImplicitScheme
+
+IMPLICIT: tuple[type[ImplicitScheme], ...] = (
+    DiscreteGradient,
+    Gonzalez,
+    TransportAveraging,
+    StressAveraging,
+    Midpoint,
+    Trapezoidal,
+    HilberHughesTaylor,
+    Dissipative,
+    PaperImplicit,
+)
+SCHEMES: dict[str, type[Scheme]] = {CentralDifference.name: CentralDifference} | {
+    scheme.name: scheme for scheme in IMPLICIT
+}
 
 
-def scheme_of(value: Any) -> CentralDifference:
+def scheme_of(value: Any) -> Scheme:
     """A scheme object, from itself or from its name. Raises `InputError` for anything else."""
     if isinstance(value, str):
         if value not in SCHEMES:
             raise InputError("scheme", value, "use one of " + ", ".join(repr(name) for name in SCHEMES))
         return SCHEMES[value]()
-    if not isinstance(value, CentralDifference):
+    if not isinstance(value, (CentralDifference, ImplicitScheme)):
         raise InputError("scheme", value, "give a scheme object or one of " + ", ".join(repr(name) for name in SCHEMES))
     return value

@@ -15,6 +15,11 @@ from .. import validate
 from ..errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from ..history import Layout
+    from ..plan import BodyPlan, Plan
+    from ..scene import Scene
     from ..state import BodyState
 
 DEFAULT_CFL = 0.9
@@ -32,6 +37,7 @@ class CentralDifference:
     dt: float | None = None
 
     name: ClassVar[str] = "central-difference"
+    implicit: ClassVar[bool] = False
     order: ClassVar[int] = 2
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum", "angular momentum")
 
@@ -46,6 +52,17 @@ class CentralDifference:
     def step_size(self, dt_limit: float) -> float:
         """The step [s] for a stable step dt_limit [s]."""
         return self.dt if self.dt is not None else (self.cfl or DEFAULT_CFL) * dt_limit
+
+    def check(self, planned: Plan) -> None:
+        """Every scene can be run."""
+
+    def state(
+        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
+    ) -> BodyState:
+        """The state of a body that starts there [n, 3]."""
+        from ..state import BodyState
+
+        return BodyState(scene, plan, displacement, velocity, layout)
 
     def begin(self, body: BodyState, dt: float) -> None:
         """Static solve of the start; dt [s]: the first step."""

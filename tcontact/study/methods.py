@@ -2,7 +2,8 @@
 
 A name is CONTACT or CONTACT@SCHEME. CONTACT: massless-normal, massless-full, massless-depth-D (D layers), impulse,
 massless-penalty-K and penalty-K, with K in the problem's unit of stiffness (young/h unless the problem says otherwise);
-SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given.
+SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given; SCHEME*F takes F times the step that
+the cfl number of the study asks for, which is what implicit schemes are for.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from ..contact_models import ContactModel, ImpulseContact, MasslessContact, Pena
 from ..errors import InputError
 from ..schemes import SCHEMES
 from ..schemes.central_difference import CentralDifference
+from ..schemes.discrete_gradient import DiscreteGradient
 
 Build = Callable[[float, float], ContactModel]  # (number in the name, unit of stiffness [N/m^3]) -> model
 
@@ -52,8 +54,15 @@ class Method:
 
 def method(name: str) -> Method:
     """The method of the given name. Raises `InputError` with the known ones."""
-    contact, _, scheme = name.partition("@")
+    contact, _, wanted = name.partition("@")
+    scheme, _, times = wanted.partition("*")
     scheme = scheme or CentralDifference.name
+    try:
+        longer = float(times or 1.0)
+    except ValueError:
+        longer = 0.0
+    if not 0.0 < longer < float("inf"):
+        raise InputError("--methods", name, f"{times!r} is no number above 0 to multiply the step with")
     if scheme not in SCHEMES:
         raise InputError("--methods", name, f"{scheme!r} is no scheme; use one of " + ", ".join(SCHEMES))
     for pattern, build in FAMILIES.values():
@@ -65,12 +74,11 @@ def method(name: str) -> Method:
             return Method(
                 name=name,
                 contact=partial(build, number),
-                scheme=lambda cfl: SCHEMES[scheme](cfl=cfl),
+                scheme=lambda cfl: SCHEMES[scheme](cfl=longer * cfl),
             )
     raise InputError("--methods", name, f"use {', '.join(FAMILIES)} (D, K: numbers above 0), with @SCHEME if wanted")
 
 
 def standard(names: tuple[str, ...] = STANDARD) -> tuple[str, ...]:
-    """The given names, and the first of them with every further time scheme that the package has."""
-    others = [scheme for scheme in SCHEMES if scheme != CentralDifference.name]
-    return (*names, *(f"{names[0]}@{scheme}" for scheme in others))
+    """The given names, and the first of them with the conserving implicit scheme at twice the step."""
+    return (*names, f"{names[0]}@{DiscreteGradient.name}*2")

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..friction_models import FrictionModel, RegularizedCoulomb, law_of
+from ..plan import FRICTION_TERMS
 
 
 class Friction:
@@ -14,12 +15,11 @@ class Friction:
     With friction layers they also limit it: `terms/friction_layer.py`.
     """
 
-    name = "friction"
-
     def __init__(self, model: FrictionModel, nodes: int, slots: int, stays: bool) -> None:
         from ..kernels import friction as names
 
         self.law = law_of(model)
+        self.name = FRICTION_TERMS[type(model)]
         speed = model.slip_speed if isinstance(model, RegularizedCoulomb) else 1.0
         self.names, self.slots, self.stays = names, slots, stays
         rows = np.zeros((nodes, names.NODE))

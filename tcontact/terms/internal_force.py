@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
+from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
@@ -40,7 +40,7 @@ class InternalForce:
             self._parallel_measure = None
             self._measure = Prepared(make_measure(kind, material.law))
         self.gravity = plan.gravity
-        self.lame = (material.lame_lambda, material.lame_mu)
+        self.moduli = (*material.moduli, *[0.0] * (MODULI - len(material.moduli)))
         self.connectivity = arrays.put(packs.connectivity)
         self.chunks = arrays.put(packs.chunk_table)
         self.info = arrays.put(packs.with_special(plan.boundary))
@@ -53,7 +53,7 @@ class InternalForce:
         self.viscous = plan.viscosity is not None
         if self.viscous:
             self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
-        self.constants = (*self.lame, *plan.constants)
+        self.constants = (*self.moduli, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
     def advance(

@@ -21,6 +21,7 @@ MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
 RELAXATION = {("hex8", "full"): 1.1, ("tet4", "full"): 1.3}  # measured best at nu = .3; else 1
+MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -38,6 +39,7 @@ class StaticSolve:
         graph, block = contact.graph, contact.block
         self.names = names
         self.law, self.removal = material.law, contact.removal
+        self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         count, order = len(contact.nodes), sweep_order(graph, block)
         cells = plan.cells[graph.cells]
@@ -122,6 +124,8 @@ class StaticSolve:
             if self.law == "st_venant_kirchhoff":
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
             return text
+        if self.poisson > MOST_POISSON:
+            return text + f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g}"
         removal = "" if self.removal == "normal" else "removal='normal', "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 

@@ -9,8 +9,9 @@ from oracle import meshes
 from oracle.cells import Quadrature, assemble, energy, internal_force, quadrature, tangent, von_mises
 from oracle.central_difference import Body, History, Impulse, Massless, Penalty, Plane, run, stable_step
 from oracle.exact import BarImpact, bar_metrics, characteristic_bar
-from oracle.laws import LinearElastic, NeoHookean, StVenantKirchhoff
+from oracle.laws import LinearElastic, MooneyRivlin, NeoHookean, StVenantKirchhoff
 from oracle.mass import Redistribution, choose_removal, face_area_weights, lumped_cell_mass, redistribute
+from oracle.mean_dilatation import MeanDilatation
 from oracle.reduced import ReducedHex
 from oracle.static_contact import StaticContact, solve_lcp
 
@@ -21,6 +22,8 @@ __all__ = [
     "Impulse",
     "LinearElastic",
     "Massless",
+    "MeanDilatation",
+    "MooneyRivlin",
     "NeoHookean",
     "Penalty",
     "Plane",

@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
 from oracle.cells import assemble, energy, internal_force, quadrature, tangent
+from oracle.friction import SlidingContact, scaled_back
 from oracle.mass import Redistribution, face_area_weights, lumped_cell_mass, redistribute
 from oracle.static_contact import StaticContact
 
@@ -70,6 +71,7 @@ class History:
     elastic: np.ndarray
     contact: np.ndarray
     external_work: np.ndarray
+    friction_work: np.ndarray
     contact_force: np.ndarray
     support_force: np.ndarray
     gravity_force: np.ndarray
@@ -84,7 +86,7 @@ class History:
 
     @property
     def energy(self):
-        return self.kinetic + self.elastic + self.contact - self.external_work
+        return self.kinetic + self.elastic + self.contact + self.friction_work - self.external_work
 
     @property
     def energy_error(self):
@@ -129,10 +131,11 @@ def free_inverse(tensor, free):
 
 
 def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, contact=None, gravity=None, start=None,
-        keep_rows=False):  # fmt: skip
+        keep_rows=False, friction=None):  # fmt: skip
     """Run `steps` steps (or to `duration` [s]) from the displacement `start` [n, 3] and velocity [3] or [n, 3].
 
-    dt [s], or cfl times the stable step. contact: Massless, Penalty, Impulse or None.
+    dt [s], or cfl times the stable step. contact: Massless, Penalty, Impulse or None; friction: Coulomb's coefficient
+    (with full removal of a linear law only).
     """
     nodes, count = body.nodes, len(body.nodes)
     quad = quadrature(nodes, body.cells, body.kind)
@@ -157,6 +160,7 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         static = StaticContact(quad, body.law, spread.contact, spread.basis, normals, free, area, contact.penalty)
     else:
         spread = Redistribution(lumped[:, None, None] * np.eye(3), np.zeros(0, int), np.zeros((0, 3, 3)))
+    sliding = SlidingContact(static, friction) if friction and static and contact.removal == "full" else None
     mass = spread.tensor
     inverse = free_inverse(mass, free)
     weight = np.zeros((count, 3)) if gravity is None else mass @ np.asarray(gravity, float)
@@ -167,13 +171,25 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
     v[~free] = driven[~free]
     v[spread.contact] -= np.einsum("kij,kj->ki", spread.removed, v[spread.contact])
     rows = {name: [] for name in History.__dataclass_fields__}
+    rubbed, dragged = 0.0, None
 
     for n in range(steps + 1):
         time = n * dt
         points = origins + rates * time
         first = n == 0
         load = np.zeros((count, 3))
-        if static is not None:
+        rubbing = np.zeros((len(planes), 3))
+        if sliding is not None:
+            shift = rates * (0 if first else dt)
+            u, pressing, drag, slip = sliding.solve(nodes, u, points, shift, weight)
+            place_contact = np.zeros((len(spread.contact), len(planes)))
+            place_contact[static.pair_node, static.pair_plane] = pressing
+            load[spread.contact] = place_contact @ normals
+            np.add.at(load, spread.contact[static.pair_node], drag)
+            np.add.at(rubbing, static.pair_plane, drag)
+            rubbed -= np.sum((drag if dragged is None else drag + dragged) * slip) / 2
+            dragged = drag
+        elif static is not None:
             u, table, _, _ = static.solve(nodes, u, points, weight)
             load[spread.contact] = table @ normals
             place_contact = table
@@ -189,12 +205,25 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         kick = np.einsum("nij,nj->ni", inverse, weight - inner + load)
         span = dt / 2 if first else dt
         after = v + span * kick
+        pushed = np.zeros((len(touching), len(planes))) if isinstance(contact, Impulse) else None
         if isinstance(contact, Impulse):
             for k, gaps in zip(touching, gap, strict=True):
                 for p in np.flatnonzero(gaps <= 0):
                     hit = max(0.0, -lumped[k] * normals[p] @ (after[k] - rates[p]))
                     after[k] += hit * normals[p] / lumped[k] * free[k]
                     load[k] += hit * normals[p] / span
+                    pushed[np.searchsorted(touching, k), p] = hit / span
+        late = 0.0
+        if friction and sliding is None:
+            pressing = place_contact if pushed is None else pushed
+            for k, presses in zip(touching, pressing, strict=True):
+                drag = scaled_back(lumped[k], after[k], rates, normals, presses, span, friction)
+                after[k] += span * drag.sum(axis=0) / lumped[k]
+                load[k] += drag.sum(axis=0)
+                rubbing += drag
+                mean = v[k] if first else (v[k] + after[k]) / 2
+                rubbed -= np.sum(drag * ((0 if first else dt / 2) * ((v[k] + mean) / 2 - rates)))
+                late -= np.sum(drag * (dt / 2 * ((mean + after[k]) / 2 - rates)))
         middle = v if first else (v + after) / 2
         change = (after - v) / span
         reaction = np.einsum("nij,nj->ni", mass, change) + inner - weight - load
@@ -210,6 +239,8 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         rows["kinetic"].append(np.sum(middle * moving) / 2)
         rows["elastic"].append(energy(quad, body.law, u))
         rows["contact"].append(stored)
+        rows["friction_work"].append(rubbed)
+        rubbed += late
         rows["contact_force"].append(load.sum(axis=0))
         rows["support_force"].append(reaction.sum(axis=0))
         rows["gravity_force"].append(weight.sum(axis=0))
@@ -219,6 +250,7 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         power = np.sum(reaction * driven)
         if contact is not None and not isinstance(contact, Impulse):
             power += np.sum(place_contact @ np.sum(normals * rates, axis=1))
+        power += np.sum(rubbing * rates)
         rows["external_work"].append((np.sum(weight * (u - u_start)), power))
         if keep_rows:
             rows["row_displacement"].append(u.copy())

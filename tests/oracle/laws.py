@@ -129,3 +129,60 @@ class NeoHookean(Elastic):
             + self.lam * (1 + 2 * change) * (1 + change) * outer("ik,jl", G, G)
             - self.lam * change * (1 + change) * outer("il,jk", G, G)
         )
+
+
+@dataclass(frozen=True)
+class MooneyRivlin(Elastic):
+    """W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2; second = c2/(c1 + c2) at small strains.
+
+    I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2 of C = F^T F.
+    """
+
+    second: float = 0.2
+
+    @property
+    def c1(self):
+        return (1 - self.second) * self.mu / 2
+
+    @property
+    def c2(self):
+        return self.second * self.mu / 2
+
+    @property
+    def bulk(self):
+        return self.lam - 4 * self.c2
+
+    def energy_density(self, H):
+        E, change = green_strain(H), volume_change(H)
+        first = 2 * trace(E)
+        second = 4 * trace(E) + 2 * (trace(E) ** 2 - trace(E @ E))
+        log = 2 * (self.c1 + 2 * self.c2) * np.log1p(change)
+        return self.c1 * first + self.c2 * second - log + self.bulk / 2 * change**2
+
+    def stress(self, H):
+        change = volume_change(H)[..., None, None]
+        F, E = IDENTITY + H, green_strain(H)
+        G = transposed(np.linalg.inv(F))
+        # 2 c1 F + 2 c2 (I1 F - F C) - 2 (c1 + 2 c2) F^-T without the parts that cancel
+        tension = 4 * (self.c1 + 2 * self.c2) * G @ E
+        return (
+            tension
+            + 4 * self.c2 * F @ (trace(E)[..., None, None] * IDENTITY - E)
+            + self.bulk * change * (1 + change) * G
+        )
+
+    def moduli(self, H):
+        change = volume_change(H)[..., None, None, None, None]
+        one = np.broadcast_to(IDENTITY, H.shape)
+        F = one + H
+        C, B = transposed(F) @ F, F @ transposed(F)
+        G = transposed(np.linalg.inv(F))
+        first = trace(C)[..., None, None, None, None]
+        spread = first * outer("ij,kl", one, one) + 2 * outer("ik,jl", F, F)
+        spread = spread - outer("ij,kl", one, C) - outer("il,jk", F, F) - outer("ij,kl", B, one)
+        return (
+            2 * self.c1 * outer("ij,kl", one, one)
+            + 2 * self.c2 * spread
+            + (2 * (self.c1 + 2 * self.c2) - self.bulk * change * (1 + change)) * outer("il,jk", G, G)
+            + self.bulk * (1 + 2 * change) * (1 + change) * outer("ik,jl", G, G)
+        )

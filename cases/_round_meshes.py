@@ -1,0 +1,96 @@
+"""Hex meshes of round bodies from mapped blocks: a core and a shell around it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import tcontact as tc
+
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+SIDES = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (2, 3, 7, 6), (3, 0, 4, 7), (1, 2, 6, 5))
+
+
+def graded(length: float, first: float, even: int, growth: float) -> np.ndarray:
+    """Points from 0 to length: `even` spacings of size `first`, then each `growth` times the one before."""
+    sizes = [first] * even
+    while sum(sizes) < length:
+        sizes.append(sizes[-1] * growth)
+    points = np.concatenate([[0.0], np.cumsum(sizes)])
+    if even and len(sizes) > even:  # the graded part takes up what is left over, the even one stays
+        rest = points[even + 1 :] - points[even]
+        points[even + 1 :] = points[even] + rest * (length - points[even]) / rest[-1]
+        return points
+    return points * (length / points[-1])
+
+
+def block(first: np.ndarray, last: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Points [a, b, k, 3] on the straight lines between two surfaces [a, b, 3]; shares [k] of the way."""
+    return first[:, :, None] + shares[:, None] * (last - first)[:, :, None]
+
+
+def join(blocks: list[np.ndarray], skin, size: float) -> tc.Mesh:
+    """One mesh of blocks of points [a, b, c, 3]; points closer than 1e-9 size are one node.
+
+    skin: sets of outer faces by name, each a function of face centres [f, 3] that says which belong to it.
+    """
+    points, cells, start = [], [], 0
+    for grid in blocks:
+        count = np.array(grid.shape[:3])
+        number = start + np.arange(count.prod()).reshape(count)
+        corner = [number[tuple(slice(o, n - 1 + o) for o, n in zip(at, count, strict=True))].ravel() for at in CORNERS]
+        cells.append(np.stack(corner, axis=1))
+        points.append(grid.reshape(-1, 3))
+        start += len(points[-1])
+    nodes, connected = np.concatenate(points), np.concatenate(cells)
+    _, kept, same = np.unique(np.rint(nodes / (1e-9 * size)), axis=0, return_index=True, return_inverse=True)
+    nodes, connected = nodes[kept], same.ravel()[connected]
+    x = nodes[connected]
+    turned = np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 3] - x[:, 0]), x[:, 4] - x[:, 0]) < 0
+    connected[turned] = connected[turned][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    faces = connected[:, SIDES].reshape(-1, 4)
+    _, where, many = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    outer = faces[where[many == 1]]
+    centres = nodes[outer].mean(axis=1)
+    return tc.Mesh(nodes, connected, "hex8", face_sets={name: outer[inside(centres)] for name, inside in skin.items()})
+
+
+def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -> tc.Mesh:
+    """The quarter x, y >= 0 of a ball about 0, fine at its lowest point: `even` cells of size `finest` [m] there.
+
+    Face sets xmin, ymin (planes of symmetry) and cap, the skin within 0.4 radius of the axis at the bottom.
+    """
+    core = 0.5 * radius
+    across = graded(core, finest * core / radius, even, growth)  # cells widen on the way out to the skin
+    down = graded(1.0, finest / (radius - core), even, growth)  # shares of the way from the skin to the core
+    up = graded(2.0 * core, (down[-1] - down[-2]) * (radius - core), 1, 1.1) - core
+    shares = np.linspace(0.0, 1.0, 5)
+
+    def sphere(inner):
+        """Where a point of the core's surface comes out: by equal angles, spread evenly near the axis."""
+        return radius * inner / np.linalg.norm(inner, axis=-1, keepdims=True)
+
+    def grid(*axes):
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+    blocks = [grid(across, across, up)]
+    bottom, top = (grid(across, across, np.array([z]))[:, :, 0] for z in (-core, core))
+    blocks += [block(sphere(bottom), bottom, down), block(top, sphere(top), shares)]
+    for axis in (0, 1):
+        face = grid(*[np.array([core]) if j == axis else across for j in (0, 1)], up)
+        face = face[0] if axis == 0 else face[:, 0]
+        blocks.append(block(face, sphere(face), shares))
+    tiny = 1e-6 * radius
+    return join(
+        blocks,
+        {
+            "xmin": lambda c: c[:, 0] < tiny,
+            "ymin": lambda c: c[:, 1] < tiny,
+            "cap": lambda c: (
+                (np.linalg.norm(c, axis=1) > 0.98 * radius)
+                & (c[:, :2].min(axis=1) > tiny)
+                & (c[:, 2] < 0)
+                & (np.hypot(c[:, 0], c[:, 1]) < 0.4 * radius)
+            ),
+        },
+        radius,
+    )

@@ -1,0 +1,131 @@
+"""A steel block slides under pressure on a layer that heats and softens, or against dry friction.
+
+The block is squeezed between a plane and a rigid top that it slides along with it, free of friction: with the friction
+layer the plane transmits at most what a thin sheared layer of hot metal bears (some 180 MPa at 34 m/s, less as it nears
+melting), dry friction transmits mu times the pressure. compare=true shows both side by side.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+import tcontact as tc
+from tcontact import checks as ck
+from tcontact.cases import _choices as choices
+
+STEEL = {"young": 200e9, "poisson": 0.3, "density": 7900.0}
+SCHEME = {"scheme": "central-difference", "cfl": 0.2}
+
+
+def scene(
+    *,
+    cells: int = 4,
+    speed: float = 34.0,
+    pressure: float = 1e9,
+    friction: Literal["layer", "coulomb"] = "layer",
+    coefficient: float = 0.3,
+    height: float = 2e-3,
+    removal: choices.Removal = "auto",
+    law: choices.Law = "linear",
+    points: int = 40,
+    thickness: float = 10e-6,
+    tolerance: float = 1e-2,
+    duration: float | None = None,
+) -> tc.Scene:
+    """A block of 304 steel twice as long as high, `cells` cells high, held down by a top at a fixed distance.
+
+    SI units. speed: along the plane; pressure: of the squeezed block, uniform at the start; coefficient: mu, of dry
+    friction and the most that the layer transmits; points, thickness, tolerance: of the layer; duration: None = until
+    shear of 150 MPa would have stopped half of the speed, at most 2 us.
+    """
+    for name, value in {"height": height, "cells": cells, "pressure": pressure, "speed": speed}.items():
+        if not value > 0:
+            raise tc.InputError(name, value, "must be greater than 0")
+    if friction not in ("layer", "coulomb"):
+        raise tc.InputError("friction", friction, "use layer or coulomb")
+    material = choices.material(law, STEEL["young"], STEEL["poisson"], STEEL["density"])
+    mesh = tc.box_mesh((2.0 * height, height, height), (2 * cells, cells, cells))
+    strain = pressure / STEEL["young"]
+
+    def squeezed(nodes: np.ndarray) -> np.ndarray:
+        across = STEEL["poisson"] * strain * (nodes - mesh.nodes.mean(axis=0))
+        return np.stack([across[:, 0], across[:, 1], -strain * nodes[:, 2]], axis=1)
+
+    block = tc.Body(
+        mesh,
+        material,
+        velocity=(speed, 0.0, 0.0),
+        contact="zmin",
+        displacement=squeezed,
+        supports=[tc.Support("zmax", "z")],
+        name="block",
+    )
+    model: tc.Coulomb | tc.FrictionLayer = tc.Coulomb(coefficient)
+    if friction == "layer":
+        model = tc.FrictionLayer(coefficient=coefficient, points=points, thickness=thickness, tolerance=tolerance)
+    if duration is None:
+        duration = min(2e-6, 0.5 * speed * STEEL["density"] * height / 150e6)
+    return tc.Scene([block], [tc.Plane()], duration, contact=tc.MasslessContact(removal=removal), friction=model)
+
+
+def comparison(**parameters: object) -> dict[str, tc.Scene]:
+    """The layer, and dry friction."""
+    parameters.pop("friction", None)
+    return {"friction layer": scene(**parameters), "dry friction": scene(**parameters, friction="coulomb")}
+
+
+def draw(result: tc.Result, folder: Path, title: str) -> None:
+    """Shear, speed, work and temperature over time; temperature and shear of the face from below, frame by frame."""
+    from tcontact import plots
+
+    history, time = result.history, result.history["time"]
+    area = float(np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0)[:2]))
+    rows = {
+        ("shear", "Pa"): {"mean of the face": (time, -history["contact_force"][:, 0] / area)},
+        ("speed", "m/s"): {"block": (time, history["momentum"][:, 0] / ck.mass(result))},
+        ("energy", "J"): {"friction work": (time, history["friction_work"])},
+    }
+    if "layer_heat" in history:
+        rows["shear", "Pa"]["softest layer"] = (time, history["layer_shear_min"])
+        rows["energy", "J"]["heat in the layers"] = (time, history["layer_heat"])
+        rows["temperature", "K"] = {"hottest surface": (time, history["layer_temperature_max"])}
+    plots.panels(folder / "sliding.png", rows, title)
+    if "layer_heat" in history and (folder / "result.vtkhdf").exists():
+        from tcontact.render import render_frames
+        from tcontact.vtkhdf import ResultData
+
+        data = ResultData.open(folder / "result.vtkhdf")
+        if len(data):
+            for field in {"layer_temperature", "layer_shear"} & set(data.point_fields):
+                render_frames(
+                    folder / "result.vtkhdf", folder / field, field, view="below", animation=False, title=title
+                )
+
+
+def checks(result: tc.Result) -> list[ck.Check]:
+    """General laws; heat is the share of the friction work; what the block loses is friction work; below melting."""
+    history, model = result.history, result.scene.friction
+    quick = result.dt > 0.25 * result.dt_limit
+    work = history["friction_work"]
+    lost = (history["kinetic"] + history["elastic"])[0] - (history["kinetic"] + history["elastic"])
+    ledger = np.abs(lost - work).max() / (history["kinetic"] + history["elastic"]).max()
+    found = [
+        ck.finished(result),
+        ck.momentum_balance(result, 1e-5),
+        ck.pushing(result),
+        ck.at_most("energy lost less friction work, of the energy", float(ledger), 4e-2 if quick else 4e-3),
+    ]
+    if isinstance(model, tc.FrictionLayer):
+        off = np.abs(history["layer_heat"] - model.heat_share * work).max() / max(float(work.max()), 1e-300)
+        melting = model.material.melting_temperature
+        found.append(ck.at_most("heat less its share of the friction work, of that", float(off), 1e-12))
+        hottest = float(history["layer_temperature_max"].max())
+        found.append(ck.at_most("hottest surface over melting", hottest / melting, 1.0))
+    return found

@@ -1,0 +1,77 @@
+"""Hexahedra with one volume change per cell (Q1-P0): for nearly incompressible bodies, which full hexes lock.
+
+    W_cell = int of W with moduli[0] = 0 over the Gauss points + V moduli[0]/2 (Theta - 1)^2,   Theta = v/V
+
+with the volume V of the cell and v, that of the deformed cell: the mean of J over V (METHOD 4; Simo, Taylor and Pister,
+Comput. Meth. Appl. Mech. Engng 51, 177, 1985). The force is the exact slope of this energy, with one pressure per cell:
+
+    dW/du = int P : grad N + p dv/du,   p = moduli[0] (Theta - 1)
+
+With D = 64 v a cubic of the modes of the deformed corners (`reduced_hex`), s its slopes there and s0 those at rest,
+
+    D(x + u) - D(x) = (s0.u + s.u - D(u))/2
+
+without cancellation. The linear law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
+"""
+
+import taichi as ti
+
+from .cells import affine_gradients, hex_corner_forces, hex_gradients, hex_mode_forces, hex_modes
+from .reduced_hex import hex_slopes, six
+
+
+@ti.func
+def along(slopes, modes):
+    """sum over the first six modes of slope.mode."""
+    sums = [six(modes[c], [slopes[m][c] for m in range(6)]) for c in range(3)]
+    return sums[0] + sums[1] + sums[2]
+
+
+@ti.func
+def with_pressure(points, modulus, reference, slopes, change):
+    """[corner forces, energy, smallest det F - 1]: those of the points and the pressure of the change of D."""
+    share = (1.0 / 64.0) * modulus * (change / reference)  # p dv/dD
+    mode_f = [[points[0][c][m] + share * slopes[m][c] for m in range(6)] + [points[0][c][6]] for c in range(3)]
+    energy = points[1] + 0.5 * share * change
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
+
+
+@ti.func
+def split_force(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
+    """As `cells.hex_force`."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    without = [0.0] + [moduli[i] for i in range(1, len(moduli))]
+    points = hex_mode_forces(mode_x, mode_u, without, law, jacobian_of)
+    rest = hex_slopes(mode_x)
+    now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0])
+    return with_pressure(points, moduli[0], rest[0], now[1], change)
+
+
+@ti.func
+def linear_split_force(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
+    """The same for the linear law."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    points = hex_mode_forces(mode_x, mode_u, [0.0, moduli[1]], law, jacobian_of)
+    rest = hex_slopes(mode_x)
+    return with_pressure(points, moduli[0], rest[0], rest[1], along(rest[1], mode_u))
+
+
+@ti.func
+def mean_force(x, u, moduli, law: ti.template()):
+    return split_force(x, u, moduli, law, hex_gradients)
+
+
+@ti.func
+def affine_mean_force(x, u, moduli, law: ti.template()):
+    return split_force(x, u, moduli, law, affine_gradients)
+
+
+@ti.func
+def linear_mean_force(x, u, moduli, law: ti.template()):
+    return linear_split_force(x, u, moduli, law, hex_gradients)
+
+
+@ti.func
+def affine_linear_mean_force(x, u, moduli, law: ti.template()):
+    return linear_split_force(x, u, moduli, law, affine_gradients)

@@ -1,0 +1,27 @@
+"""Gaps of many positions to the obstacles of a bundle, for the benchmark: what the contact kernels do per node."""
+
+import functools
+
+import taichi as ti
+
+from .arguments import ARRAY
+from .bundles import Kinds, Touching
+from .obstacles import gap_and_normal
+
+GRAIN = 512
+
+
+@functools.cache
+def make_gaps(shapes: tuple[str, ...]):
+    """Kernel: gap of every position [n, 3] to obstacle 0, memoised."""
+    kinds = Kinds(shapes=shapes)
+
+    @ti.kernel
+    def gaps(obstacles: ARRAY, motion: ARRAY, positions: ARRAY, gaps_out: ARRAY):
+        touching = ti.static(Touching(*[None] * 1, obstacles, motion, *[None] * 13, kinds))
+        for i in range(gaps_out.shape[0]):
+            x = ti.Vector([positions[3 * i + j] for j in range(3)])
+            gap, _normal = gap_and_normal(touching, 0, x)
+            gaps_out[i] = gap
+
+    return gaps

@@ -1,0 +1,1 @@
+"""Implicit time steps: cells, contact, Newton's method and linear solvers shared by the implicit schemes (METHOD 4)."""

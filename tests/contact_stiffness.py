@@ -1,0 +1,68 @@
+"""The stiffness between contact nodes as the kernels of the static solve make it, for the tests."""
+
+from collections import namedtuple
+from functools import cache
+
+import numpy as np
+
+import tcontact as tc
+from tcontact import arrays
+from tcontact.lumped_mass import shape_functions
+
+Bodies = namedtuple("Bodies", "params position u")
+Pairs = namedtuple("Pairs", "cell_nodes shape_gradients weights start corners nodes values")
+
+
+@cache
+def tangent_kernel(law, block, formulation, plain):
+    """The tangent of the static solve as a kernel of its own."""
+    import taichi as ti
+
+    from tcontact.kernels.arguments import ARRAY, INDEX
+    from tcontact.kernels.reduced_tangent import make_reduced_tangent
+    from tcontact.kernels.surface_tangent import make_surface_tangent
+
+    tangent = make_surface_tangent(law, block, plain, formulation == "mean-dilatation")
+    if formulation == "reduced":
+        tangent = make_reduced_tangent(law, block)
+
+    @ti.kernel
+    def kernel(
+        params: ARRAY, position: ARRAY, u: ARRAY, cell_nodes: INDEX, shape_gradients: ARRAY, weights: ARRAY,
+        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
+    ):  # fmt: skip
+        body = ti.static(Bodies(params, position, u))
+        tangent(body, basis, ti.static(Pairs(cell_nodes, shape_gradients, weights, start, corners, nodes, values)))
+
+    return kernel
+
+
+def contact_stiffness(body, removal, u):
+    """K_KK [k * block, k * block] at u, its nodes in the user's numbering and their basis [k, 3, block]."""
+    scene = tc.Scene([body], [tc.Plane((0, 0, -1.0))], 1.0, contact=tc.MasslessContact(removal=removal))
+    plan = tc.plan(scene).bodies[0]
+    graph, block, count = plan.contact.graph, plan.contact.block, len(plan.contact.nodes)
+    basis = plan.contact.basis[:, :, :block]
+    values = arrays.zeros(len(graph.pair_nodes) * block * block)
+    _, gradients, weights = shape_functions(body.mesh.kind)
+    params = np.array([0.0] * 6 + [*body.material.moduli])
+    plain = bool((basis == np.eye(3)[:, :block]).all()) and block == 3
+    kernel = tangent_kernel(body.material.law, block, body.formulation, plain)
+    cell_nodes = plan.cells[graph.cells]
+    graph_lists = (graph.pair_start, graph.pair_corners, graph.pair_nodes)
+    before = (params, plan.reference, u[plan.node_order], cell_nodes, gradients, weights, *graph_lists)
+    kernel(*map(arrays.put, before), values, arrays.put(basis))
+    matrix = np.zeros((count, block, count, block))
+    pair_values = np.array(arrays.get(values)).reshape(-1, block, block)
+    for (row, column), value in zip(graph.pair_nodes.reshape(-1, 2), pair_values, strict=True):
+        matrix[row, :, column] += value
+    return matrix.reshape(count * block, -1), plan.node_order[plan.contact.nodes], basis
+
+
+def spread_of(nodes, basis):
+    """Degrees of freedom [3k] of the contact nodes, and the matrix [3k, k * block] that spreads what they move by."""
+    spread = np.zeros((3 * len(nodes), basis.shape[0] * basis.shape[2]))
+    for k, columns in enumerate(basis):
+        width = columns.shape[1]
+        spread[3 * k : 3 * k + 3, width * k : width * (k + 1)] = columns
+    return (3 * nodes[:, None] + np.arange(3)).ravel(), spread

@@ -1,0 +1,50 @@
+"""`tcontact bench`: what friction costs and what a gap query costs, with their errors. No times are judged."""
+
+import numpy as np
+import pytest
+from conftest import THREADS
+
+import tcontact as tc
+from tcontact.bench import queries, rubbing
+
+
+def test_friction_rows_carry_errors_and_slide(monkeypatch):
+    monkeypatch.setattr(rubbing, "SIZE", 2)
+    monkeypatch.setattr(rubbing, "STEPS", 4)
+    monkeypatch.setattr(rubbing, "ROUNDS", 2)
+    found = rubbing.rubbing("cpu", THREADS)
+    assert {(row["removal"], row["friction"]) for row in found["rows"]} == {
+        (removal, friction) for removal in ("normal", "full") for friction in ("coulomb", "layer")
+    }
+    assert all(row["energy_error"] < 0.5 and row["contact_nodes"] > 0 for row in found["rows"])
+    text = rubbing.lines([found | {"ok": True, "threads": THREADS}, {"ok": False, "threads": 1, "reason": "why"}])
+    assert len(text) == 5
+    assert "why" in text[-1]
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        tc.Plane((0.1, 0.0, 0.2), (1.0, 2.0, 3.0)),
+        tc.Sphere((0.0, 0.1, 0.0), 0.4, inside=True),
+        tc.Cylinder((0.0, 0.1, 0.0), (1.0, 1.0, 0.0), 0.3),
+        tc.Box((0.1, 0.0, 0.0), (0.3, 0.4, 0.5), axes=np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])),
+        tc.Sdf(lambda p: np.linalg.norm(p, axis=1) - 0.3, origin=(-1.0,) * 3, spacing=0.1, nodes=(21,) * 3),
+    ],
+    ids=lambda obstacle: obstacle.shape,
+)
+def test_kernels_and_obstacles_have_the_same_gap(obstacle):
+    positions = np.random.default_rng(3).uniform(-0.7, 0.7, (200, 3))
+    _seconds, gaps = queries._timed(obstacle, positions)
+    np.testing.assert_allclose(gaps, obstacle.gap(positions), atol=1e-14)
+
+
+def test_queries_compare_a_sampled_sphere_with_the_exact_one(monkeypatch):
+    monkeypatch.setattr(queries, "RINGS", 24)
+    monkeypatch.setattr(queries, "CELLS", 16)
+    monkeypatch.setattr(queries, "POINTS", 500)
+    found = queries.queries("cpu", THREADS)
+    exact, sampled = found["rows"]
+    assert exact["gap_error"] < 1e-15
+    assert 1e-6 < sampled["gap_error"] < 1e-2
+    assert len(queries.lines([found | {"ok": True, "threads": 1}])) == 2

@@ -1,0 +1,299 @@
+"""Coulomb friction: the problem of a node, every row against the oracle, exact stick, belts, the ledger (METHOD 3)."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import oracle
+import pytest
+from scenes import material, python, simulate, thrown, twin, twin_planes
+from scipy.optimize import brentq
+from test_central_difference import COLUMNS, contact_models, there_position
+
+import tcontact as tc
+from tcontact import checks as ck
+from tcontact.cases import pressure_shear, sliding_block
+from tcontact.plan import SMALL
+
+MU = 0.35
+
+
+def resisting(law, mobilities, slips, most, scale):
+    """Friction [m, 2] of many nodes by the kernel."""
+    import taichi as ti
+
+    from tcontact import arrays
+    from tcontact.kernels.arguments import ARRAY
+    from tcontact.kernels.friction import resist
+
+    @ti.kernel
+    def evaluate(w: ARRAY, s: ARRAY, c: ARRAY, e: float, out: ARRAY):
+        for i in range(c.shape[0]):
+            mobility = ti.Matrix([[w[4 * i], w[4 * i + 1]], [w[4 * i + 2], w[4 * i + 3]]])
+            force = resist(law, mobility, ti.Vector([s[2 * i], s[2 * i + 1]]), c[i], e)
+            out[2 * i], out[2 * i + 1] = force[0], force[1]
+
+    found = arrays.zeros(2 * len(most))
+    evaluate(arrays.put(mobilities), arrays.put(slips), arrays.put(most), scale, found)
+    return arrays.get(found).reshape(-1, 2).copy()
+
+
+def random_nodes(count=300, seed=3):
+    """Mobilities from well to badly conditioned, slips and limits over many orders of magnitude."""
+    random = np.random.default_rng(seed)
+    turns = random.uniform(0, np.pi, count)
+    axes = np.array([[np.cos(turns), -np.sin(turns)], [np.sin(turns), np.cos(turns)]]).transpose(2, 0, 1)
+    sizes = 10.0 ** np.stack([random.uniform(-2, 2, count), random.uniform(-2, 2, count)], axis=1)
+    mobilities = np.einsum("mij,mj,mkj->mik", axes, sizes, axes)
+    slips = random.normal(size=(count, 2)) * 10.0 ** random.uniform(-6, 3, (count, 1))
+    stopping = np.linalg.norm(np.linalg.solve(mobilities, slips[..., None])[..., 0], axis=1)
+    return mobilities, slips, stopping * 10.0 ** random.uniform(-3, 0.5, count)
+
+
+def least(mobility, slip, most):
+    """min 1/2 t.W t + s*.t over |t| <= c in the axes of W."""
+    sizes, axes = np.linalg.eigh(mobility)
+    there = axes.T @ slip
+    if np.linalg.norm(there / sizes) <= most:
+        return -axes @ (there / sizes)
+    top = np.linalg.norm(slip) / most
+    shift = brentq(lambda a: np.linalg.norm(there / (sizes + a)) / most - 1, 0, top, xtol=1e-300, rtol=1e-15)
+    return -axes @ (there / (sizes + shift))
+
+
+def test_force_of_a_node_is_the_minimiser_of_the_tresca_problem():
+    mobilities, slips, most = random_nodes()
+    found = resisting("coulomb", mobilities, slips, most, 1.0)
+    wanted = np.array([least(*node) for node in zip(mobilities, slips, most, strict=True)])
+    assert np.abs(found - wanted).max(axis=1) == pytest.approx(0.0, abs=1e-9 * most.max())
+    assert (np.abs(found - wanted).max(axis=1) <= 1e-9 * most).all()
+    sizes = np.linalg.norm(found, axis=1)
+    assert (sizes <= most * (1 + 1e-13)).all()
+    assert 30 < np.sum(sizes < 0.999 * most) < 200  # some stick, some slide
+    turns = np.linspace(0, 2 * np.pi, 181)
+    circle = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+
+    for i in range(0, len(most), 7):  # and brute force: no force on a grid of the disk is better
+        grid = (most[i] * np.linspace(0, 1, 40))[:, None, None] * circle
+        values = 0.5 * np.einsum("abi,ij,abj->ab", grid, mobilities[i], grid) + grid @ slips[i]
+        own = 0.5 * found[i] @ mobilities[i] @ found[i] + slips[i] @ found[i]
+        assert own <= values.min() + 1e-12 * np.abs(values).max()
+
+
+def test_no_pressure_no_force_and_no_mobility_no_loss():
+    mobilities, slips = np.zeros((3, 2, 2)), np.array([[1.0, 2.0], [3e-9, 0.0], [0.0, 0.0]])
+    assert not resisting("coulomb", mobilities, slips, np.zeros(3), 1.0).any()
+    mobilities[:, 0, 0] = 2.0  # a support holds the other direction
+    found = resisting("coulomb", mobilities, np.array([[1.0, 0.0], [1e-9, 0.0], [8.0, 0.0]]), np.ones(3), 1.0)
+    assert found == pytest.approx(np.array([[-0.5, 0], [-5e-10, 0], [-1.0, 0]]), rel=1e-12)
+
+
+def test_regularised_force_is_against_the_slip_and_as_large_as_its_law_says():
+    mobilities, slips, most = random_nodes()
+    scale = 0.02
+    found = resisting("regularized", mobilities, slips, most, scale)
+    left = slips + np.einsum("mij,mj->mi", mobilities, found)
+    z = np.minimum(1, np.linalg.norm(left, axis=1) / scale)
+    for i in range(len(most)):
+        size, speed = np.linalg.norm(found[i]), np.linalg.norm(left[i])
+        assert size == pytest.approx(most[i] * z[i] * (2 - z[i]), rel=1e-6, abs=1e-9 * most[i])
+        if speed > 1e-9 * np.linalg.norm(slips[i]):
+            assert found[i] @ left[i] == pytest.approx(-size * speed, rel=1e-6)
+
+
+TWINS = {  # law, walls, contact, penalty in E/h, do the walls move
+    "normal removal, moving wall": ("linear", 1, "normal", None, True),
+    "full removal, moving wall": ("linear", 1, "full", None, True),
+    "full removal, corner": ("linear", 2, "full", None, False),
+    "penalty, corner": ("linear", 2, "penalty", 3.0, False),
+    "impulse": ("linear", 1, "impulse", None, False),
+}
+
+
+def rubbing(name, duration=2.0):
+    """A block thrown at walls with friction, and the oracle's contact model."""
+    law, walls, contact, penalty, moving = TWINS[name]
+    mine, theirs = contact_models(contact, penalty and penalty * material().young / 0.06)
+    scene = thrown(law, "hex8", walls=walls, contact=mine, duration=duration)
+    obstacles = scene.obstacles
+    if moving:
+        speed = np.linalg.norm(scene.bodies[0].velocity)
+        drift = speed * np.array([0.3, -0.5, 0.1])
+        obstacles = [dataclasses.replace(wall, velocity=tuple(drift)) for wall in obstacles]
+    return dataclasses.replace(scene, obstacles=obstacles, friction=tc.Coulomb(MU)), theirs
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "full removal, corner" else []) for name in TWINS]
+)
+def test_every_row_equals_the_oracle(name):
+    scene, theirs = rubbing(name)
+    result = simulate(scene, cfl=0.25 if name.startswith("penalty") else 0.8)
+    body = scene.bodies[0]
+    planes = [
+        oracle.Plane(plane.point, plane.normal, tuple(np.zeros(3) if wall.velocity is None else wall.velocity))
+        for plane, wall in zip(twin_planes(scene), scene.obstacles, strict=True)
+    ]
+    there = oracle.run(
+        twin(body), planes, body.initial_velocity, steps=result.steps, dt=result.dt, contact=theirs,
+        gravity=np.asarray(scene.gravity), friction=MU,
+    )  # fmt: skip
+    assert there.friction_work[-1] > 0.01 * there.kinetic[0]
+    for column in (*COLUMNS, "friction_work"):
+        if name == "full removal, corner" and column in ("friction_work", "contact"):
+            continue  # two walls may share the force on a node in more than one way; only the sum is unique
+        # the last kick of a run is half a kick, and what stops a node in it another force
+        wanted, found = getattr(there, column)[:-1], result.history[column][:-1]
+        scale = np.abs(wanted).max() or 1.0
+        if column in ("contact", "external_work", "support_force"):
+            scale = max(np.abs(there.kinetic).max() if column != "support_force" else 0.0, scale)
+        assert np.abs(found - wanted).max() <= 1e-7 * scale, column
+    assert np.abs(result.position - there_position(body, there)).max() <= 1e-8 * 0.2
+
+
+@pytest.mark.parametrize("removal", ["normal", "full"])
+def test_pressure_shear_slab_meets_its_checks_in_both_regimes(removal):
+    for name, scene in pressure_shear.comparison(cells=80, removal=removal).items():
+        result = simulate(scene, cfl=0.9)
+        found = pressure_shear.checks(result)
+        assert any(check.name.startswith("friction work" if name == "slip" else "lost") for check in found)
+        assert not [check for check in found if not check.passed]
+
+
+@pytest.mark.parametrize("removal", ["normal", "full"])
+def test_what_a_sticking_impact_loses_falls_with_the_cells(removal):
+    """The mass of the layer that is stopped at once. Started in touch: else the share of the step before it matters."""
+    lost = []
+    for cells in (40, 80, 160):
+        result = simulate(pressure_shear.scene(cells=cells, friction=1.0, gap=0.0, removal=removal), cfl=0.9)
+        lost.append(result.history["friction_work"][-1] / result.history["kinetic"][0])
+    assert lost[1] <= 2e-2
+    assert all(1.7 <= coarse / fine <= 2.5 for coarse, fine in pairwise(lost)), lost
+
+
+def test_a_sliding_column_rubs_by_the_coefficient_and_the_ledger_closes():
+    result = simulate(pressure_shear.scene(cells=40), cfl=0.2)
+    impulse = result.history["impulse"][-1]
+    assert -impulse[0] / impulse[2] == pytest.approx(0.2, rel=1e-3)
+    assert result.history["energy_error"].max() <= 4e-3
+
+
+def test_a_block_that_slides_rubs_by_the_coefficient():
+    scene = sliding_block.scene(motion="slide", speed=2.0)
+    result = simulate(scene, cfl=0.9)
+    impulse = result.history["impulse"][-1]
+    assert -impulse[0] / impulse[2] == pytest.approx(0.2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{"motion": "stop"}, {"motion": "slide"}, {"motion": "slide", "friction": 0.1}, {"motion": "hold"}],
+    ids=str,
+)
+def test_sliding_block_meets_its_checks(parameters):
+    result = simulate(sliding_block.scene(**parameters), cfl=0.9)
+    found = sliding_block.checks(result)
+    assert len(found) >= 7
+    assert not [check for check in found if not check.passed]
+
+
+def held(steps, removal="normal", slip_speed=None):
+    """Largest motion of any node over `steps` steps after the block has settled on the incline, over its length."""
+    scene = sliding_block.scene(motion="hold", removal=removal, slip_speed=slip_speed)
+    settled = simulate(scene, cfl=0.9)
+    scene = dataclasses.replace(scene, duration=steps * settled.dt)
+    result = simulate(scene, dt=settled.dt, initial=settled, history_every=max(1, steps // 100))
+    assert steps <= result.steps <= steps + 1
+    return np.abs(result.position - settled.position).max() / 1.5
+
+
+def test_what_sticks_does_not_creep_and_the_regularised_law_does():
+    """mu .37 on 20 degrees, tan 20 = .364, E = 1e5 rho g H."""
+    assert held(5000) <= 1e-9
+    assert held(1000, slip_speed=1e-3) > 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("removal", ["normal", "full"])
+def test_what_sticks_does_not_creep_in_1e5_steps(removal, monkeypatch):
+    for kind in SMALL:
+        monkeypatch.setitem(SMALL, kind, 10**6)
+    assert held(100_000, removal) <= 1e-9
+
+
+@pytest.mark.parametrize("removal", ["normal", "full"])
+def test_a_belt_takes_a_block_to_its_speed(removal):
+    """Momentum, force and power of the belt: what it does is friction's work and the energy of the block."""
+    block = sliding_block.scene(motion="hold", angle=0.0, friction=0.5, damping=0.0, removal=removal, duration=0.08)
+    belt = tc.Plane(velocity=(0.12, 0.09, 0.0), name="belt")
+    result = simulate(dataclasses.replace(block, obstacles=[belt]), cfl=0.4)
+    history, mass = result.history, ck.mass(result)
+    speed, speed_across = history["momentum"][:, 0] / mass, history["momentum"][:, 1] / mass
+    time = 0.15 / (0.5 * 9.81)
+    assert np.interp(0.5 * time, history["time"], speed) == pytest.approx(0.06, rel=0.05)
+    late = history["time"] > 1.3 * time
+    assert speed[late].mean() == pytest.approx(0.12, rel=0.02)
+    assert speed_across[late].mean() == pytest.approx(0.09, rel=0.02)
+    assert np.abs(result.obstacle_force["belt"] + history["contact_force"]).max() <= 1e-9 * mass * 9.81
+    power = history["contact_force"] @ (0.12, 0.09, 0.0)
+    driven = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(history["time"]))])
+    weight = np.abs(history["external_work"] - driven).max()
+    assert weight <= 0.01 * driven[-1]  # the rest is gravity
+    assert driven[-1] == pytest.approx(mass * 0.15**2, rel=0.03)  # half of it heat
+    assert history["friction_work"][-1] == pytest.approx(0.5 * mass * 0.15**2, rel=0.05)
+    assert history["energy_error"].max() <= 4e-3
+
+
+@pytest.mark.parametrize("name", ["normal removal, moving wall", "full removal, moving wall"])
+def test_the_ledger_closes_and_friction_never_gains(name):
+    """An oblique impact on a wall that moves."""
+    scene, _ = rubbing(name)
+    scene = dataclasses.replace(scene, gravity=None)
+    errors = []
+    for cfl in (0.4, 0.2):
+        result = simulate(scene, cfl=cfl)
+        errors.append(result.history["energy_error"].max())
+        work = result.history["friction_work"]
+        assert np.diff(work).min() >= -1e-9 * work[-1]
+    assert errors[1] <= 0.5 * errors[0]
+    assert errors[1] <= 4e-3
+
+
+@pytest.mark.parametrize(
+    "name", ["normal removal, moving wall", pytest.param("full removal, moving wall", marks=pytest.mark.slow)]
+)
+def test_many_steps_a_launch_give_the_same(name, monkeypatch):
+    scene, _ = rubbing(name)
+    results = []
+    for most in (0, 10**6):
+        for kind in SMALL:
+            monkeypatch.setitem(SMALL, kind, most)
+        results.append(simulate(scene, cfl=0.8))
+    one, many = results
+    for column in ("contact_force", "friction_work", "external_work", "momentum", "energy"):
+        scale = np.abs(one.history[column]).max()
+        assert np.abs(many.history[column] - one.history[column]).max() <= 1e-7 * scale, column
+
+
+def test_friction_is_a_term_only_where_there_is_friction():
+    """No array, no launch, no kernel file of the kick without it."""
+    from tcontact.state import BodyState
+
+    with_it = sliding_block.scene(motion="slide", duration=1e-3)
+    without = dataclasses.replace(with_it, friction=None)
+    for scene, there in ((with_it, True), (without, False)):
+        planned = tc.plan(scene)
+        assert ("coulomb-friction" in planned.terms) is there
+        zero = np.zeros_like(planned.bodies[0].reference)
+        state = BodyState(scene, planned.bodies[0], zero, zero)
+        assert (state.contact.friction is not None) is there
+        assert any("friction" in name for name in simulate(scene).memory) is there
+
+
+def test_frictionless_scenes_import_and_make_no_friction_kernels():
+    code = "import scenes, sys, tcontact as tc; "
+    code += "result = tc.simulate(scenes.thrown(contact=tc.PenaltyContact(1e9)), threads=1); assert result.ok; "
+    code += "print([m for m in sys.modules if 'kick_friction' in m or 'layer' in m and 'kernels' in m])"
+    done = python(code)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.splitlines()[-1] == "[]"
