@@ -41,6 +41,7 @@ from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
 from .resume import resume  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
+from .scene_files import load_scene, save_scene  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
     DiscreteGradient,
@@ -95,9 +96,11 @@ __all__ = [
     "Trapezoidal",
     "box_mesh",
     "friction_layer",
+    "load_scene",
     "plan",
     "read_mesh",
     "resume",
+    "save_scene",
     "simulate",
 ]
 

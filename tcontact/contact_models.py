@@ -28,8 +28,8 @@ class MasslessContact:
         validate.choice("removal", self.removal, ("auto", "normal", "full"))
         if self.penalty is not None:
             validate.number("penalty", self.penalty, low=0.0)
-        validate.whole("depth", self.depth, 1)
-        validate.whole("sweeps", self.sweeps, 1)
+        validate.whole("depth", self.depth, 1, 1000)
+        validate.whole("sweeps", self.sweeps, 1, 10**6)
         if self.tolerance is not None:
             validate.number("tolerance", self.tolerance, low=0.0)
 

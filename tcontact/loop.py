@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import arrays
+from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
@@ -144,6 +144,7 @@ class Run:
         """
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        validate.step_count("scheme.dt", self.dt, self.scene.duration)
         end = self.scene.duration * (1.0 - 1e-9)
         course, first, output, compiled = self.course, True, 0.0, started
         spent = course.wall

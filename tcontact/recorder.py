@@ -28,7 +28,11 @@ def check_folder(out: Any) -> Path:
         raise InputError("out", out, "give a folder name or None") from error
     if "\0" in str(folder):
         raise InputError("out", out, "a folder name has no null characters")
-    if folder.exists() and not folder.is_dir():
+    try:
+        is_file = folder.exists() and not folder.is_dir()
+    except OSError as error:
+        raise InputError("out", str(folder), f"no folder can have this name ({error.strerror})") from error
+    if is_file:
         raise InputError("out", str(folder), "this is a file; give a folder")
     check_free(folder)
     if (folder / FILE).exists():

@@ -60,7 +60,9 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
-    validate.whole("frames", frames, 0)
+    if getattr(scheme, "dt", None) is not None:
+        validate.step_count("scheme.dt", scheme.dt, scene.duration)
+    validate.whole("frames", frames, 0, 10**6)
     validate.whole("history_every", history_every, 1)
     for name, value in (("progress", progress), ("pressures", pressures)):
         if not isinstance(value, bool):

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import InputError, OutputError
 from . import folder, settings
 from .run_own import run_own
+from .run_scene import is_scene, run_scene
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -25,7 +26,7 @@ def add(subparsers: Any) -> None:
         help="run a case",
         description="Run a case; leave summary.json, history.csv, result.vtkhdf, plots and frames in a folder.",
     )
-    parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list)")
+    parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list), or a scene.toml")
     parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
@@ -34,9 +35,7 @@ def add(subparsers: Any) -> None:
         help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
     )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
-    parser.add_argument(
-        "--frames", metavar="N", type=_count, default=60, help="pictures over the run, 0 = none (default: 60)"
-    )
+    parser.add_argument("--frames", metavar="N", type=_count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
         "--fields", metavar="A,B", type=_names, help="fields in the frames, with the displacement (default: all)"
     )
@@ -58,6 +57,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the case and return the exit code."""
     from tcontact import cases
 
+    if is_scene(arguments.case):
+        return run_scene(arguments, _start, finish)
+    arguments.frames = 60 if arguments.frames is None else arguments.frames
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
     if not hasattr(case, "scene"):
@@ -109,6 +111,7 @@ def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, la
         arch=arguments.arch,
         progress=not arguments.quiet,
         pressures=True,
+        history_every=getattr(arguments, "history_every", 1),
         checkpoint=checkpoint,
         fields=arguments.fields,
     )
