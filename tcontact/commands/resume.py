@@ -9,6 +9,7 @@ from typing import Any
 from ..errors import InputError, OutputError
 from . import settings
 from .run import finish
+from .run_scene import is_scene, read_scene, without_checks
 
 
 def add(subparsers: Any) -> None:
@@ -47,10 +48,16 @@ def run(arguments: argparse.Namespace) -> int:
         remedy = "a program started this run, not the command line: call tcontact.resume(folder, scene) there"
         raise InputError("DIR", str(folder), remedy)
     name, label = origin["case"], origin.get("label", "")
-    case = cases.load(name)
-    wanted = settings.read(name, case, origin["set"])
-    chosen = case.comparison(**wanted.scene)[label] if label else case.scene(**wanted.scene)
-    scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
+    case: Any
+    if is_scene(name):
+        scene, scheme, _, given = read_scene(Path(name), origin["set"])
+        case, parameters, name = without_checks(), {"scene": name} | given, Path(name).stem
+    else:
+        case = cases.load(name)
+        wanted = settings.read(name, case, origin["set"])
+        chosen = case.comparison(**wanted.scene)[label] if label else case.scene(**wanted.scene)
+        scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
+        parameters = settings.defaults(case) | wanted.scene | wanted.scheme
     arguments.set, arguments.frames = origin["set"], stored.values["course.frames"]
     arguments.fields = stored.head["fields"]
 
@@ -65,7 +72,6 @@ def run(arguments: argparse.Namespace) -> int:
             checkpoint=arguments.checkpoint or None,
         )
 
-    parameters = settings.defaults(case) | wanted.scene | wanted.scheme
     try:
         passed, _ = finish(go, f"{name} {label}".strip(), case, parameters, folder, arguments)
     except OutputError:

@@ -16,30 +16,45 @@ def is_scene(name: str) -> bool:
     return name.lower().endswith(".toml")
 
 
-def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
-    """Run it and return the exit code; options of the command line go before those of the file.
+def read_scene(file: Path, pairs: list[str]) -> tuple[Any, Any, dict[str, Any], dict[str, Any]]:
+    """Scene and scheme of a file under KEY=VALUE pairs, its other options, and what the pairs gave.
 
-    start: gives what runs one scene; finish: runs it and writes all about it.
+    Raises `InputError`.
     """
     from ..scene_files import load_scene
 
-    file = Path(arguments.case)
     scene, options = load_scene(file)
     given: dict[str, Any] = {}
-    for pair in arguments.set:
+    for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals or key.strip() not in settings.SCHEME_KEYS:
             remedy = "a scene file takes KEY=VALUE of " + ", ".join(settings.SCHEME_KEYS) + "; edit the file for others"
             raise InputError("--set", pair, remedy)
         given[key.strip()] = settings.value(key, text, settings.SCHEME_KEYS[key.strip()])
     scheme = settings.scheme(given) if given else options.get("scheme", "central-difference")
+    return scene, scheme, options, given
+
+
+def without_checks() -> SimpleNamespace:
+    """What stands for the case of a scene file."""
+    return SimpleNamespace(checks=lambda result: [])
+
+
+def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
+    """Run it and return the exit code; options of the command line go before those of the file.
+
+    start: gives what runs one scene; finish: runs it and writes all about it.
+    """
+    file = Path(arguments.case)
+    scene, scheme, options, given = read_scene(file, arguments.set)
+    arguments.case = str(file.resolve())  # `tcontact resume` reads it again
     for key, default in (("frames", 60), ("threads", None), ("history_every", 1)):
         if getattr(arguments, key, None) is None:
             setattr(arguments, key, options.get(key, default))
     if arguments.arch == "cpu":
         arguments.arch = options.get("arch", "cpu")
     out = arguments.out or Path("runs") / file.stem
-    case = SimpleNamespace(checks=lambda result: [])
+    case = without_checks()
     try:
         with folder.replacing(out, arguments.force):
             go = start(arguments, scene, scheme, out, "")
