@@ -54,6 +54,45 @@ def join(blocks: list[np.ndarray], skin, size: float) -> tc.Mesh:
     return tc.Mesh(nodes, connected, "hex8", face_sets={name: outer[inside(centres)] for name, inside in skin.items()})
 
 
+def disc(radius: float, cells: int, thickness: float) -> tc.Mesh:
+    """A cylinder about the y axis from y = 0 to thickness, one cell thick, 4 times `cells` faces around the rim.
+
+    A square core, rounded a little, and a shell from its sides to the rim. Face sets rim, ymin, ymax.
+    """
+    core = 0.5 * radius
+    line = np.linspace(-1.0, 1.0, cells + 1)
+    layer = np.array([0.0, thickness])
+
+    def at(x, z):
+        return np.stack([x, np.zeros_like(x), z], axis=-1)
+
+    def thick(flat):  # [a, b, 3] to [a, b, 2, 3]
+        return flat[:, :, None] + layer[:, None] * np.array([0.0, 1.0, 0.0])
+
+    bulge = 1.0 + 0.15 * (1.0 - line**2)  # the core is rounded a little: better corners
+    x, z = np.meshgrid(line, line, indexing="ij")
+    blocks = [thick(core * at(x * (1.0 + 0.15 * (1.0 - z**2)), z * (1.0 + 0.15 * (1.0 - x**2))))]
+    shares = np.linspace(0.0, 1.0, max(2, cells // 2) + 1)
+    angle = np.pi / 4 * line
+    for turn in range(4):
+        inner = core * np.stack([bulge, line], axis=1)
+        outer = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        c, s = ((1, 0), (0, 1), (-1, 0), (0, -1))[turn]
+        spin = np.array([[c, s], [-s, c]])
+        ring = (inner[:, None] + shares[:, None] * (outer - inner)[:, None]) @ spin
+        blocks.append(thick(at(ring[..., 0], ring[..., 1])))
+    low, high = 1e-6 * thickness, (1 - 1e-6) * thickness
+    return join(
+        blocks,
+        {
+            "rim": lambda c: (c[:, 1] > low) & (c[:, 1] < high),
+            "ymin": lambda c: c[:, 1] <= low,
+            "ymax": lambda c: c[:, 1] >= high,
+        },
+        radius,
+    )
+
+
 def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -> tc.Mesh:
     """The quarter x, y >= 0 of a ball about 0, fine at its lowest point: `even` cells of size `finest` [m] there.
 
