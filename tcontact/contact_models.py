@@ -15,7 +15,7 @@ class MasslessContact:
     "auto" (normal if all planes share one direction that the contact faces look along, else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
-    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-8 if they can.
+    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
     """
 
     removal: str = "auto"
@@ -28,8 +28,8 @@ class MasslessContact:
         validate.choice("removal", self.removal, ("auto", "normal", "full"))
         if self.penalty is not None:
             validate.number("penalty", self.penalty, low=0.0)
-        validate.whole("depth", self.depth, 1)
-        validate.whole("sweeps", self.sweeps, 1)
+        validate.whole("depth", self.depth, 1, 1000)
+        validate.whole("sweeps", self.sweeps, 1, 10**6)
         if self.tolerance is not None:
             validate.number("tolerance", self.tolerance, low=0.0)
 

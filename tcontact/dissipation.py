@@ -21,7 +21,7 @@ class MassDamping:
     rate: float
 
     def __post_init__(self) -> None:
-        validate.number("MassDamping.rate", self.rate, low=0.0)
+        validate.number("MassDamping.rate", self.rate, low=0.0, high=1e30)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from . import validate
 from .errors import InputError
+from .friction_layer.grid import THICKEST, THINNEST
 from .friction_layer.layer import METHODS
 from .friction_layer.metals import STAINLESS_304, Metal
 
@@ -73,9 +74,9 @@ class FrictionLayer:
             )
         name = "FrictionLayer."
         validate.number(name + "coefficient", self.coefficient, low=0.0, strict=False)
-        validate.whole(name + "points", self.points, 3)
+        validate.whole(name + "points", self.points, 3, 10**5)
         validate.number(name + "grading", self.grading, low=1.0, strict=False)
-        validate.number(name + "thickness", self.thickness, low=0.0)
+        validate.number(name + "thickness", self.thickness, low=THINNEST, high=THICKEST)
         validate.number(name + "heat_share", self.heat_share, low=0.0, high=1.0, strict=False)
         validate.number(name + "plastic_heat", self.plastic_heat, low=0.0, high=1.0, strict=False)
         validate.number(name + "initial_temperature", self.initial_temperature, low=0.0, strict=False)
@@ -83,7 +84,7 @@ class FrictionLayer:
         if not isinstance(self.reload, bool):
             raise InputError(name + "reload", self.reload, "give True or False")
         validate.number(name + "tolerance", self.tolerance, low=0.0)
-        validate.whole(name + "substeps", self.substeps, 1)
+        validate.whole(name + "substeps", self.substeps, 1, 10**6)
         if self.initial_temperature >= self.material.melting_temperature:
             raise InputError(
                 name + "initial_temperature",

@@ -33,6 +33,7 @@ _FACES = {
     "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),  # S1 .. S6
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
 }
+MOST_IDS = 2**28  # of a generated set
 _UNKNOWN = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE"}
 
 
@@ -46,6 +47,8 @@ class _Section:
         """Ids of a set's data lines: numbers, ranges (GENERATE) or names of earlier sets."""
         if "GENERATE" in self.options:
             ranges = [[int(word) for word in row if word] for row in self.rows]
+            if any(abs(end) > MOST_IDS or r[2:3] == [0] for r in ranges for end in r[:2]):
+                raise MeshFileError("a generated set runs over more ids than a mesh has; export it anew")
             return _joined([np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in ranges])
         words = [word for row in self.rows for word in row if word]
         return _joined(

@@ -186,14 +186,14 @@ def _numbers(field: str, value: Any, remedy: str) -> FloatArray:
         if array.dtype.kind not in "iuf":
             raise TypeError
         return np.array(array, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever an object raises
         raise InputError(field, value, remedy) from error
 
 
 def _ids(field: str, value: Any, remedy: str) -> IntArray:
     try:
         array = np.asarray(value)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever an object raises
         raise InputError(field, value, remedy) from error
     if array.size == 0:
         return np.zeros(array.shape, dtype=np.int64)

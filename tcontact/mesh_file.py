@@ -52,7 +52,10 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     number = np.full(len(points), -1, dtype=np.int64)
     used = np.unique(cells)
     number[used] = np.arange(len(used))
-    face_sets = {name: _faces(name, faces, found, number) for name, faces in content.face_sets.items()}
+    given = content.face_sets
+    if any(len(rows) and KINDS.get(name, found) != found for name, rows in content.blocks):
+        given = {name: _of_these(faces, found, number) for name, faces in given.items()}
+    face_sets = {name: _faces(name, faces, found, number) for name, faces in given.items() if faces}
     node_sets = {}
     for name, ids in content.node_sets.items():
         kept = number[np.unique(ids)]
@@ -79,7 +82,9 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
             f"no volume cells, only {held}; mesh the volume and, where groups are used, put it into a physical volume"
         )
     if len(kinds) > 1:
-        raise MeshFileError("hexahedra mixed with tetrahedra; mesh with one of them, or make two bodies of two files")
+        if wanted in kinds:
+            return str(wanted)
+        raise MeshFileError("hexahedra mixed with tetrahedra; take one of them with kind=, a body of each, or remesh")
     if wanted is not None and kinds[0] != wanted:
         raise InputError("kind", wanted, f"the file holds {kinds[0]} cells; leave kind out or mesh anew")
     return kinds[0]
@@ -95,6 +100,13 @@ def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
         cells[mirrored] = cells[mirrored][:, MIRROR[kind]]
         warnings.warn(f"corners of {mirrored.sum()} inverted {kind} cells were reordered", MeshWarning, 4)
     return cells
+
+
+def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
+    """Of the faces in a file with both kinds of cells those that the chosen cells can have."""
+    fitting = [faces for faces in arrays if faces.shape[1] == len(FACES[kind][0])]
+    kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
+    return [faces for faces in kept if len(faces)]
 
 
 def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:

@@ -21,7 +21,8 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     """Read a mesh of hexahedra or of tetrahedra.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either.
+    file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either; of a
+    file with both, the cells of that kind with the sets on them (two calls, two bodies).
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the
@@ -45,15 +46,21 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
         if error.field == "kind":
             raise
         raise _refusal(file, f"not usable as a mesh: {error}") from error
+    except MemoryError as error:
+        raise _refusal(file, "needs more memory than there is; the file is damaged or too large") from error
     except Exception as error:  # readers stumble over broken files in many ways
         reason = " ".join(f"{type(error).__name__} {error}".split())
         raise _refusal(file, f"cannot be read ({reason}); check that it is complete, or save it again") from error
 
 
 def _reader(file: Path) -> Any:
-    if file.is_dir():
+    try:
+        is_folder, is_file = file.is_dir(), file.is_file()
+    except (OSError, ValueError) as error:
+        raise _refusal(file, f"no file can have this name ({error})") from error
+    if is_folder:
         raise _refusal(file, "this is a directory; give a mesh file")
-    if not file.is_file():
+    if not is_file:
         raise _refusal(file, "no such file; check the name and the working directory")
     if file.suffix.lower() not in _READERS:
         raise _refusal(file, f"unknown extension; convert to one of {', '.join(_READERS)} (meshio convert, gmsh)")

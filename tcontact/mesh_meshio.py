@@ -14,6 +14,7 @@ import numpy as np
 
 from .mesh_file import FileMesh, MeshFileError
 from .mesh_geometry import IntArray, face_keys
+from .mesh_guard import guarded
 
 _DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
 _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # gmsh's own words in its exports
@@ -63,10 +64,12 @@ def read_file(path: Path, file_format: str) -> Any:
     import meshio
 
     said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings(), guarded(path):
         warnings.simplefilter("ignore")
         try:
             mesh = meshio.read(path, file_format)
+        except MemoryError as error:
+            raise MeshFileError("it needs more memory than there is; the file is damaged or too large") from error
         except SystemExit as error:
             raise MeshFileError(f"no {file_format} file, or a broken one; save it again") from error
         except ValueError as error:

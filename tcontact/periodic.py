@@ -176,20 +176,28 @@ def _faces_within(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
 
 def check_contact(body: Body) -> None:
     """Refuse a contact set on a side that repeats: it is no surface. Raises `InputError`."""
-    if body.images is None or body.contact is None:
-        return
-    nodes, faces = body.mesh.nodes, body.contact_faces
+    if body.images is not None and repeated_faces(body, body.contact_faces).any():
+        axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(body.images.period))
+        remedy = f"it has faces on the periodic sides along {axes}; name the faces that can touch alone"
+        raise InputError("Body.contact", body.contact, remedy)
+
+
+def repeated_faces(body: Body, faces: np.ndarray) -> np.ndarray:
+    """Which of the faces [k, 4|3] lie on sides that repeat: [k]."""
+    nodes = body.mesh.nodes
+    result = np.zeros(len(faces), dtype=bool)
+    if body.images is None:
+        return result
     tolerance = MATCH * shortest_edge(nodes, body.mesh.cells)
     for axis in np.flatnonzero(body.images.period):
         for end in (nodes[:, axis].min(), nodes[:, axis].max()):
-            if (np.abs(nodes[faces][:, :, axis] - end) <= tolerance).all(axis=1).any():
-                remedy = f"it has faces on the periodic sides along {'xyz'[axis]}; name the faces that can touch alone"
-                raise InputError("Body.contact", body.contact, remedy)
+            result |= (np.abs(nodes[faces][:, :, axis] - end) <= tolerance).all(axis=1)
+    return result
 
 
 def check_obstacles(body: Body, obstacles: Sequence[Obstacle]) -> None:
     """Refuse obstacles that do not repeat as the body does. Raises `InputError`."""
-    if body.images is None or body.contact is None:
+    if body.images is None or not body.touches:
         return
     for obstacle in obstacles:
         along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS

@@ -233,7 +233,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     masses = cell_masses(mesh, body.material.density)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
-    touching = scene.touching and body.contact is not None
+    touching = scene.touching and body.touches
     facing = None
     if touching:
         facing = scene.obstacles[0].normal_at(body.initial_nodes.mean(axis=0)[None])[0]

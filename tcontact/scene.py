@@ -19,7 +19,8 @@ from .materials import Material
 from .mesh import Mesh
 from .mesh_geometry import shortest_edge
 from .obstacles import Obstacle
-from .periodic import MATCH, SAME_SPEED, Images, check_contact, check_obstacles, images_of
+from .periodic import MATCH, SAME_SPEED, Images, check_contact, check_obstacles, images_of, repeated_faces
+from .reach import with_reached_faces
 
 
 class OverlapWarning(UserWarning):
@@ -44,7 +45,7 @@ class Support:
         known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
         if not known or len(set(self.axes)) != len(self.axes):
             raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
-        if np.ndim(self.velocity) == 0:
+        if not validate.shape_of("Support.velocity", self.velocity, "give one number, or one for each axis"):
             validate.number("Support.velocity", self.velocity)
         else:
             validate.floats("Support.velocity", self.velocity, (len(self.axes),))
@@ -64,7 +65,8 @@ class Body:
     """A deformable body: mesh, material, how it starts and what it may touch.
 
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
-    touch an obstacle, or None; supports: held and driven components; formulation: "full"
+    touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
+    first), or None for a body that passes through; supports: held and driven components; formulation: "full"
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
     displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
@@ -109,7 +111,8 @@ class Body:
             if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) for name in names):
                 raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
             object.__setattr__(self, "contact", tuple(names))
-            self.mesh.faces_of(names)
+            if not self.finds_contact:
+                self.mesh.faces_of(names)
         check_contact(self)
         supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
@@ -124,10 +127,26 @@ class Body:
         """Kind of the cells as their forces are computed: that of the mesh, with the formulation if not "full"."""
         return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
 
+    @property
+    def finds_contact(self) -> bool:
+        """Whether its contact faces are found by the scene it is put into."""
+        return self.contact == ("auto",) and not {"auto"} & {*self.mesh.node_sets, *self.mesh.face_sets}
+
+    @property
+    def touches(self) -> bool:
+        """Whether it has faces that can touch an obstacle."""
+        return self.contact is not None and len(self.contact_faces) > 0
+
+    @property
+    def outer_faces(self) -> np.ndarray:
+        """Faces [k, 4|3] of the surface, oriented outward, but for sides that repeat."""
+        faces = self.mesh.boundary_faces()
+        return faces if self.images is None else faces[~repeated_faces(self, faces)]
+
     @cached_property
     def contact_faces(self) -> np.ndarray:
-        """Faces [k, 4|3] that can touch an obstacle, oriented outward."""
-        if self.contact is None:
+        """Faces [k, 4|3] that can touch an obstacle, oriented outward; with "auto" only in a scene's own bodies."""
+        if self.contact is None or self.finds_contact:
             return np.zeros((0, 4 if self.mesh.kind == "hex8" else 3), dtype=np.int64)
         return self.mesh.faces_of(list(self.contact))
 
@@ -199,7 +218,8 @@ class Body:
             except Exception as error:
                 raise InputError(field, given, f"the callable failed: {error}") from error
         count = self.mesh.node_count
-        shape = (3,) if np.ndim(value) == 1 else (count, 3)
+        given_shape = validate.shape_of(field, value, f"give a vector [3], an array [{count}, 3] or a callable")
+        shape = (3,) if len(given_shape) == 1 else (count, 3)
         return np.array(np.broadcast_to(validate.floats(field, value, shape), (count, 3)))
 
 
@@ -251,6 +271,7 @@ class Scene:
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
         _check_names("Body.name", "bodies", self.bodies)
         _check_names("Obstacle.name", "obstacles", self.obstacles)
+        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, self) for body in self.bodies))
         if self.touching:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -262,7 +283,7 @@ class Scene:
     @property
     def touching(self) -> bool:
         """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
-        return bool(self.obstacles) and self.contact is not None and any(body.contact for body in self.bodies)
+        return bool(self.obstacles) and self.contact is not None and any(body.touches for body in self.bodies)
 
     @property
     def moving(self) -> bool:
@@ -279,7 +300,7 @@ class Scene:
         return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
-        if body.contact is None:
+        if not body.touches:
             return
         edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
         gives_way = isinstance(self.contact, PenaltyContact) or getattr(self.contact, "penalty", None) is not None

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from . import arrays
+from .errors import InputError
 from .obstacles import Obstacle
 from .plan import BodyPlan
 from .terms.internal_force import InternalForce
@@ -121,6 +122,10 @@ class StableStep:
             keep.append(current.astype(np.float32))
         count = len(alphas)
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
+        if not np.isfinite(matrix).all():
+            raise InputError(
+                "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
+            )
         values, vectors = np.linalg.eigh(matrix)
         top = vectors[:, -1]
         self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))

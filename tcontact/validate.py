@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .errors import InputError
 
+MOST_STEPS = 1e10  # of a run: days of the smallest scene
+
 
 def number(
     field: str, value: Any, *, low: float | None = None, high: float | None = None, strict: bool = True
 ) -> float:
     """A finite real number, above `low` and below `high` (strictly, or inclusive with strict=False)."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(field, value, "give a finite number")
-    result = float(value)
+    try:
+        result = float(value)
+    except (OverflowError, ValueError, TypeError) as error:
+        raise InputError(field, value, "give a finite number") from error
+    if not np.isfinite(result):
+        raise InputError(field, value, "give a finite number")
     if low is not None and (result <= low if strict else result < low):
         raise InputError(field, value, f"must be {'greater than' if strict else 'at least'} {low:g}")
     if high is not None and (result >= high if strict else result > high):
@@ -25,11 +33,19 @@ def number(
     return result
 
 
-def whole(field: str, value: Any, low: int) -> int:
-    """A whole number of at least `low`."""
+def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
+    """A whole number from `low` to `high`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < low:
         raise InputError(field, value, f"give a whole number of at least {low}")
+    if int(value) > high:
+        raise InputError(field, value, f"give a whole number of at most {high}")
     return int(value)
+
+
+def step_count(field: str, dt: float, duration: float) -> None:
+    """Refuse a step so small that a run would never end."""
+    if not duration / dt <= MOST_STEPS:  # inf too
+        raise InputError(field, dt, f"takes more than {MOST_STEPS:.0e} steps for {duration:g} s; shorten the duration")
 
 
 def vector(field: str, value: Any) -> np.ndarray:
@@ -41,13 +57,34 @@ def floats(field: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Finite numbers of the given shape, as a read-only copy."""
     wanted = f"give finite numbers of shape {list(shape)}"
     try:
-        result = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        given = np.asarray(value)
+        if given.dtype.kind not in "iufO":  # text, truth values, dates and complex numbers would be turned into others
+            raise TypeError(given.dtype)
+        result = np.array(given, dtype=np.float64)
+    except Exception as error:  # whatever an object's own conversion raises
         raise InputError(field, value, wanted) from error
     if result.shape != shape or not np.isfinite(result).all():
         raise InputError(field, value, wanted)
     result.setflags(write=False)
     return result
+
+
+def shape_of(field: str, value: Any, remedy: str) -> tuple[int, ...]:
+    """Shape of what numpy can make an array of."""
+    try:
+        return np.shape(value)
+    except Exception as error:  # ragged lists, objects that refuse
+        raise InputError(field, value, remedy) from error
+
+
+def file_exists(field: str, path: Path, remedy: str) -> None:
+    """Refuse the name of a file that does not exist or that no file can have."""
+    try:
+        if path.is_file():
+            return
+    except (OSError, ValueError) as error:
+        raise InputError(field, str(path), f"{remedy} ({error})") from error
+    raise InputError(field, str(path), remedy)
 
 
 def choice(field: str, value: Any, known: Iterable[str]) -> str:

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import mesh_files
 import numpy as np
 import pytest
 from oracle import meshes
 from scenes import block, material, simulate, thrown
 
 import tcontact as tc
+from tcontact import mesh_file
 
 COLUMNS = ("kinetic", "elastic", "contact_force", "momentum", "external_work", "gap_min")
 
@@ -165,3 +167,38 @@ def test_a_turned_and_moved_scene_gives_turned_and_moved_results(kind, removal):
     assert np.abs(two.history["contact_force"] - force).max() <= 1e-7 * np.abs(force).max()
     for name in ("kinetic", "elastic", "gap_min"):
         assert np.abs(scaled(two.history, name) - scaled(one.history, name)).max() <= 1e-8, name
+
+
+def mixed_file(path):
+    """A gmsh file of one hex and one tet apart, each kind a physical volume with a surface of its own."""
+    points = [(x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))]
+    points += [(3.0, 0.0, 0.0), (4.0, 0.0, 0.0), (3.0, 1.0, 0.0), (3.0, 0.0, 1.0)]
+    names = {(2, 1): "under", (2, 2): "tet side", (3, 3): "block", (3, 4): "wedge"}
+    blocks = [
+        ("quad", 1, [1], [[0, 3, 2, 1]]),
+        ("triangle", 2, [1], [[8, 10, 9]]),
+        ("triangle", 3, [2], [[8, 9, 11]]),
+        ("hex8", 1, [3], [list(range(8))]),
+        ("tet4", 2, [4], [[8, 9, 10, 11]]),
+    ]
+    mesh_files.write_gmsh41(path, np.array(points), range(1, 13), blocks, names, False)
+    return path
+
+
+def test_a_file_with_both_kinds_gives_a_body_of_each(tmp_path):
+    file = mixed_file(tmp_path / "both.msh")
+    with pytest.raises(tc.InputError, match="kind="):
+        tc.read_mesh(file)
+    with pytest.warns(mesh_file.MeshWarning, match="left out"):
+        hexes, tets = tc.read_mesh(file, kind="hex8"), tc.read_mesh(file, kind="tet4")
+    assert (hexes.cell_count, tets.cell_count) == (1, 1)
+    assert {*hexes.face_sets} == {"under"}
+    assert {*tets.face_sets} == {"under", "tet side"}
+    bodies = [
+        tc.Body(mesh, material("neo", density=density), contact="under", velocity=(0, 0, -1.0))
+        for mesh, density in ((hexes, 1000.0), (tets, 3000.0))
+    ]
+    scene = tc.Scene(bodies, [tc.Plane(point=(0, 0, -1e-4))], 1e-3, contact=tc.PenaltyContact(1e9))
+    result = simulate(scene)
+    assert result.position.shape == (12, 3)
+    assert result.history["contact_nodes"].max() == 7

@@ -10,15 +10,17 @@ from .. import validate
 from ..errors import InputError
 from .metals import Metal
 
+THINNEST, THICKEST = 1e-12, 1e3  # [m], beyond any layer; numbers still have room
+
 
 def depths(points: int, grading: float, thickness: float) -> np.ndarray:
     """Depths of the nodes [m], [points], 0 at the surface; spacings in geometric progression, last/first = grading.
 
     Raises `InputError`.
     """
-    validate.whole("points", points, 3)
+    validate.whole("points", points, 3, 10**5)
     validate.number("grading", grading, low=1e-4, high=1e4, strict=False)
-    validate.number("thickness", thickness, low=0.0)
+    validate.number("thickness", thickness, low=THINNEST, high=THICKEST)
     spacing = grading ** (np.arange(points - 1) / max(points - 2, 1))
     depth = np.concatenate([[0.0], np.cumsum(spacing)])
     depth *= thickness / depth[-1]

@@ -64,6 +64,7 @@ def solve(
     validate.number("duration", duration, low=0.0)
     validate.number("dt", dt, low=0.0)
     validate.whole("history_every", history_every, 1)
+    validate.step_count("dt", dt, duration)
     steps = max(1, math.ceil(duration / dt - FITS * max(1.0, duration / dt * 1e-3)))
     speeds, pressures = _table("velocity", velocity, steps), _table("pressure", pressure, steps)
     cells = max(speeds.shape[1], pressures.shape[1])
@@ -140,7 +141,7 @@ def _table(name: str, values: ArrayLike, steps: int) -> np.ndarray:
     """The values as [1 or steps, 1 or cells]. Raises `InputError`."""
     try:
         table = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever an object's own conversion raises
         raise InputError(name, values, "give numbers: one, [cells], or [steps, cells]") from error
     if table.ndim > 2 or table.size == 0:
         raise InputError(name, list(table.shape), "give one number, an array [cells], or a table [steps, cells]")

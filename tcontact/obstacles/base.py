@@ -84,10 +84,14 @@ class Obstacle:
 def direction(field: str, value: Any, remedy: str) -> np.ndarray:
     """A vector of non-zero length as a read-only unit vector [3]."""
     given = validate.vector(field, value)
-    length = float(np.linalg.norm(given))
-    if length == 0.0:
+    largest = float(np.abs(given).max())
+    if largest == 0.0:
         raise InputError(field, value, remedy)
-    unit = np.asarray(given / length)
+    if not 1e-100 < largest < 1e100:  # its squares would not be numbers
+        given = given / largest
+    length = float(np.linalg.norm(given))
+    # one that is a unit vector stays as it is, to the bit: what is copied or read from a file is normalised only once
+    unit = np.array(given) if abs(length - 1.0) <= 4.0 * np.finfo(float).eps else np.asarray(given / length)
     unit.setflags(write=False)
     return unit
 

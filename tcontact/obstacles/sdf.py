@@ -15,6 +15,7 @@ from .base import Obstacle, unit_or
 from .interpolation import interpolate
 
 NODES = 4  # the fewest along an axis
+MOST = 2**26  # altogether: 2 GiB of distance and gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +67,18 @@ class Sdf(Obstacle):
         """Nodes along x, y, z."""
         count, remedy = self.nodes, f"give three whole numbers of at least {NODES}: the nodes along x, y, z"
         if not callable(self.distance):
-            sampled = np.shape(self.distance)
+            sampled = validate.shape_of("Sdf.distance", self.distance, "give a callable, or an array [nx, ny, nz]")
             if len(sampled) != 3 or min(sampled) < NODES:
                 remedy = f"give a callable, or an array [nx, ny, nz] of at least {NODES} nodes along each axis"
                 raise InputError("Sdf.distance", self.distance, remedy)
-            if count is not None and tuple(count) != sampled:
+            if count is not None and (validate.shape_of("Sdf.nodes", count, remedy) != (3,) or tuple(count) != sampled):
                 raise InputError("Sdf.nodes", count, f"leave it out, or give {sampled} as the distance has it")
             count = sampled
-        if np.shape(count) != (3,):
+        if validate.shape_of("Sdf.nodes", count, remedy) != (3,):
             raise InputError("Sdf.nodes", count, remedy)
         x, y, z = (validate.whole("Sdf.nodes", n, NODES) for n in count)
+        if x * y * z > MOST:
+            raise InputError("Sdf.nodes", (x, y, z), f"more than {MOST} nodes; take a larger spacing")
         return x, y, z
 
     @classmethod

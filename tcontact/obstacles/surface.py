@@ -14,6 +14,7 @@ from ..mesh_file import MeshFileError
 
 FORMATS = {".stl": "stl", ".obj": "obj", ".ply": "ply"}
 FIELD = "surface"
+LARGEST = 1e60  # [m]
 CLOSE = 1e-6  # points nearer than this part of the size are one, where equal points alone leave gaps
 
 
@@ -24,8 +25,11 @@ def closed_surface(given: Any, scale: float = 1.0) -> tuple[np.ndarray, np.ndarr
     """
     factor = validate.number("scale", scale, low=0.0)
     points, triangles = _from_file(given) if isinstance(given, (str, os.PathLike)) else _from_arrays(given)
-    points = points * factor
-    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        points = points * factor
+        size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+        if not (np.abs(points).max(initial=0.0) < LARGEST and (size == 0.0 or size > 1.0 / LARGEST)):
+            raise InputError("scale", scale, "coordinates this large or small are lost in rounding; use metres")
     if len(triangles) == 0 or size == 0.0:
         raise InputError(FIELD, _name(given), "it has no triangles; give a closed surface")
     joined = _without_flat(*_joined(points, triangles))
@@ -131,7 +135,9 @@ def _from_arrays(given: Any) -> tuple[np.ndarray, np.ndarray]:
     remedy = "give the path of an STL, OBJ or PLY file, or (points [k, 3], triangles [m, 3])"
     if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise InputError(FIELD, given, remedy)
-    points = validate.floats("surface points", given[0], (np.shape(given[0])[:1] or (0,)) + (3,))
+    shape = validate.shape_of("surface points", given[0], "give finite numbers of shape [k, 3]")
+    points = validate.floats("surface points", given[0], (shape[:1] or (0,)) + (3,))
+    validate.shape_of("surface triangles", given[1], "give whole numbers of shape [m, 3]: ids of points")
     triangles = np.asarray(given[1])
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
         raise InputError("surface triangles", given[1], "give whole numbers of shape [m, 3]: ids of points")
@@ -144,8 +150,7 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     from ..mesh_meshio import read_file
 
     file = Path(given)
-    if not file.is_file():
-        raise InputError(FIELD, str(file), "no such file; check the name and the working directory")
+    validate.file_exists(FIELD, file, "no such file; check the name and the working directory")
     if file.suffix.lower() not in FORMATS:
         raise InputError(FIELD, str(file), f"unknown extension; convert to one of {', '.join(FORMATS)}")
     try:
@@ -165,7 +170,10 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InputError(FIELD, str(file), "its points are not three finite numbers each; save it again")
-    return points, np.concatenate(triangles)
+    corners = np.concatenate(triangles)
+    if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
+        raise InputError(FIELD, str(file), "triangles refer to points that it does not hold; save it again")
+    return points, corners
 
 
 def _name(given: Any) -> Any:

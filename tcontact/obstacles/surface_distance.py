@@ -12,6 +12,7 @@ from .nearest import ask_neighbours, nearest_points, pieces_of
 from .surface import FIELD, closed_surface
 from .winding import winding_numbers
 
+MOST = 2**26  # nodes of the grid
 MARGIN = 4  # cells around the solid unless asked otherwise
 PIECE = 2.0  # longest edge of the pieces, in cells
 NEAR = 4.0  # cells from the surface within which distances are exact
@@ -32,6 +33,9 @@ def sample_surface(
     low, high = points.min(axis=0), points.max(axis=0)
     spacing = float((high - low).max()) / cells
     around = MARGIN * spacing if margin is None else margin
+    wide = (high - low + 2.0 * around) / spacing + 2.0
+    if not np.prod(wide) <= MOST:
+        raise InputError("cells, margin", (cells, margin), f"the grid has more than {MOST} nodes; take fewer cells")
     count = np.ceil((high - low + 2.0 * around) / spacing - 1e-9).astype(np.int64) + 1
     count = np.maximum(count, MARGIN)
     nx, ny, nz = (int(n) for n in count)

@@ -1,0 +1,51 @@
+"""`tcontact run scene.toml`: run a scene from a file; the same files as those of a case, without its checks."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from ..errors import InputError, OutputError
+from . import folder, settings
+
+
+def is_scene(name: str) -> bool:
+    """Whether the word names a scene file rather than a case."""
+    return name.lower().endswith(".toml")
+
+
+def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
+    """Run it and return the exit code; options of the command line go before those of the file.
+
+    start: gives what runs one scene; finish: runs it and writes all about it.
+    """
+    from ..scene_files import load_scene
+
+    file = Path(arguments.case)
+    scene, options = load_scene(file)
+    given: dict[str, Any] = {}
+    for pair in arguments.set:
+        key, equals, text = pair.partition("=")
+        if not equals or key.strip() not in settings.SCHEME_KEYS:
+            remedy = "a scene file takes KEY=VALUE of " + ", ".join(settings.SCHEME_KEYS) + "; edit the file for others"
+            raise InputError("--set", pair, remedy)
+        given[key.strip()] = settings.value(key, text, settings.SCHEME_KEYS[key.strip()])
+    scheme = settings.scheme(given) if given else options.get("scheme", "central-difference")
+    for key, default in (("frames", 60), ("threads", None), ("history_every", 1)):
+        if getattr(arguments, key, None) is None:
+            setattr(arguments, key, options.get(key, default))
+    if arguments.arch == "cpu":
+        arguments.arch = options.get("arch", "cpu")
+    out = arguments.out or Path("runs") / file.stem
+    case = SimpleNamespace(checks=lambda result: [])
+    try:
+        with folder.replacing(out, arguments.force):
+            go = start(arguments, scene, scheme, out, "")
+            passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    return 0 if passed else 1

@@ -1,0 +1,222 @@
+"""Scenes as TOML: what is written and read again gives the same run, bit for bit; refusals name the place."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import surfaces
+from mesh_files import box
+from scenes import block, material
+
+import tcontact as tc
+from tcontact import friction_layer
+from tcontact.cli import main
+from tcontact.scene_files.toml import to_toml
+
+MAT = material()
+BOX = tc.box_mesh((0.1, 0.2, 0.1), (2, 3, 2), origin=(0.1, -0.3, 1 / 3))
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def scene(**changes):
+    body = changes.pop("body", None) or tc.Body(BOX, MAT, velocity=(0, 0, -3.0), contact="zmin", name='a "b"\n\\')
+    given = {"bodies": [body], "obstacles": [tc.Plane(point=(0, 0, 0.33))], "duration": 2e-4}
+    return tc.Scene(**{**given, **changes})
+
+
+def bodies_of_all_kinds():
+    hexes = block("hex8", 2)
+    tets = block("tet4", 2, shift=(2.0, 0, 0)).with_sets(node_sets={"some of [them]": [0, 3, 4]})
+    bar = tc.box_mesh((0.1, 0.1, 0.3), (2, 2, 3), origin=(5.0, 0, 0))
+    moving = np.random.default_rng(1).normal(size=(tets.node_count, 3))
+    return [
+        tc.Body(hexes, MAT, velocity=lambda x: x * [0, 0, -1.0], contact=["zmin", "xmin"], formulation="reduced"),
+        tc.Body(
+            tets, material("linear"), velocity=moving, displacement=(0, 0, 1e-5), contact="zmin",
+            supports=[tc.Support("xmax", "xy", velocity=(0.5, 1 / 3)), tc.Support("some of [them]", "z")],
+        ),
+        tc.Body(bar, material("svk"), velocity=(0, 0, -1), contact="auto", periodic="xy", name="bar"),
+    ]  # fmt: skip
+
+
+FLOOR = tc.Plane(point=(0, 0, -1e-3), normal=(0, 0, 1 / 3), velocity=(0, 0, 0.1), name="floor")
+SCENES = {
+    "least": lambda: scene(),
+    "bodies": lambda: scene(
+        bodies=bodies_of_all_kinds(),
+        obstacles=[FLOOR],
+        gravity=(0, 0, -1 / 3),
+        damping=tc.MassDamping(0.3),
+        viscosity=tc.BulkViscosity(linear=0.1),
+        contact=tc.MasslessContact(removal="full", sweeps=12, tolerance=1e-5),
+    ),
+    "shapes": lambda: scene(
+        obstacles=[
+            tc.Sphere(center=(0, 0, -3.0), radius=0.4, angular_velocity=(0, 1, 0)),
+            tc.Cylinder(axis=(1, 1, 0), radius=20, inside=True),
+            tc.Box(center=(0, 0, -2), axes=np.eye(3)[[1, 2, 0]]),
+            tc.Sdf.from_surface(surfaces.sphere(8, 8, 0.2), cells=8, name="ball"),
+        ],
+        friction=tc.Coulomb(0.3),
+        duration=1e-5,
+    ),
+    "penalty": lambda: scene(contact=tc.PenaltyContact(1e9), friction=tc.RegularizedCoulomb(0.2, 0.1)),
+    "impulse": lambda: scene(contact=tc.ImpulseContact()),
+    "nothing": lambda: scene(contact=None, obstacles=[]),
+    "layer": lambda: scene(friction=tc.FrictionLayer(friction_layer.COPPER, points=8, reload=False), duration=1e-5),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_comes_back_as_it_was(name, tmp_path):
+    """Written again it gives the same files; its plan and its fields are the same to the bit."""
+    first = SCENES[name]()
+    scheme = tc.CentralDifference(cfl=0.7)
+    tc.save_scene(first, tmp_path / "one.toml", scheme=scheme, frames=3, threads=None)
+    second, options = tc.load_scene(tmp_path / "one.toml")
+    assert options == {"scheme": scheme, "frames": 3}
+    assert tc.plan(second).describe() == tc.plan(first).describe()
+    for a, b in zip(first.bodies, second.bodies, strict=True):
+        assert np.array_equal(a.initial_nodes, b.initial_nodes)
+        assert np.array_equal(a.initial_velocity, b.initial_velocity)
+        assert np.array_equal(a.prescribed, b.prescribed, equal_nan=True)
+        assert np.array_equal(a.contact_faces, b.contact_faces)
+        assert (a.material, a.name, a.formulation, a.periodic) == (b.material, b.name, b.formulation, b.periodic)
+        for ours, theirs in ((a.mesh.node_sets, b.mesh.node_sets), (a.mesh.face_sets, b.mesh.face_sets)):
+            assert {k: v.tolist() for k, v in ours.items()} == {k: v.tolist() for k, v in theirs.items()}
+    for part in ("contact", "friction", "damping", "viscosity", "duration"):
+        assert getattr(second, part) == getattr(first, part)
+    points = np.random.default_rng(2).normal(size=(50, 3))
+    for a, b in zip(first.obstacles, second.obstacles, strict=True):
+        assert np.array_equal(a.gap(points), b.gap(points))
+        assert np.array_equal(a.normal_at(points), b.normal_at(points))
+        assert (a.name, a.moves) == (b.name, b.moves)
+
+
+def test_it_runs_to_the_same_bits(tmp_path):
+    shaken = block("hex8", 3, shift=(0, 0, 1e-4))
+    speeds = np.random.default_rng(3).normal(size=(shaken.node_count, 3)) - [0, 0, 5.0]
+    body = tc.Body(shaken, MAT, velocity=speeds, contact="auto", supports=[tc.Support("zmax", "x", velocity=1 / 3)])
+    first = scene(body=body, obstacles=[tc.Plane()], duration=1e-3, contact=tc.MasslessContact(removal="full"))
+    tc.save_scene(first, tmp_path / "scene.toml")
+    runs = [tc.simulate(one) for one in (first, tc.load_scene(tmp_path / "scene.toml")[0])]
+    assert runs[0].history["contact_nodes"].max() > 0
+    assert np.array_equal(runs[0].position, runs[1].position)
+    assert np.array_equal(runs[0].velocity, runs[1].velocity)
+
+
+GOOD = """
+duration = 1e-5
+[[bodies]]
+mesh = { box = [1, 1, 1], cells = [2, 2, 2] }
+material = { type = "NeoHookean", young = 1e7, poisson = 0.3, density = 1e3 }
+contact = "zmin"
+[[obstacles]]
+type = "Plane"
+"""
+BAD = {
+    "typo": ("young", "yuong", "did you mean young"),
+    "key": ("duration", "span = 1\nduration", "unknown key"),
+    "law": ('"NeoHookean"', '"Rubber"', "NeoHookean"),
+    "no type": ('type = "Plane"', "", "obstacles[0].type"),
+    "no duration": ("duration = 1e-5", "", "duration"),
+    "no material": ("material", "name", "bodies[0].material"),
+    "number": ("young = 1e7", "young = -1", "bodies[0].material: young"),
+    "nan": ("young = 1e7", "young = nan", "bodies[0].material: young"),
+    "set": ('"zmin"', '"bottom"', "bodies[0]: set"),
+    "mesh file": ("box = [1, 1, 1], cells = [2, 2, 2]", 'file = "part.msh"', "no such file"),
+    "mesh npz": ("box = [1, 1, 1], cells = [2, 2, 2]", 'file = "part.npz"', "no such file"),
+    "mesh number": ("box = [1, 1, 1], cells = [2, 2, 2]", "file = 3", "bodies[0].mesh"),
+    "mesh missing": ("box = [1, 1, 1], cells = [2, 2, 2]", "size = 3", "bodies[0].mesh"),
+    "box missing": (", cells = [2, 2, 2]", "", "bodies[0].mesh"),
+    "bodies": ("[[bodies]]", "[bodies]", "list of tables"),
+    "run": ("duration", "run = { color = 3 }\nduration", "run.color"),
+    "scheme": ("duration", "run = { scheme = { cfl = -3 } }\nduration", "run.scheme: cfl"),
+    "velocity": ("contact =", 'velocity = { file = "none.npz", array = "v" }\ncontact =', "none.npz"),
+    "velocity number": ("contact =", "velocity = 3\ncontact =", "bodies[0]: Body.velocity"),
+    "supports": ("contact =", "supports = [3]\ncontact =", "bodies[0].supports"),
+    "support": ("contact =", 'supports = [{ set = "xmin" }]\ncontact =', "bodies[0].supports[0]"),
+    "friction": ("duration", 'friction = "much"\nduration', "friction"),
+    "metal": ("duration", 'friction = { type = "FrictionLayer", material = "WOOD" }\nduration', "friction.material"),
+    "syntax": ("[[bodies]]", "[[bodies", "TOML"),
+    "twice": ("duration = 1e-5", "duration = 1\nduration = 2", "TOML"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_refusals_name_the_place_in_the_file(name, tmp_path, capsys):
+    old, new, said = BAD[name]
+    file = tmp_path / "scene.toml"
+    assert old in GOOD
+    file.write_text(GOOD.replace(old, new))
+    with pytest.raises(tc.InputError) as caught:
+        tc.load_scene(file)
+    assert said in str(caught.value)
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"\0", b"[" * 5000, b""])
+def test_what_is_no_toml_is_refused(content, tmp_path):
+    (tmp_path / "a.toml").write_bytes(content)
+    with pytest.raises(tc.InputError):
+        tc.load_scene(tmp_path / "a.toml")
+
+
+@pytest.mark.parametrize("path", [None, 3, "nowhere.toml", "a\0b.toml"])
+def test_what_is_no_file_is_refused(path):
+    with pytest.raises(tc.InputError, match="path"):
+        tc.load_scene(path)
+
+
+def test_a_motion_that_is_a_function_is_refused():
+    with pytest.raises(tc.InputError, match="function of time"):
+        tc.save_scene(scene(obstacles=[tc.Plane(point=(0, 0, -1), velocity=lambda t: (0, 0, t))]), "never.toml")
+
+
+def test_mesh_files_lie_beside_the_scene(tmp_path):
+    import meshio
+
+    part = box("tet4")
+    meshio.Mesh(part.nodes, [("tetra", part.cells)]).write(tmp_path / "part.vtu")
+    old = "box = [1, 1, 1], cells = [2, 2, 2]"
+    text = (
+        GOOD.replace(old, 'file = "part.vtu", scale = 1e-3')
+        .replace('"zmin"', '"auto"')
+        .replace("Plane", 'Plane"\npoint = [0, 0, -1e-6]\nname = "f')
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    loaded, _ = tc.load_scene(tmp_path / "scene.toml")
+    assert np.allclose(loaded.bodies[0].mesh.nodes, part.nodes * 1e-3)
+
+
+def test_the_command_writes_the_files_of_a_run_and_the_readme_shows_how(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (text,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    smaller = text.replace("[16, 16, 16]", "[3, 3, 3]")
+    assert smaller != text
+    Path("drop.toml").write_text(smaller)
+    assert main(["run", "drop.toml", "--frames", "2", "--set", "cfl=0.8"]) == 0
+    written = {path.name for path in Path("runs/drop").iterdir()}
+    assert written >= {"summary.json", "history.csv", "result.vtkhdf", "contact-force.png", "gap.png", "energy.png"}
+    summary = json.loads(Path("runs/drop/summary.json").read_text())
+    assert summary["passed"]
+    assert summary["dt"] == pytest.approx(0.8 * summary["dt_limit"], rel=1e-2)
+    assert "files in runs/drop" in capsys.readouterr().out
+    assert main(["run", "drop.toml", "--frames", "0"]) == 2
+    assert main(["run", "drop.toml", "--set", "cells=3", "--force"]) == 2
+
+
+def test_text_is_escaped_as_toml_wants_it():
+    from tcontact.scene_files.read import tomllib
+
+    data = {
+        "a b": 'x"\\\n\t\r\x01\x7fé',
+        "n": [1, 2.5, float("inf"), True],
+        "t": {"k": {"deep": ["é"]}},
+        "l": [{"x": -0.0}],
+    }
+    assert tomllib.loads(to_toml(data)) == data
