@@ -29,6 +29,19 @@ def title(name: str) -> str:
     return (ast.get_docstring(_source(name)) or "").partition("\n")[0]
 
 
+def about(name: str) -> str:
+    """What follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
+    return (ast.get_docstring(_source(name)) or "").partition("\n")[2].strip()
+
+
+def about_parameters(name: str) -> str:
+    """The docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
+    for item in _source(name).body:
+        if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
+            return (ast.get_docstring(item) or "").strip()
+    return ""
+
+
 def parameters(name: str) -> dict[str, tuple[str, str]]:
     """Type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
     for item in _source(name).body:

@@ -3,7 +3,8 @@
 A square bar along z, moving at `speed` towards the plane z = 0, touches it after gap/speed. With poisson 0 and the
 linear law the motion is one-dimensional: the wall is pushed with rho c speed A (c = sqrt(young/density)) for the time
 2 length/c in which the wave runs up and down the bar, then the bar leaves free of stress at the speed it came with.
-Every check but the general ones compares with that; METHOD 2 says why the two jumps are judged through averages.
+Every check but the general ones compares with that; the two jumps of the force, around which any discrete wave rings,
+are judged through averages.
 """
 
 from __future__ import annotations

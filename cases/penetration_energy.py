@@ -35,7 +35,10 @@ def scene(
     speed: float = 10 / 3.6,
     duration: float = 4e-3,
 ) -> tc.Scene:
-    """The cube with redistributed or ordinary mass on a penalty in multiples of young/h. SI units."""
+    """The cube with redistributed or ordinary mass on a penalty in multiples of young/h.
+
+    SI units; cells along an edge, law, speed and duration as in cube-impact. redistributed: contact nodes without mass.
+    """
     contact = "massless" if redistributed else "penalty"
     return cube_impact.scene(cells=cells, law=law, speed=speed, contact=contact, penalty=penalty, duration=duration)
 

@@ -11,11 +11,12 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 import taichi as ti
 
 # `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
-# most that its layer transmits [N]; slip speed [m/s] without friction and what a force takes of it [m/(s N)]; work [J]
-# and force [N] of friction in the last kick or step; displacement (3) that slip in the static solve counts from
+# most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
+# [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
+# displacement (3) that slip in the static solve counts from
 COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
-LIMIT, SPEED, SOFTNESS, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5
-NODE = 8
+LIMIT, SPEED, SOFTNESS, MEAN_SPEED, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
+NODE = 9
 # `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
 # then and contact normal at the last measure
 PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10

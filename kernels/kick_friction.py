@@ -13,6 +13,7 @@ from .friction import (
     COEFFICIENT,
     FORCE,
     LIMIT,
+    MEAN_SPEED,
     PRESSING,
     RUBBED,
     SLIP_SPEED,
@@ -145,7 +146,7 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
     slots = ti.static(touching.kinds.slots)
     span = body.params[0] + body.params[1]
     for k in range(touching.nodes.shape[0]):
-        most, speed, mobility = 0.0, 0.0, 0.0
+        most, speed, mobility, mean = 0.0, 0.0, 0.0, 0.0
         x = position(touching.reference, k, body.u, touching.nodes[k])
         for p in ti.static(range(slots)):
             place = k * slots + p
@@ -159,6 +160,8 @@ def slide(body: ti.template(), listed: ti.template(), touching: ti.template(), d
                 slip = across @ (velocity + span * acceleration - wall)
                 speed = slip.norm()
                 if speed > 0.0:
+                    mean = 0.5 * slip.dot(slip + across @ (velocity - wall)) / speed
                     mobility = slip.dot(span * (across @ flexible @ across.transpose()) @ slip) / (speed * speed)
         touching.friction[node_place(k, SPEED)] = speed
         touching.friction[node_place(k, SOFTNESS)] = mobility
+        touching.friction[node_place(k, MEAN_SPEED)] = mean

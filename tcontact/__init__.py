@@ -1,4 +1,21 @@
-"""tcontact: dynamic contact and impact of deformable solids, on CPU and GPU."""
+"""tcontact: dynamic contact and impact of deformable solids, on CPU and GPU.
+
+How it works. Data flows one way, and nothing flows back:
+
+    Mesh, Material, Body, obstacles -> Scene      plain data that checks itself (mesh*, materials, scene, obstacles)
+    plan(scene)                                   decides what exists: terms, masses, contact lists (plan, removal)
+    Run                                           state, compiled kernels and the loop (state, terms, schemes, loop)
+    Result, result.vtkhdf, summary.json           what comes out (result, history, recorder, vtkhdf, report)
+    pictures, plots, exports, notebooks           drawn from that alone (render, plots, export, notebook)
+
+A body is a mesh whose nodes carry mass and whose cells carry stress. Every step the cells turn displacements into
+forces (terms.internal_force), the scheme turns forces into motion, and the contact nodes, which carry no mass, are
+placed by a small projected static solve (terms.static_solve): the contact force is the elastic force that is left on
+them. A ledger keeps energy, impulse and momenta of every step, and guards stop a run that is wrong.
+
+Pages on the parts: `pydoc tcontact.terms`, `.schemes`, `.obstacles`, `.friction_layer`, `.kernels`, `.cases`,
+`.render`, `.study`, `.bench`, `.commands`.
+"""
 
 from importlib import import_module
 from pathlib import Path
@@ -10,9 +27,10 @@ _root = Path(__file__).resolve().parent.parent
 if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
+from .checkpoint import Checkpoint  # noqa: E402
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
-from .errors import InputError  # noqa: E402
+from .errors import InputError, OutputError  # noqa: E402
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
@@ -21,6 +39,7 @@ from .mesh_io import read_mesh  # noqa: E402
 from .obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .plan import plan  # noqa: E402
 from .result import Result  # noqa: E402
+from .resume import resume  # noqa: E402
 from .scene import Body, OverlapWarning, Scene, Support  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
@@ -41,6 +60,7 @@ __all__ = [
     "Box",
     "BulkViscosity",
     "CentralDifference",
+    "Checkpoint",
     "Coulomb",
     "Cylinder",
     "DiscreteGradient",
@@ -58,6 +78,7 @@ __all__ = [
     "Midpoint",
     "MooneyRivlin",
     "NeoHookean",
+    "OutputError",
     "OverlapWarning",
     "PaperImplicit",
     "PenaltyContact",
@@ -76,6 +97,7 @@ __all__ = [
     "friction_layer",
     "plan",
     "read_mesh",
+    "resume",
     "simulate",
 ]
 

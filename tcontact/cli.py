@@ -10,11 +10,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from .commands import bench, doctor, info, listing, render, run, study
-from .errors import InputError
+from .commands import bench, doctor, export, info, listing, render, resume, run, study
+from .errors import InputError, OutputError
 from .report import versions
 
-COMMANDS = (listing, run, study, info, render, bench, doctor)
+COMMANDS = (listing, run, resume, study, info, render, export, bench, doctor)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"tcontact: {error}", file=sys.stderr)
         return 2
-    except ImportError as error:
+    except (ImportError, OutputError) as error:
         print(f"tcontact: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:

@@ -15,7 +15,7 @@ class MasslessContact:
     "auto" (normal if all planes share one direction that the contact faces look along, else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
-    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-8 if they can.
+    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
     """
 
     removal: str = "auto"

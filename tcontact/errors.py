@@ -18,6 +18,10 @@ class InputError(ValueError):
         super().__init__(f"{field} = {_short(value)}: {remedy}")
 
 
+class OutputError(OSError):
+    """A run could not write its output: what it could not write, why, what is kept and how to go on."""
+
+
 def _short(value: Any, limit: int = 80) -> str:
     text = repr(value)
     return text if len(text) <= limit else text[: limit - 3] + "..."

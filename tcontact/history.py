@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 VECTORS = ("contact_force", "impulse", "support_force", "support_impulse", "momentum", "angular_momentum")
@@ -171,6 +173,19 @@ class History:
         """Keep the last row even when rows are thinned."""
         if self._last is not None and (self.steps - 1) % self.every != 0:
             self._store(self._last[None], self._running[None])
+
+    def checkpoint(self) -> dict[str, Any]:
+        """The rows and the running sums."""
+        parts = {} if self._last is None else {"last": self._last, "origin": np.asarray(self._origin)}
+        sums = np.array([self.reference_energy, self.largest_work])
+        return parts | {"rows": self._rows[: self.count], "running": self._running, "sums": sums, "steps": self.steps}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go on from there."""
+        self._rows, self._running, self.steps = saved["rows"], saved["running"], saved["steps"]
+        self.count = len(self._rows)
+        self.reference_energy, self.largest_work = map(float, saved["sums"])
+        self._last, self._origin = saved.get("last"), saved.get("origin")
 
     def columns(self) -> dict[str, np.ndarray]:
         """The public history: name -> array [rows] or [rows, 3]."""

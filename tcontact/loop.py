@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +24,9 @@ from .scene import Scene
 from .schemes import Scheme
 from .stable_step import StableStep, largest_rate, with_viscosity
 from .state import BodyState
+
+if TYPE_CHECKING:
+    from .checkpoint.keeper import Keeper
 
 FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
 LAST_CHECK = 800
@@ -57,8 +62,26 @@ class Snapshot:
         return self.displacements, self.velocities(), [state.contact_force() for state in self.states]
 
 
+@dataclass
+class Course:
+    """How far a run has come, between two steps: what a checkpoint needs beside bodies and history.
+
+    time [s] of the row to come; before [s]: the step that ended there; due [s]: when frames are wanted; frames: how
+    many in all; first_dt [s]; wall [s] spent on steps so far.
+    """
+
+    begun: bool = False
+    time: float = 0.0
+    before: float = 0.0
+    row: int = 0
+    due: list[float] = field(default_factory=list)
+    frames: int = 0
+    first_dt: float = 0.0
+    wall: float = 0.0
+
+
 class Run:
-    """One run: bodies, step size, history."""
+    """One run: bodies, step size, history, course. Attributes that change are what a checkpoint holds."""
 
     def __init__(
         self,
@@ -89,6 +112,7 @@ class Run:
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
+        self.course = Course()
         self.guards = Guards(scene, self.states, scheme.implicit)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
@@ -110,25 +134,33 @@ class Run:
         self.warnings.append(text)
         warnings.warn(text, RuntimeWarning, stacklevel=4)
 
-    def go(self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float) -> Result:
-        """All steps; returns the result. frames: how many to record; started: when the call of the user began."""
+    def go(
+        self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
+    ) -> Result:
+        """All steps; returns the result.
+
+        frames: how many to record; started: when the call of the user began; keeper: leaves checkpoints. A run that was
+        restored from a checkpoint goes on from there, with the frames that it had.
+        """
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
         end = self.scene.duration * (1.0 - 1e-9)
-        steps = max(1, int(np.ceil(end / self.dt)))
-        due = (
-            list(np.round(np.linspace(0, steps, frames)[:-1]) * self.dt) if frames > 1 else []
-        )  # the last comes anyway
-        first_dt, before, time, row_number, output = self.dt, 0.0, 0.0, 0, 0.0
-        compiled = started
+        course, first, output, compiled = self.course, True, 0.0, started
+        spent = course.wall
         with interrupts() as interrupted:
-            for state in self.states:
-                self.scheme.begin(state, self.dt)
+            if not course.begun:
+                self._begin(frames, end)
             while True:
                 cut = interrupted()
+                if keeper is not None and keeper.due(course.row, cut):
+                    writing = perf_counter()
+                    course.wall = spent + (0.0 if first else writing - compiled - output)
+                    keeper.save(self, course.row)
+                    output += perf_counter() - writing
+                time, before, row_number, due = course.time, course.before, course.row, course.due
                 final = time >= end or cut
                 after = 0.0 if final else self.dt
-                frame = (final and frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
+                frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
                 snapshot = self._snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
@@ -140,28 +172,40 @@ class Run:
                 self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
-                if row_number == 0:
-                    compiled, output = perf_counter(), 0.0
+                if first:
+                    first, compiled, output = False, perf_counter(), 0.0
                 stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     recorder.frame(time, *snapshot.fields())
                     output += perf_counter() - writing
-                    due = [when for when in due if when - 0.5 * self.dt > time]
+                    course.due = [when for when in due if when - 0.5 * self.dt > time]
                 if stop is not None or final:
                     break
                 self._watch(row, row_number)
-                before, time, row_number = after, time + after, row_number + 1
-                bar.update(time)
-        wall = perf_counter() - compiled - output
+                course.before, course.time, course.row = after, time + after, row_number + 1
+                bar.update(course.time)
+        wall = spent + perf_counter() - compiled - output
         self._keep(None)
         if stop is None:
             self._warn_held(row)
         if stop is None and time < end:
-            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; everything up to then is kept")
+            kept = "everything up to then is kept"
+            if keeper is not None and keeper.written:
+                kept += f"; `tcontact resume {keeper.folder}` goes on from there"
+            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; {kept}")
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
-        return self._result(stop, row_number, time, first_dt, snapshot, compiled - started, wall)
+        return self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
+
+    def _begin(self, frames: int, end: float) -> None:
+        """When frames are due, and the bodies at the start; end [s]: of the run."""
+        steps, course = max(1, int(np.ceil(end / self.dt))), self.course
+        if frames > 1:  # the last comes anyway
+            course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
+        course.begun, course.frames, course.first_dt = True, frames, self.dt
+        for state in self.states:
+            self.scheme.begin(state, self.dt)
 
     def _snapshot(self, before: float, after: float) -> Snapshot:
         return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)

@@ -30,11 +30,16 @@ def contact_force(
     known = known or {}
     drawn = [force, *(values for _, values in known.values())]
     factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn))
-    axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed")
+    along = _tangential(history, normals)
+    axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
     for label, (times, values) in known.items():
         axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
-    if known:
+    if along is not None:
+        axes.plot(time, along / factor, color=ORANGE, lw=1.0, label="friction")
+    if known or along is not None:
         axes.legend(loc="best", frameon=False)
+    if np.nanmin(force, initial=0.0) >= 0.0 and np.isfinite(force).all():
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))  # small changes of a large force should look small
     axes.set_ylabel(f"contact force {'on the body ' if len(normals) == 1 else ''}[{_greek(prefix)}N]")
     _finish(figure, [axes], time, unit[1], path)
 
@@ -78,12 +83,17 @@ def energy(path: Path, history: History, title: str = "") -> None:
     ]
     present = [(name, color) for name, color in drawn if name in history and np.any(history[name])]
     factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *dict(present)])))
+    ends: dict[str, tuple[float, str]] = {}
     for name, color in present:
         sign, mark = (-1.0, "− ") if name == "external_work" else (1.0, "")  # as it enters the sum
-        upper.plot(time, sign * history[name] / factor, color=color, lw=1.1, label=mark + name.replace("_", " "))
-    upper.plot(time, history["energy"] / factor, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
+        curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
+        upper.plot(time, curve, color=color, lw=1.1, label=label)
+        ends[label] = float(curve[-1]), color
+    total = history["energy"] / factor
+    upper.plot(time, total, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
+    ends["sum"] = float(total[-1]), "black"
     upper.set_ylabel(f"energy [{_greek(prefix)}J]")
-    upper.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    _label_ends(upper, ends)
     lower.axhline(0.0, color=GREY, lw=0.8)
     lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
     lower.set_ylabel("energy error [-]")
@@ -181,6 +191,32 @@ def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarr
         with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
             return force @ np.asarray(normals[0])
     return np.linalg.norm(force, axis=1)
+
+
+def _tangential(history: History, normals: Sequence[np.ndarray]) -> np.ndarray | None:
+    """Length of the contact force across a single normal [N]; None where nothing rubs."""
+    if not normals or not np.any(history.get("friction_work", 0.0)):
+        return None
+    if not all(np.allclose(normal, normals[0]) for normal in normals):
+        return None
+    normal = np.asarray(normals[0])
+    force = history["contact_force"]
+    with np.errstate(invalid="ignore"):
+        return np.linalg.norm(force - np.outer(force @ normal, normal), axis=1)
+
+
+def _label_ends(axes: Axes, ends: Mapping[str, tuple[float, str]]) -> None:
+    """Write each curve's name beside its end, in its colour, moved apart where ends lie close together."""
+    low, high = axes.get_ylim()
+    room, wanted = 0.085, sorted(ends, key=lambda name: np.nan_to_num(ends[name][0]))
+    places = [float(np.clip((np.nan_to_num(ends[name][0]) - low) / (high - low), 0.0, 1.0)) for name in wanted]
+    for index in range(1, len(places)):
+        places[index] = max(places[index], places[index - 1] + room)
+    for index in range(len(places) - 1, -1, -1):  # and back down from the top
+        most = 1.0 if index == len(places) - 1 else places[index + 1] - room
+        places[index] = min(places[index], most)
+    for name, place in zip(wanted, places, strict=True):
+        axes.annotate(name, (1.01, place), xycoords="axes fraction", color=ends[name][1], va="center", fontsize=9)
 
 
 def _figure(panels: int, title: str) -> tuple[Figure, list[Axes]]:

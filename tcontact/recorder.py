@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .errors import InputError
+from .checkpoint.store import FILES as CHECKPOINTS
+from .errors import InputError, OutputError
 from .fields import von_mises
+from .folder_lock import check_free
 from .obstacles.description import describe
 from .scene import Scene
 from .state import BodyState
-from .vtkhdf import ResultFile
+from .vtkhdf import ResultData, ResultFile
 
 FILE = "result.vtkhdf"
 
@@ -27,6 +30,7 @@ def check_folder(out: Any) -> Path:
         raise InputError("out", out, "a folder name has no null characters")
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "this is a file; give a folder")
+    check_free(folder)
     if (folder / FILE).exists():
         raise InputError(
             "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"
@@ -46,8 +50,21 @@ class Recorder:
     """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
     with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
-    def __init__(self, folder: Path, scene: Scene, states: list[BodyState], title: str) -> None:
-        self.states = states
+    def __init__(
+        self,
+        folder: Path,
+        scene: Scene,
+        states: list[BodyState],
+        title: str,
+        fields: Sequence[str],
+        frames: int | None = None,
+    ) -> None:
+        """fields: what frames hold; frames: go on with so many frames of the file that is there; None = start anew.
+
+        Raises `InputError` where the file cannot be made or gone on with.
+        """
+        self.states, self.folder = states, folder
+        self.fields = fields
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0
         for body in scene.bodies:
@@ -56,18 +73,21 @@ class Recorder:
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
-        self.file = ResultFile.create(
-            folder / FILE,
-            points,
-            blocks,
-            attributes=self.attributes,
-            static_cell_data={"body": bodies} if len(scene.bodies) > 1 else None,
-        )
+        try:
+            if frames is None:
+                static = {"body": bodies} if len(scene.bodies) > 1 else None
+                self.file = ResultFile.create(folder / FILE, points, blocks, self.attributes, static)
+            else:
+                self.times += [float(time) for time in ResultData.open(folder / FILE).times[:frames]]
+                self.file = ResultFile.reopen(folder / FILE, frames, self.attributes)
+        except OSError as error:
+            remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
+            raise InputError("out", str(folder), remedy) from error
 
     def frame(
         self, time: float, displacements: list[np.ndarray], velocities: list[np.ndarray], forces: list[np.ndarray]
     ) -> None:
-        """Append a frame; lists hold one array [n, 3] per body in the user's numbering."""
+        """Append a frame; lists hold one array [n, 3] per body in the user's numbering. Raises `OutputError`."""
         self.times.append(float(time))
         force = np.concatenate(forces)
         area = np.concatenate([state.contact_areas() for state in self.states])
@@ -76,25 +96,49 @@ class Recorder:
         stress = [
             von_mises(state.plan.body.mesh, state.plan.body.material, displacement, state.plan.body.formulation)
             for state, displacement in zip(self.states, displacements, strict=True)
+            if "von_mises" in self.fields
         ]
-        self.file.append(
-            time,
-            {
-                "displacement": np.concatenate(displacements),
-                "velocity": np.concatenate(velocities),
-                "contact_force": force,
-                "contact_pressure": pressure,
-            }
-            | _stacked([state.layer_fields() for state in self.states]),
-            {"von_mises": np.concatenate(stress)},
-        )
+        nodal = {
+            "displacement": np.concatenate(displacements),
+            "velocity": np.concatenate(velocities),
+            "contact_force": force,
+            "contact_pressure": pressure,
+            **_stacked([state.layer_fields() for state in self.states]),
+        }
+        try:
+            self.file.append(time, self._kept(nodal), {"von_mises": np.concatenate(stress)} if stress else {})
+        except OSError as error:
+            raise self._unwritten(f"the frame at t = {time:.6g} s", error) from error
+
+    def _kept(self, data: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {name: array for name, array in data.items() if name in self.fields}
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
-        """Store the history and the scalars of the run, and close the file."""
-        self.file.write_history(history)
+        """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
         there = describe(self.obstacles, sorted(set(self.times)))
-        self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
+        try:
+            self.file.write_history(history)
+            self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
+            self.file.close()
+        except OSError as error:
+            raise self._unwritten("the history", error) from error
+
+    def abandon(self) -> None:
+        """Close the file as it is on disk."""
         self.file.close()
+
+    def _unwritten(self, what: str, error: OSError) -> OutputError:
+        kept = "all frames are"
+        if what.startswith("the frame"):
+            self.times.pop()
+            kept = f"the {len(self.times) - 1} frames before it are"
+        return unwritten(self.folder, what, kept, error)
+
+
+def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:
+    """What is said when a file cannot be written."""
+    go_on = f"then `tcontact resume {folder}`" if any((folder / name).exists() for name in CHECKPOINTS) else "run again"
+    return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")
 
 
 def _stacked(bodies: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .atomic_file import replaced
+
 if TYPE_CHECKING:
     from .checks import Check
     from .result import Result
@@ -95,7 +97,8 @@ def plain(value: Any) -> Any:
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
     """Write plain data as indented JSON."""
-    path.write_text(json.dumps(plain(data), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with replaced(path) as part:
+        part.write_text(json.dumps(plain(data), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def write_history(path: Path, history: Mapping[str, np.ndarray]) -> None:
@@ -111,7 +114,7 @@ def write_history(path: Path, history: Mapping[str, np.ndarray]) -> None:
             parts = array.reshape(len(array), -1)
             names += [f"{name}_{AXES[k] if parts.shape[1] == 3 else k}" for k in range(parts.shape[1])]
             columns += list(parts.T)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(names)
         writer.writerows(zip(*(column.tolist() for column in columns), strict=True))

@@ -77,6 +77,18 @@ class Result:
         """The same state with all velocities negated: given as `initial`, it runs time backwards."""
         return replace(self, velocity=-self.velocity)
 
+    def _repr_html_(self) -> str:
+        """In a notebook: how it went as a table, and a picture of the end."""
+        from . import notebook
+
+        return notebook.html(self)
+
+    def _repr_png_(self) -> bytes:
+        """In a notebook: a picture of the end, coloured by the von Mises stress."""
+        from . import notebook
+
+        return notebook.picture(self)
+
     def __repr__(self) -> str:
         error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")
         return (

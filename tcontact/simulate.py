@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from . import runtime, validate
+from . import frame_fields, runtime, validate
+from .checkpoint import Checkpoint, store
+from .checkpoint.fingerprint import fingerprint
+from .checkpoint.keeper import Keeper
+from .checkpoint.options import checked
 from .errors import InputError
+from .folder_lock import locked
 from .loop import Run
 from .plan import Plan, plan
 from .progress import ProgressBar
-from .recorder import Recorder, check_folder, make_folder
+from .recorder import Recorder, check_folder, make_folder, unwritten
+from .report import run_attributes, versions, write_history, write_json
 from .result import Result
 from .scene import Scene
 from .schemes import scheme_of
@@ -31,6 +39,8 @@ def simulate(
     history_every: int = 1,
     initial: Result | None = None,
     pressures: bool = False,
+    checkpoint: float | dict[str, Any] | Checkpoint | None = None,
+    fields: Sequence[str] | None = None,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -38,10 +48,13 @@ def simulate(
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
     the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
-    pressures of the contact nodes at every row of the history (`Result.contact_pressures`). Ctrl-C stops after the
-    present step with everything kept.
+    pressures of the contact nodes at every row of the history (`Result.contact_pressures`); checkpoint: seconds of
+    wall time between checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which
+    `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
+    frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
+    step with everything kept.
 
-    Raises `InputError` before anything is started or written.
+    Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -52,25 +65,58 @@ def simulate(
     for name, value in (("progress", progress), ("pressures", pressures)):
         if not isinstance(value, bool):
             raise InputError(name, value, "use True or False")
+    options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)
+    wanted = frame_fields.chosen(scene, fields)
+    if folder is not None:
+        frame_fields.check_room(folder, scene, frames, wanted)
     planned = plan(scene)
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     if folder is not None:
         make_folder(folder)
-    run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
-    recorder = None if folder is None else Recorder(folder, scene, run.states, " + ".join(planned.terms))
-    with ProgressBar(scene.duration, "simulate", progress) as bar:
-        result = run.go(frames, recorder, bar, started)
-    if recorder is not None and folder is not None:
-        from .report import run_attributes, write_history, write_json
+    with nullcontext() if folder is None else locked(folder):
+        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
+        if folder is None:
+            with ProgressBar(scene.duration, "simulate", progress) as bar:
+                return run.go(frames, None, bar, started)
+        check_folder(folder)
+        recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
+        keeper = None
+        if options is not None:
+            head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
+            head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
+            start = None if initial is None else (displacement, velocity)
+            keeper = Keeper(options, folder, run, recorder, head, start)
+        with ProgressBar(scene.duration, "simulate", progress) as bar:
+            return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
+
+def carry_out(
+    run: Run,
+    frames: int,
+    folder: Path,
+    recorder: Recorder,
+    keeper: Keeper | None,
+    bar: ProgressBar,
+    started: float,
+) -> Result:
+    """Run, and leave result file, history and summary in the folder; checkpoints that nobody needs any more go."""
+    try:
+        result = run.go(frames, recorder, bar, started, keeper)
         attributes = run_attributes(result)
         recorder.close(result.history, attributes)
+    finally:
+        recorder.abandon()
+    try:
         write_history(folder / "history.csv", result.history)
         write_json(folder / "summary.json", attributes)
+    except OSError as error:
+        raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
+    if result.reason != "interrupted":
+        store.remove(folder)
     return result
 
 
@@ -87,13 +133,18 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
         )
 
 
+def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Displacement and velocity [n, 3] of every body as the scene says."""
+    return (
+        [np.array(body.initial_displacement) for body in scene.bodies],
+        [np.array(body.initial_velocity) for body in scene.bodies],
+    )
+
+
 def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Displacement and velocity [n, 3] of every body at the start."""
     if initial is None:
-        return (
-            [np.array(body.initial_displacement) for body in scene.bodies],
-            [np.array(body.initial_velocity) for body in scene.bodies],
-        )
+        return start_of_scene(scene)
     if not isinstance(initial, Result):
         raise InputError("initial", initial, "give the Result of another run")
     counts = [body.mesh.node_count for body in scene.bodies]

@@ -112,6 +112,14 @@ class PressureRecord:
         with np.errstate(over="ignore", invalid="ignore"):  # a run that blows up
             self._rows.append((np.linalg.norm(force, axis=1) / self.areas).astype(np.float32))
 
+    def checkpoint(self) -> dict[str, np.ndarray]:
+        """The rows so far."""
+        return {"rows": np.array(self._rows, dtype=np.float32).reshape(len(self._rows), len(self.nodes))}
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Go on from there."""
+        self._rows = list(saved["rows"])
+
     @property
     def pressure(self) -> np.ndarray:
         """Pressures [rows, k] [Pa]."""

@@ -9,7 +9,8 @@ Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/vtkhd
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from .atomic_file import AtomicFile, read_undo
 from .errors import InputError
 
 VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
@@ -27,6 +29,18 @@ _KIND = {number: kind for kind, number in VTK_TYPE.items()}
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
 _HISTORY_ROWS = 4096
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
+# what h5py raises for a file that is not whole, or not ours
+DAMAGED = (
+    KeyError,
+    ValueError,
+    AttributeError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    IndexError,
+    ArithmeticError,
+    MemoryError,
+)
 
 Blocks = Sequence[tuple[str, np.ndarray]]
 
@@ -34,12 +48,13 @@ Blocks = Sequence[tuple[str, np.ndarray]]
 class ResultFile:
     """Writes a result file. Each `append` leaves a complete file on disk, so a killed run keeps its frames.
 
-    Use as a context manager or call `close`.
+    Use as a context manager or call `close`. What cannot be written raises `OSError`; the file on disk then stays as
+    it was before the call, and nothing more is written.
     """
 
-    def __init__(self, file: h5py.File, points: int, cells: int, static: Sequence[str]) -> None:
-        """Internal: use `create`."""
-        self._file = file
+    def __init__(self, disk: AtomicFile, file: h5py.File, points: int, cells: int, static: Sequence[str]) -> None:
+        """Internal: use `create` or `reopen`."""
+        self._disk, self._file = disk, file
         self._rows = {"PointData": points, "CellData": cells}
         self._static = {("CellData", name) for name in static}
         self._fields: dict[tuple[str, str], _Column] = {}
@@ -83,9 +98,8 @@ class ResultFile:
             for name, array in (static_cell_data or {}).items()
         }
 
-        file = h5py.File(
-            path, "w", libver="earliest", locking=False
-        )  # the old layout has no "still open" mark to block readers
+        disk = AtomicFile(path, "w")
+        file = h5py.File(disk, "w", libver="earliest")  # the old layout has no "still open" mark to block readers
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
@@ -107,8 +121,53 @@ class ResultFile:
         own = file.create_group("tcontact")
         own.create_group("history")
         own.create_dataset("attributes", data="{}", dtype=h5py.string_dtype("utf-8"))
-        result = cls(file, len(points), count, list(static))
+        result = cls(disk, file, len(points), count, list(static))
         result.write_attributes(attributes or {})
+        return result
+
+    @classmethod
+    def reopen(cls, path: Path | str, frames: int, attributes: Mapping[str, Any] | None = None) -> ResultFile:
+        """Go on with the first `frames` frames of a file; the others, and its history, are dropped.
+
+        Raises `InputError` if it is missing, foreign or holds fewer whole frames; nothing is changed then.
+        """
+        path = Path(path)
+        data = ResultData.open(path)
+        if len(data) < frames:
+            raise InputError("path", str(path), f"holds {len(data)} of the {frames} frames to go on from; run again")
+        disk = AtomicFile(path, "r+")
+        try:
+            return cls._cut(disk, data, frames, attributes or {})
+        except DAMAGED as error:
+            disk.close()
+            if disk.failed is not None or isinstance(error, InputError):
+                raise
+            raise InputError("path", str(path), f"is damaged ({error}); run again") from error
+
+    @classmethod
+    def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> ResultFile:
+        """The writer of a file that keeps its first frames."""
+        file = h5py.File(disk, "r+", libver="earliest")
+        root = file["VTKHDF"]
+        moving = {("PointData", name) for name in data.point_fields}
+        moving |= {("CellData", name) for name in data.cell_fields if root["CellData"][name].maxshape[0] is None}
+        static = [name for name in data.cell_fields if ("CellData", name) not in moving]
+        result = cls(disk, file, len(data.points), data.cells, static)
+        for group, name in sorted(moving):
+            grown = root[group][name]
+            chunk = result._rows[group]
+            result._fields[group, name] = _Column(root[group], name, grown.dtype, grown.shape[1:], chunk)
+            offsets = root["Steps"][f"{group}Offsets"]
+            result._field_offsets[group, name] = _Column(offsets, name, np.int64, (), _STEP_ROWS)
+        for column in (result._values, result._parts, *result._offsets.values(), *result._field_offsets.values()):
+            column.cut(frames)
+        for (group, _), column in result._fields.items():
+            column.cut(frames * result._rows[group])
+        root["Steps"].attrs.modify("NSteps", np.int64(frames))
+        result._frames = frames
+        for name in list(file["tcontact/history"]):
+            del file["tcontact/history"][name]
+        result.write_attributes(attributes)
         return result
 
     def append(
@@ -141,12 +200,12 @@ class ResultFile:
         for column in self._offsets.values():
             column.append(np.int64(0))
         self._parts.append(np.int64(1))
-        self._file.flush()  # the frame is on disk before anything counts it
+        self._commit()  # the frame is on disk before anything counts it
         self._frames += 1
         self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
-        self._file.flush()  # VTK's reader crashes on more times than steps, so that no kill may leave them
+        self._commit()  # VTK's reader crashes on more times than steps, so that no kill may leave them
         self._values.append(np.float64(time))
-        self._file.flush()
+        self._commit()
 
     def write_history(self, history: Mapping[str, np.ndarray]) -> None:
         """Store per-step arrays [steps] or [steps,k] in `/tcontact/history`, in place of what was there."""
@@ -168,17 +227,34 @@ class ResultFile:
                     name, array.shape, array.dtype, maxshape=(None, *rest), chunks=(_HISTORY_ROWS, *rest)
                 )
             group[name][...] = array
-        self._file.flush()
+        self._commit()
 
     def write_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
         self._file["tcontact/attributes"][()] = json.dumps(dict(attributes), default=_plain)
-        self._file.flush()
+        self._commit()
+
+    def sync(self) -> None:
+        """Wait until the device has what was written so far."""
+        self._disk.sync()
 
     def close(self) -> None:
         """Close the file; calling it again is harmless."""
-        if self._file:
-            self._file.close()
+        if not self._file:
+            return
+        failed = self._disk.failed is not None
+        try:
+            with suppress(Exception) if failed else nullcontext():  # nothing that it does reaches the disk any more
+                self._file.close()
+            if not failed:
+                self._disk.commit()
+        finally:
+            self._disk.close()
+
+    def _commit(self) -> None:
+        """Bring everything to disk, or nothing."""
+        self._file.flush()
+        self._disk.commit()
 
     def __len__(self) -> int:
         return self._frames
@@ -243,7 +319,7 @@ class ResultData:
                 points, offsets, connectivity = root["Points"][()], root["Offsets"][()], root["Connectivity"][()]
                 blocks = tuple(_blocks(root["Types"][()], offsets, connectivity))
                 fields = [tuple(n for n in steps[f"{g}Offsets"] if n in root[g]) for g in ("PointData", "CellData")]
-            except (KeyError, ValueError, AttributeError, OSError) as error:
+            except DAMAGED as error:
                 remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
                 raise InputError("path", str(path), remedy) from error
         return cls(path, points, blocks, times, attributes, *fields)
@@ -265,7 +341,7 @@ class ResultData:
                         ("CellData", self.cell_fields, self.cells),
                     )
                 ]
-            except (KeyError, ValueError, OSError) as error:
+            except DAMAGED as error:
                 raise InputError(
                     "path", str(self.path), f"frame {index} cannot be read ({error}); run again"
                 ) from error
@@ -278,9 +354,12 @@ class ResultData:
 
     @property
     def history(self) -> dict[str, np.ndarray]:
-        """Per-step arrays [steps] or [steps,k] by name, read from the file at each call."""
+        """Per-step arrays [steps] or [steps,k] by name, read from the file at each call; `InputError` if damaged."""
         with _opened(self.path) as file:
-            return {name: array[()] for name, array in file["tcontact/history"].items()}
+            try:
+                return {name: array[()] for name, array in file["tcontact/history"].items()}
+            except DAMAGED as error:
+                raise InputError("path", str(self.path), f"the history cannot be read ({error}); run again") from error
 
 
 class _Column:
@@ -288,10 +367,18 @@ class _Column:
 
     def __init__(self, group: h5py.Group, name: str, dtype: Any, shape: tuple[int, ...], chunk: int) -> None:
         self.shape = shape
-        dataset = group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(chunk, *shape))
+        if name in group:
+            dataset = group[name]
+        else:
+            dataset = group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(chunk, *shape))
         self._id = dataset.id
         self._dtype = dataset.dtype
-        self._rows = 0
+        self._rows = len(dataset)
+
+    def cut(self, rows: int) -> None:
+        """Keep the first rows only."""
+        self._id.set_extent((rows, *self.shape))
+        self._rows = rows
 
     def append(self, value: Any) -> None:
         rows = np.ascontiguousarray(value, dtype=self._dtype).reshape(-1, *self.shape)
@@ -345,14 +432,25 @@ def _rows(root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.
     return array
 
 
-def _opened(path: Path) -> h5py.File:
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """The file to read from, as it was before a write that was cut short."""
     if not path.is_file():
         raise InputError("path", str(path), "no such file; give a result.vtkhdf that a run wrote")
+    disk = AtomicFile(path, "r") if read_undo(path) is not None else None
     try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
+        file = h5py.File(path, "r", locking=False) if disk is None else h5py.File(disk, "r")
+    except DAMAGED as error:
+        if disk is not None:
+            disk.close()
         remedy = "not an HDF5 file, empty or cut short; give a result.vtkhdf that a run wrote"
         raise InputError("path", str(path), remedy) from error
+    try:
+        with file:
+            yield file
+    finally:
+        if disk is not None:
+            disk.close()
 
 
 def _plain(value: Any) -> Any:

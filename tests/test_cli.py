@@ -12,14 +12,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
 import tcontact as tc
+from tcontact import cases
 from tcontact.cases import bar_impact, cube_impact
 from tcontact.checks import at_most
 from tcontact.cli import main
-from tcontact.commands import folder, settings
+from tcontact.commands import folder, info, settings
+from tcontact.report import si
 from tcontact.vtkhdf import ResultData
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -62,18 +65,9 @@ def cube(tmp_path_factory) -> tuple[Path, str]:
 def test_list_names_every_case(capsys):
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == [
-        "bar-impact",
-        "bouncing-bar",
-        "cube-impact",
-        "friction-layer",
-        "incompressible-beam",
-        "penetration-energy",
-        "pressure-shear",
-        "sliding-block",
-        "tumbling-block",
-        "wall-shock",
-    ]
+    files = sorted(path.stem.replace("_", "-") for path in (ROOT / "cases").glob("[a-z]*.py"))
+    assert [line.split()[0] for line in lines] == files
+    assert {"bar-impact", "cube-impact", "friction-layer", "sliding-block"} <= set(files)
 
 
 def test_list_verbose_shows_parameters_with_their_choices(capsys):
@@ -82,6 +76,27 @@ def test_list_verbose_shows_parameters_with_their_choices(capsys):
     assert "massless | penalty | impulse" in text
     assert "10 / 3.6" in text
     assert "compare " in text
+
+
+def test_list_verbose_explains_every_case_and_its_parameters(capsys):
+    """What a case is about and what its parameters mean stands in the list, not only their names."""
+    for name in cases.names():
+        assert main(["list", "-v", name]) == 0
+        text = capsys.readouterr().out
+        assert cases.about(name).partition("\n")[0] in text
+        assert len(cases.about(name)) > 200, f"{name}: a case says what happens and what is checked"
+        assert len(cases.about_parameters(name)) > 100, f"{name}: its scene explains its parameters"
+    assert main(["list", "no-such-case"]) == 2
+    assert "cube-impact" in capsys.readouterr().err
+
+
+def test_info_draws_a_curve_in_a_line():
+    line = info.sparkline(np.concatenate([np.zeros(60), np.linspace(0, 1, 60), np.full(60, np.nan)]), 30)
+    assert len(line) == 30
+    assert set(line[:10]) == set(line[20:]) == {" "}
+    assert list(line[10:20]) == sorted(line[10:20])
+    assert line[19] == "█"
+    assert info.sparkline(np.zeros(3)) == "   "
 
 
 @pytest.mark.parametrize(
@@ -109,6 +124,12 @@ def test_list_verbose_shows_parameters_with_their_choices(capsys):
         (["info", "nowhere"], "no such file"),
         (["render", "nowhere"], "no such file"),
         (["render", "nowhere", "--size", "big"], "--size"),
+        (["render", "nowhere", "--clip", "x=0"], "x>0.05"),
+        (["render", "nowhere", "--camera", "1,2"], "give 3 numbers"),
+        (["render", "nowhere", "--range", "low,high"], "give 2 numbers"),
+        (["export", "nowhere"], "no such file"),
+        (["export", "nowhere", "--to", "stl"], "--to"),
+        (["run", "cube-impact", "--set", "cells=2", "--fields", "heat"], "von_mises"),
     ],
 )
 def test_bad_usage_ends_with_2_and_says_what_to_do(arguments, message, capsys, tmp_path, monkeypatch):
@@ -215,12 +236,40 @@ def test_info_shows_a_run_from_folder_and_from_file(cube, capsys):
     assert "cube-impact: finished" in text
     assert "64 hex8" in text
     assert "cells=4" in text
+    assert "obstacles plane" in text
+    force = np.linalg.norm(ResultData.open(out / "result.vtkhdf").history["contact_force"], axis=1).max()
+    assert f"at most {si(force, 'N')}" in text
+    assert "von_mises (up to " in text
     alone = out.parent / "copy.vtkhdf"
     alone.write_bytes((out / "result.vtkhdf").read_bytes())
     assert main(["info", str(alone)]) == 0
     text = capsys.readouterr().out
     assert "125 nodes" in text
     assert "energy error" in text
+
+
+def test_info_shows_what_simulate_left(tmp_path, capsys):
+    tc.simulate(bar_impact.scene(cells=4), out=tmp_path / "mine", frames=2)
+    assert main(["info", str(tmp_path / "mine")]) == 0
+    text = capsys.readouterr().out
+    assert "mine: finished at" in text
+    assert "2 frames" in text
+
+
+def test_info_shows_a_case_without_a_scene(tmp_path, capsys):
+    data = {
+        "case": "layer",
+        "parameters": {"velocity": 34.0},
+        "figures": {"slow": {"heat": 2.5}},
+        "versions": {"a": "1"},
+    }
+    checks = [{"name": "warm", "value": 1.0, "bound": "<= 2", "passed": True}]
+    (tmp_path / "summary.json").write_text(json.dumps(data | {"checks": checks}), encoding="utf-8")
+    assert main(["info", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert "slow: heat 2.5" in text
+    assert "pass  warm" in text
+    assert "velocity=34" in text
 
 
 def test_info_refuses_what_is_no_run(tmp_path, capsys):
@@ -242,6 +291,48 @@ def test_render_draws_another_field_into_another_folder(cube, tmp_path, capsys):
     assert not stale.exists()
     assert main(["render", str(out), "--field", "colour", "--out", str(tmp_path)]) == 2
     assert "velocity" in capsys.readouterr().err
+
+
+def test_render_takes_its_options(cube, tmp_path, capsys):
+    out, _ = cube
+    look = [
+        "--clip",
+        "x>0",
+        "--clip",
+        "y<0",
+        "--colours",
+        "magma",
+        "--range",
+        "0,1e5",
+        "--scale",
+        "3",
+        "--size",
+        "320x240",
+    ]
+    wish = ["render", str(out), "--field", "von_mises", "--time", "1e-3", "--out", str(tmp_path), *look]
+    assert main([*wish, "--camera", "1,-1,1", "--up", "0,0,1"]) == 0
+    assert names(tmp_path) == {"picture-von_mises-0.001s.png"}
+    assert main([*wish[:-2], "--size", "320x240", "--up", "0,0,1"]) == 2
+    assert "--camera" in capsys.readouterr().err
+
+
+def test_export_writes_a_series_beside_the_run_that_a_new_run_replaces(cube, tmp_path, capsys):
+    out, _ = cube
+    assert main(["export", str(out), "--fields", "displacement,von_mises", "--every", "2", "--out", str(tmp_path)]) == 0
+    frames = len(ResultData.open(out / "result.vtkhdf"))
+    assert f"{(frames + 1) // 2 + 1} files" in capsys.readouterr().out
+    files = sorted(names(tmp_path))
+    assert files == [*(f"frame-{i:04d}.vtu" for i in range((frames + 1) // 2)), "series.pvd"]
+    grid = meshio.read(tmp_path / "frame-0001.vtu")
+    frame = ResultData.open(out / "result.vtkhdf").frame(2)
+    assert set(grid.point_data) == {"displacement"}
+    np.testing.assert_array_equal(grid.point_data["displacement"], frame.point_data["displacement"])
+    np.testing.assert_array_equal(grid.cell_data["von_mises"][0], frame.cell_data["von_mises"])
+    assert str(frame.time) in (tmp_path / "series.pvd").read_text(encoding="utf-8")
+    (tmp_path / "export").mkdir()
+    for name in files:
+        (tmp_path / name).rename(tmp_path / "export" / name)
+    assert {path.parent.name for path in folder.our_files(tmp_path)} == {"export"}
 
 
 def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):

@@ -10,7 +10,8 @@ from tcontact.commands import settings
 from tcontact.study import hard_cases, methods, problems
 
 ROOT = Path(__file__).resolve().parents[1]
-TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
+TEXT = "\n".join(PAGES.values())
 
 
 def blocks(language):
@@ -34,11 +35,19 @@ def test_ci_runs_the_test_command_of_the_readme():
 
 
 def test_every_picture_and_link_exists():
-    for path in re.findall(r"\]\(([^)#]+)\)", TEXT):
-        assert path.startswith("http") or (ROOT / path).is_file(), path
-    for picture in (ROOT / "docs").iterdir():
-        assert picture.stat().st_size < 200_000, picture
-        assert f"docs/{picture.name}" in TEXT, picture
+    linked = set()
+    for page, text in PAGES.items():
+        for path in re.findall(r"\]\(([^)#]+)\)", text):
+            assert path.startswith("http") or (page.parent / path).is_file(), (page.name, path)
+            linked.add((page.parent / path).resolve())
+    for path in (ROOT / "docs").iterdir():
+        assert path.stat().st_size < 200_000, path
+        assert path.resolve() in linked, path
+
+
+def test_the_readme_fits_on_three_screens():
+    """Some fifty lines a screen; what is longer belongs into docs/."""
+    assert len(PAGES[ROOT / "README.md"].splitlines()) <= 170
 
 
 def test_every_run_of_the_readme_is_one():

@@ -10,9 +10,10 @@ from PIL import Image
 from tcontact import render, runtime
 from tcontact.errors import InputError
 from tcontact.mesh_geometry import FACES
+from tcontact.render.animation import can_film
 from tcontact.render.labels import round_up
 from tcontact.render.studio import Studio
-from tcontact.render.surface import boundary_surface
+from tcontact.render.surface import Clip, boundary_surface, clipped_surface
 from tcontact.render.triangles import Triangles, draw
 from tcontact.vtkhdf import ResultData, ResultFile
 
@@ -192,6 +193,7 @@ def test_a_series_gives_pictures_animation_and_contact_face(result, tmp_path):
     assert names == [
         *(str(Path("frames") / f"frame-{i:04d}.png") for i in range(5)),
         "animation.gif",
+        *(["animation.mp4"] if can_film() else []),
         "contact-face.png",
     ]
     images = [np.asarray(Image.open(path)) for path in written[:5]]
@@ -238,7 +240,7 @@ def test_a_broken_last_frame_is_still_drawn(tmp_path):
             moved = np.zeros_like(points)
             moved[5] = jump
             file.append(index, {"displacement": moved}, {"von_mises": np.full(8, jump)})
-    written = render.render_frames(tmp_path / "r.vtkhdf", tmp_path, "von_mises", size=(200, 160))
+    written = render.render_frames(tmp_path / "r.vtkhdf", tmp_path, "von_mises", size=(200, 160), video=False)
     assert len(written) == 4
 
 
@@ -257,6 +259,9 @@ def test_wrong_wishes_are_refused_before_anything_is_written(result, tmp_path):
         ({"obstacles": [{"kind": "torus"}]}, "torus"),
         ({"obstacles": [{"kind": "plane", "point": [0, 0, 0], "normal": [0, 0, 0]}]}, "normal"),
         ({"camera": render.Camera((0, 0, 1), (0, 0, 2))}, "parallel"),
+        ({"colours": "no-such-map"}, "coolwarm"),
+        ({"clip": ["x>0"]}, "Clip"),
+        ({"clip": [render.Clip((-1, 0, 0), (1, 0, 0))]}, "nothing is left"),
     ]
     for wish, word in wrong:
         with pytest.raises(InputError, match=word):
@@ -266,6 +271,105 @@ def test_wrong_wishes_are_refused_before_anything_is_written(result, tmp_path):
     with pytest.raises(InputError, match="no frames"):
         render.render_frames(tmp_path / "none.vtkhdf", out)
     assert not out.exists()
+
+
+def test_a_clip_leaves_whole_cells_and_what_is_not_beyond_all_planes():
+    n = 4
+    points, cells = _box(n)
+    half = clipped_surface(points, [("hex8", cells)], [Clip((0.5, 0, 0), (1, 0, 0))])
+    assert len(half.quads) == 2 * n * n + 4 * n * n // 2
+    assert points[half.nodes][:, 0].max() == 0.5
+    assert (points[cells[half.owner]].mean(axis=1)[:, 0] < 0.5).all()
+    quarter = clipped_surface(points, [("hex8", cells)], [Clip((0.5, 0, 0), (1, 0, 0)), Clip((0, 0.5, 0), (0, 2, 0))])
+    assert len(quarter.quads) == 6 * n * n - 2 * (n // 2) ** 2, "as many faces inside as outside, less on two sides"
+    for point, normal in (((0, 0, np.nan), (1, 0, 0)), ((0, 0, 0), (0, 0, 0)), ((0, 0), (1, 0, 0))):
+        with pytest.raises(InputError, match="Clip"):
+            Clip(point, normal)
+
+
+def test_a_cut_face_shows_the_values_inside(result, tmp_path):
+    """Cells of the last layer alone are coloured: only a cut through the middle of it shows them from there."""
+    points, cells = _box(4)
+    inside = (np.abs(points[cells].mean(axis=1) - 0.5) < 0.3).all(axis=1)
+    with ResultFile.create(tmp_path / "r.vtkhdf", points, [("hex8", cells)]) as file:
+        file.append(0.0, {"displacement": np.zeros_like(points)}, {"heat": inside.astype(float)})
+    found = []
+    for clip in ((), (Clip((0, 0.5, 0), (0, -1, 0)),)):
+        path = render.render_picture(
+            tmp_path / "r.vtkhdf",
+            tmp_path / f"{len(clip)}.png",
+            field="heat",
+            size=(320, 240),
+            colours="gray",
+            camera=render.Camera((0.1, -1.0, 0.1)),
+            clip=clip,
+        )
+        image = np.asarray(Image.open(path)).astype(int)[60:220, 60:200]
+        found.append((image > 190).all(axis=2).mean())
+    assert found[0] < 0.05 < 0.1 < found[1]
+
+
+def test_one_picture_is_the_nearest_frame_with_the_colours_of_the_series(result, tmp_path):
+    render.render_frames(result, tmp_path, size=(320, 240), animation=False)
+    path = render.render_picture(result, tmp_path / "deep" / "one.png", time=2.2e-3, size=(320, 240))
+    np.testing.assert_array_equal(Image.open(path), Image.open(tmp_path / "frames" / "frame-0002.png"))
+    last = render.render_picture(result, tmp_path / "last.png", size=(320, 240))
+    np.testing.assert_array_equal(Image.open(last), Image.open(tmp_path / "frames" / "frame-0004.png"))
+    with pytest.raises(InputError, match="time"):
+        render.render_picture(result, tmp_path / "none.png", time=np.nan)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-9])
+def test_of_two_bodies_that_touch_each_keeps_its_side(offset, tmp_path):
+    """Two cubes face to face: along the seam no colour of the one lies on the side of the other."""
+    points, cells = _box(3)
+    both = np.concatenate([points, points + np.array([1.0 + offset, 0.0, 0.0])])
+    blocks = [("hex8", cells), ("hex8", cells + len(points))]
+    body = {"body": np.repeat([0, 1], len(cells))}
+    with ResultFile.create(tmp_path / "r.vtkhdf", both, blocks, static_cell_data=body) as file:
+        file.append(0.0, {"displacement": np.zeros_like(both)}, {})
+    data = ResultData.open(tmp_path / "r.vtkhdf")
+    studio = Studio(data, (480, 360), 1.0, None, colours="gray")
+    eye = studio.camera("above", render.Camera((0.3, -1.0, 0.2)))
+    image = np.asarray(studio.picture(data.frame(0), "body", (0.0, 1.0), eye)).astype(int).sum(axis=2)
+    a, b = (eye.project(np.array([[1.0, 0.0, z]]))[0, :2] for z in (0.05, 0.95))
+    for share in np.linspace(0.05, 0.95, 30):
+        x, y = a + share * (b - a)
+        row, column = int(y), int(x)
+        assert (image[row, column - 12 : column - 2] < 30).all()
+        assert (image[row, column + 3 : column + 12] > 150).all()
+
+
+@pytest.mark.skipif(not can_film(), reason="needs imageio-ffmpeg")
+def test_the_film_holds_every_frame(result, tmp_path):
+    import imageio_ffmpeg
+
+    render.render_frames(result, tmp_path, size=(321, 241), video=True, fps=5)
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "animation.mp4"))
+    assert frames == len(result)
+    reader = imageio_ffmpeg.read_frames(str(tmp_path / "animation.mp4"))
+    assert next(reader)["size"] == (320, 240)
+    first = np.frombuffer(next(reader), np.uint8).reshape(240, 320, 3).astype(int)
+    given = np.asarray(Image.open(tmp_path / "frames" / "frame-0000.png")).astype(int)[:240, :320]
+    assert np.abs(first - given).mean() < 6
+
+
+def test_a_film_without_its_package_is_refused_with_the_remedy(result, tmp_path, monkeypatch):
+    monkeypatch.setattr("tcontact.render.series.can_film", lambda: False)
+    with pytest.raises(InputError, match="pip install imageio-ffmpeg"):
+        render.render_frames(result, tmp_path / "out", video=True)
+    assert not (tmp_path / "out").exists()
+
+
+def test_colours_of_a_temperature_start_at_what_is_there(tmp_path):
+    points, cells = _box(1)
+    with ResultFile.create(tmp_path / "r.vtkhdf", points, [("hex8", cells)]) as file:
+        for index in range(3):
+            heat = np.where(points[:, 2] == 0, 293.0 + 400.0 * index, 0.0)
+            file.append(index, {"layer_temperature": heat, "layer_shear": heat})
+    studio = Studio(ResultData.open(tmp_path / "r.vtkhdf"), (320, 240), 1.0, None)
+    assert studio.limits("layer_temperature") == (290.0, 1290.0)
+    assert studio.limits("layer_shear") == (0.0, 1200.0)
 
 
 def _palettes(path):

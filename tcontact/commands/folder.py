@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from ..errors import InputError
+from ..folder_lock import locked
 
 OURS = (
     "summary.json",
@@ -17,13 +18,26 @@ OURS = (
     "yield-limit.png",
     "surface.png",
     "result.vtkhdf",
+    "result.vtkhdf.undo",
+    "checkpoint-?.npz",
+    ".checkpoint-?.npz.part",
+    ".history.csv.part",
+    ".summary.json.part",
     "contact-force.png",
     "gap.png",
     "energy.png",
     "comparison.png",
+    "motion.png",
+    "sliding.png",
+    "tractions.png",
+    "layer_*/contact-face.png",
+    "layer_*/frames/frame-*.png",
     "contact-face.png",
     "animation.gif",
+    "animation.mp4",
     "frames/frame-*.png",
+    "export/frame-*.vtu",
+    "export/series.*",
     "study.json",
     "study.csv",
     "study.png",
@@ -56,6 +70,11 @@ def replacing(folder: Path, force: bool) -> Iterator[None]:
     """
     if folder.exists() and not folder.is_dir():
         raise InputError("--out", str(folder), "is a file; name a folder")
+    with locked(folder) if folder.is_dir() else nullcontext():
+        yield from _replacing(folder, force)
+
+
+def _replacing(folder: Path, force: bool) -> Iterator[None]:
     old = our_files(folder)
     if old and not force:
         raise InputError("--out", str(folder), "holds another run; name another folder or add --force to replace it")

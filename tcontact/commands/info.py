@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
+import textwrap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..errors import InputError
+
+if TYPE_CHECKING:
+    from ..vtkhdf import ResultData
 
 
 def add(subparsers: Any) -> None:
@@ -31,9 +37,10 @@ def run(arguments: argparse.Namespace) -> int:
             show(report.lines(part) if part else [f"{folder / name}: no summary.json"])
         return 0
     if data is not None:
-        show(report.lines(data))
-        settings = ", ".join(f"{key}={value}" for key, value in data["parameters"].items())
-        show([f"  set       {settings}", "  made by   " + ", ".join(f"{k} {v}" for k, v in data["versions"].items())])
+        show(report.lines(data) if "dt" in data else _own(data))
+        settings = ", ".join(f"{key}={_short(value)}" for key, value in data["parameters"].items())
+        made = ", ".join(f"{key} {value}" for key, value in data["versions"].items())
+        show([*(_wrapped("set", settings) if settings else []), *_wrapped("made by", made)])
     if path.is_dir():
         path = path / "result.vtkhdf"
         if not path.is_file() and data is None:
@@ -53,19 +60,77 @@ def contents(path: Path) -> list[str]:
     data = ResultData.open(path)
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
     span = f", {si(data.times[0], 's')} to {si(data.times[-1], 's', 4)}" if len(data) else ""
-    found = [
-        f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}",
-        "  fields    " + ", ".join([*data.point_fields, *data.cell_fields]),
-    ]
+    if "reason" not in data.attributes:
+        span += "; the run has not ended: it goes on, or `tcontact resume` goes on with it"
+    size = path.stat().st_size / 1e6
+    found = [f"{path}: {len(data.points)} nodes, {kinds}, {len(data)} frames{span}, {size:.3g} MB"]
+    box = np.ptp(data.points, axis=0)
+    found.append("  size      " + " x ".join(si(float(length), "m") for length in box))
+    obstacles = data.attributes.get("obstacles", ())
+    if obstacles:
+        words = (f"{one.get('kind')}{' (moving)' if one.get('motion') else ''}" for one in obstacles)
+        found.append("  obstacles " + ", ".join(words))
+    found += _fields(data)
     history = data.history
     if history:
         rows = len(next(iter(history.values())))
-        found.append(f"  history   {rows} rows: " + ", ".join(history))
+        found += _wrapped("history", f"{rows} rows: " + ", ".join(history))
+        if "contact_force" in history and rows:
+            force = np.linalg.norm(history["contact_force"], axis=1)
+            if np.nanmax(force, initial=0.0) > 0.0:
+                found.append(f"  force     {sparkline(force)} at most {si(float(np.nanmax(force)), 'N')}")
         if "energy_error" in history and rows:
             found.append(
                 f"  last row  energy error {history['energy_error'][-1]:.3g}, time {si(history['time'][-1], 's', 4)}"
             )
     return found
+
+
+def _own(data: dict[str, Any]) -> list[str]:
+    """The run of a case without a mechanical scene."""
+    from ..report import check_lines
+
+    found = [str(data["case"])]
+    for label, values in data.get("figures", {}).items():
+        found.append(f"  {label}: " + ", ".join(f"{name} {_short(value)}" for name, value in values.items()))
+    return found + check_lines(data["checks"])
+
+
+def _fields(data: ResultData) -> list[str]:
+    """A line per field: its unit, and its largest value over all frames."""
+    from ..render.colours import FIELDS
+    from ..report import si
+
+    names = (*data.point_fields, *data.cell_fields)
+    largest = dict.fromkeys(names, 0.0)
+    for index in range(len(data)):
+        frame = data.frame(index)
+        for name, array in (frame.point_data | frame.cell_data).items():
+            sizes = np.linalg.norm(array, axis=1) if array.ndim == 2 else np.abs(array)
+            largest[name] = max(largest[name], float(np.max(sizes, initial=0.0, where=np.isfinite(sizes))))
+    units = {name: FIELDS[name][1] for name in names if name in FIELDS}
+    shown = [
+        f"{name} (up to {si(largest[name], units[name]) if units.get(name) else _short(largest[name])})"
+        for name in names
+    ]
+    return _wrapped("fields", ", ".join(shown))
+
+
+def sparkline(values: np.ndarray, width: int = 60) -> str:
+    """A curve in one line of text, the largest of every piece of it."""
+    pieces = np.array_split(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0), min(width, len(values)))
+    tops = np.array([piece.max() for piece in pieces])
+    steps = np.ceil(8 * tops / tops.max()) if tops.max() > 0 else 0 * tops
+    return "".join(" ▁▂▃▄▅▆▇█"[int(step)] for step in steps)
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _wrapped(name: str, text: str) -> list[str]:
+    """The text behind its name, in lines of 120."""
+    return textwrap.wrap(text, 120, initial_indent=f"  {name:<10}", subsequent_indent=" " * 12)
 
 
 def _summary(path: Path) -> dict[str, Any] | None:
@@ -75,6 +140,6 @@ def _summary(path: Path) -> dict[str, Any] | None:
         data = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError("file", str(path), f"is not readable ({error}); run the case again") from error
-    if not isinstance(data, dict) or not ({"case", "runs"} & data.keys()):
+    if not isinstance(data, dict) or not ({"case", "runs", "reason"} & data.keys()):
         raise InputError("file", str(path), "is not the summary of a run")
-    return data
+    return {"case": path.absolute().parent.name, "checks": [], "parameters": {}} | data  # as `simulate` leaves it

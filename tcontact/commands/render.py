@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +18,50 @@ def add(subparsers: Any) -> None:
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
     parser.add_argument("--field", metavar="NAME", help="field that colours the surface (tcontact info lists them)")
+    parser.add_argument("--colours", metavar="MAP", help="a colour map of matplotlib, for example coolwarm")
+    parser.add_argument("--range", metavar="LOW,HIGH", type=_pair, help="values at the two ends of the colours")
     parser.add_argument("--size", metavar="WxH", type=_size, help="size of a picture in pixels, for example 960x720")
     parser.add_argument("--view", choices=("above", "below"), help="look from above the obstacle or through it")
+    parser.add_argument("--camera", metavar="X,Y,Z", type=_vector, help="direction from the body to the eye")
+    parser.add_argument("--up", metavar="X,Y,Z", type=_vector, help="upward on the picture, with --camera (0,0,1)")
+    parser.add_argument("--scale", metavar="N", type=float, help="factor on deformations (default: 1)")
+    parser.add_argument(
+        "--clip", metavar="'x>0.05'", type=_clip, action="append", help="leave such cells away; twice: a quarter"
+    )
+    parser.add_argument("--time", metavar="T", type=float, help="only the frame nearest to this time in seconds")
+    parser.add_argument("--fps", metavar="N", type=float, help="frames per second of the animation")
+    parser.add_argument(
+        "--mp4",
+        action="store_true",
+        help="insist on animation.mp4 (it needs imageio-ffmpeg; without this option it comes where that is installed)",
+    )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: beside the file)")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
-    from ..render import render_frames
+    from ..render import Camera, Clip, render_frames, render_picture
 
     path = arguments.file / "result.vtkhdf" if arguments.file.is_dir() else arguments.file
     if not path.is_file():
         raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
     out = arguments.out or path.parent
-    options = {key: value for key in ("field", "size", "view") if (value := getattr(arguments, key)) is not None}
-    written = render_frames(path, out, **options, title=_case(path.parent / "summary.json"))
-    for stale in set((out / "frames").glob("frame-*.png")) - set(written):
-        stale.unlink()  # of an earlier, longer series
+    given = {name: getattr(arguments, name) for name in ("field", "size", "view", "colours", "range")}
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    options["title"] = _case(path.parent / "summary.json")
+    options["clip"] = [Clip(*one) for one in arguments.clip or ()]
+    if arguments.scale is not None:
+        options["deformation_scale"] = arguments.scale
+    if arguments.camera is not None:
+        options["camera"] = Camera(arguments.camera, arguments.up or (0.0, 0.0, 1.0))
+    elif arguments.up is not None:
+        raise InputError("--up", arguments.up, "give --camera too")
+    if arguments.time is not None:
+        name = f"picture-{options.get('field', 'contact_pressure')}-{arguments.time:g}s.png"
+        print(render_picture(path, out / name, arguments.time, **options))
+        return 0
+    written = render_frames(path, out, fps=arguments.fps, video=True if arguments.mp4 else None, **options)
     for picture in written:
         if picture.parent.name != "frames":
             print(picture)
@@ -55,3 +82,33 @@ def _size(text: str) -> tuple[int, int]:
     if not (x and width.isdigit() and height.isdigit() and int(width) and int(height)):
         raise argparse.ArgumentTypeError("give width x height in pixels, for example 960x720")
     return int(width), int(height)
+
+
+def _numbers(text: str, count: int, example: str) -> tuple[float, ...]:
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count:
+        raise argparse.ArgumentTypeError(f"give {count} numbers, for example {example}")
+    return found
+
+
+def _vector(text: str) -> tuple[float, ...]:
+    return _numbers(text, 3, "1,-2,0.5")
+
+
+def _pair(text: str) -> tuple[float, ...]:
+    return _numbers(text, 2, "0,4e5")
+
+
+def _clip(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Point and normal of the plane where `x>0.05` begins to hold."""
+    found = re.fullmatch(r"\s*([xyz])\s*([<>])\s*([-+.0-9eE]+)\s*", text)
+    try:
+        axis, side, value = "xyz".index(found[1]), 1.0 if found[2] == ">" else -1.0, float(found[3])  # type: ignore[index]
+    except (TypeError, ValueError):
+        raise argparse.ArgumentTypeError("give what to leave away, for example 'x>0.05' or 'z<0'") from None
+    rows = [[0.0] * 3, [0.0] * 3]
+    rows[0][axis], rows[1][axis] = value, side
+    return tuple(rows[0]), tuple(rows[1])

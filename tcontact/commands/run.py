@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 from . import folder, settings
 from .run_own import run_own
 
@@ -36,8 +37,18 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--frames", metavar="N", type=_count, default=60, help="pictures over the run, 0 = none (default: 60)"
     )
+    parser.add_argument(
+        "--fields", metavar="A,B", type=_names, help="fields in the frames, with the displacement (default: all)"
+    )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     parser.add_argument("--threads", metavar="N", type=_positive, help="CPU threads (default: all cores)")
+    parser.add_argument(
+        "--checkpoint",
+        metavar="SECONDS",
+        type=_seconds,
+        default=60.0,
+        help="wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table: only failures are printed")
     parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
     parser.set_defaults(run=run)
@@ -67,25 +78,29 @@ def run(arguments: argparse.Namespace) -> int:
             for label, chosen in scenes.items():
                 scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
                 title = f"{arguments.case} {label}".strip()
-                runs[label] = _one(title, case, scene, own, parameters | wanted.scheme, places[label], arguments)
+                known = parameters | wanted.scheme
+                go = _start(arguments, scene, own, places[label], label)
+                runs[label] = finish(go, title, case, known, places[label], arguments)
                 if runs[label][1].reason == "interrupted":
                     break
             if wanted.compare:
                 _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
+    except OutputError:
+        raise
     except OSError as error:
         raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
     return 0 if all(passed for passed, _ in runs.values()) else 1
 
 
-def _one(
-    title: str, case: Any, scene: Any, scheme: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace
-) -> tuple[bool, Result]:
-    """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result."""
+def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, label: str) -> Callable[[], Result]:
+    """What runs one scene from its start."""
     import tcontact as tc
 
-    from .. import plots, report
-
-    result = tc.simulate(
+    if arguments.frames and not arguments.quiet:
+        print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
+    origin = {"case": arguments.case, "set": arguments.set, "label": label}
+    checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin) if arguments.checkpoint else None
+    return lambda: tc.simulate(
         scene,
         scheme=scheme,
         out=out,
@@ -94,14 +109,33 @@ def _one(
         arch=arguments.arch,
         progress=not arguments.quiet,
         pressures=True,
+        checkpoint=checkpoint,
+        fields=arguments.fields,
     )
+
+
+def finish(
+    go: Callable[[], Result],
+    title: str,
+    case: Any,
+    parameters: dict[str, Any],
+    out: Path,
+    arguments: argparse.Namespace,
+) -> tuple[bool, Result]:
+    """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result.
+
+    go: starts the run or goes on with it; arguments: its set, quiet and frames are used.
+    """
+    from .. import plots, report
+
+    result = go()
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks)
     report.write_json(out / "summary.json", data)
-    normals = _normals(scene)
+    normals = _normals(result.scene)
     known = case.curves(result) if hasattr(case, "curves") else None
     caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
-    if scene.touching:
+    if result.scene.touching:
         plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
         plots.gap(out / "gap.png", result.history, caption)
     plots.energy(out / "energy.png", result.history, caption)
@@ -110,13 +144,27 @@ def _one(
     if arguments.frames:
         from ..render import render_frames
 
-        render_frames(out / "result.vtkhdf", out, field="von_mises", title=caption)
+        render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
     if not arguments.quiet:
         show(report.lines(data))
         print(f"  files in {out}")
     elif not data["passed"]:
         show([line for line in report.lines(data) if "FAIL" in line or not result.ok])
     return data["passed"], result
+
+
+def _size(scene: Any, arguments: argparse.Namespace) -> str:
+    """What the frames will take on the disk."""
+    from .. import frame_fields
+
+    fields = frame_fields.chosen(scene, arguments.fields)
+    size = frame_fields.size(scene, arguments.frames, fields) / 1e6
+    return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
+
+
+def _coloured(fields: list[str] | None) -> str:
+    """The field that colours the pictures of a run."""
+    return "von_mises" if fields is None or "von_mises" in fields else (*fields, "displacement")[0]
 
 
 def _normals(scene: Any) -> list[Any]:
@@ -187,10 +235,21 @@ def show(lines: list[str]) -> None:
         console.print(text)
 
 
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def _count(text: str) -> int:
     number = int(text)
     if number < 0:
         raise argparse.ArgumentTypeError("give a whole number, 0 or more")
+    return number
+
+
+def _seconds(text: str) -> float:
+    number = float(text)
+    if not 0.0 <= number < float("inf"):
+        raise argparse.ArgumentTypeError("give seconds, 0 or more")
     return number
 
 

@@ -189,6 +189,22 @@ class Layer:
         """Arrays of the state."""
         return [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
 
+    def checkpoint(self) -> dict[str, Any]:
+        """The profiles and the numbers of the cells, and the step that they took last [s]."""
+        return {name: arrays.get(array) for name, array in self._kept.items()} | {"dt": self._dt}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go on from there."""
+        for name, array in self._kept.items():
+            arrays.set_values(array, saved[name])
+        if saved["dt"] != 0.0:
+            self._prepare(float(saved["dt"]))
+
+    @property
+    def _kept(self) -> dict[str, Any]:
+        names = ("rise", "growth", "hardening", "carried", "state")
+        return {name: getattr(self, f"_{name}") for name in names}
+
     def memory(self) -> int:
         """Bytes of the state."""
         return arrays.size_in_bytes(self.owned())

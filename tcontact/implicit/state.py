@@ -169,6 +169,35 @@ class ImplicitState:
         self._last = level.u
         return row
 
+    def checkpoint(self) -> dict[str, Any]:
+        """What is kept from step to step; the equations prepare the rest anew in every step."""
+        assert self.level is not None
+        found: dict[str, Any] = {f"level.{name}": value for name, value in vars(self.level).items()}
+        for part, taken in (("taken", self._taken), ("shown", self._shown)):
+            found |= {f"{part}.{name}": value for name, value in vars(taken).items()}
+        found |= {"v": self._v, "last": self._last, "row": self._row, "massless": self._massless}
+        found |= {"before.0": self._before[0], "before.1": self._before[1]}
+        found |= {"depth": self.body.depth, "good": self.body.good, "trouble": self.contact.trouble}
+        contact = self.body.contact
+        if contact is not None and contact.exact is not None:
+            found["active"] = contact.exact.active
+        return found
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go on from there."""
+
+        def part(kind: type, name: str) -> Any:
+            start = f"{name}."
+            return kind(**{key[len(start) :]: value for key, value in saved.items() if key.startswith(start)})
+
+        self.level, self._taken, self._shown = part(Level, "level"), part(Taken, "taken"), part(Taken, "shown")
+        arrays.set_values(self.u, self.level.u)
+        self._v, self._last, self._row, self._massless = (saved[key] for key in ("v", "last", "row", "massless"))
+        self._before = saved["before.0"], saved["before.1"]
+        self.body.depth, self.body.good, self.contact.trouble = saved["depth"], saved["good"], saved["trouble"]
+        if self.body.contact is not None and self.body.contact.exact is not None:
+            self.body.contact.exact.active = saved["active"]
+
     def rows(self, times: np.ndarray) -> np.ndarray:
         """The measured row [1, width] of the last `advance`, at the given time [s]."""
         self._row[self.layout.place["time"]] = times[0]

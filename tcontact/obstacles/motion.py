@@ -61,6 +61,17 @@ class Motion:
         frames = self.obstacle.frame @ np.swapaxes(turns, 1, 2)
         return self.obstacle.reference + moved, frames, velocities, spins
 
+    def checkpoint(self) -> dict[str, np.ndarray]:
+        """The places to go on from, and the longest interval."""
+        rows = [np.concatenate([[place.time], place.moved, place.turn.ravel()]) for place in self._places]
+        return {"places": np.array(rows).reshape(-1, 13), "longest": np.array([self._longest])}
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Go on from there."""
+        self._longest = float(saved["longest"][0])
+        rows = [Place(float(row[0]), row[1:4].copy(), row[4:].reshape(3, 3).copy()) for row in saved["places"]]
+        self._places = deque(rows, maxlen=KEPT)
+
     def _advance(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Displacement [3] and rotation [3, 3] at a time, from the last place before it."""
         back = bool(self._places)

@@ -6,14 +6,19 @@ from functools import cache
 
 import numpy as np
 
+from ..errors import InputError
+
 FIELDS = {  # file name of a field: what the picture calls it, its unit, its colours
     "contact_pressure": ("Contact pressure", "Pa", "pressure"),
     "contact_force": ("Nodal contact force", "N", "pressure"),
     "von_mises": ("Von Mises stress", "Pa", "viridis"),
     "velocity": ("Speed", "m/s", "viridis"),
     "displacement": ("Displacement", "m", "viridis"),
+    "layer_temperature": ("Temperature of the friction layer", "K", "pressure"),
+    "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
     "body": ("Body", "", "viridis"),
 }
+AWAY_FROM_ZERO = ("layer_temperature",)  # their colours start at what is there, not at zero
 BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))
@@ -48,5 +53,12 @@ def tables(name: str) -> np.ndarray:
     return np.concatenate([colour_table(name), *solid, *tones, *tones]).astype(np.float32).ravel()
 
 
-def colour_map(field: str) -> str:
+def colour_map(field: str, wish: str | None = None) -> str:
+    """The colours of a field, or those wished for. Raises `InputError` for a map that does not exist."""
+    if wish is not None:
+        import matplotlib
+
+        if wish != "pressure" and wish not in matplotlib.colormaps:
+            raise InputError("colours", wish, "use the name of a colour map of matplotlib, such as viridis or coolwarm")
+        return wish
     return FIELDS[field][2] if field in FIELDS else "viridis"

@@ -27,15 +27,17 @@ def decorate(
     time: float,
     peak: float,
     note: str,
+    colours: str,
 ) -> None:
     """Write title, time, colour bar and axis names into the picture."""
     from PIL import Image, ImageDraw
 
     draw, u, (width, height) = ImageDraw.Draw(picture), studio.unit, studio.size
-    name, unit, colours = FIELDS.get(field, (field.replace("_", " ").capitalize(), "", "viridis"))
+    name, unit, _ = FIELDS.get(field, (field.replace("_", " ").capitalize(), "", ""))
     title, small, text = font(round(21 * u), bold=True), font(round(13 * u)), font(round(15 * u))
     draw.text((26 * u, 20 * u), name, TEXT, title)
-    below = ", ".join(part for part in (studio.title, note) if part)
+    enlarged = "" if studio.scale == 1.0 else f"deformation × {studio.scale:g}"
+    below = ", ".join(part for part in (studio.title, note, enlarged) if part)
     draw.text((26 * u, 48 * u), below, FAINT_TEXT, small)
     last = float(np.abs(studio.data.times).max()) or 1.0
     step = float(np.median(np.diff(studio.data.times))) if len(studio.data) > 1 else last
@@ -88,6 +90,12 @@ def round_up(value: float) -> float:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
     return next(step for step in (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - 1e-9)) * power
+
+
+def round_down(value: float) -> float:
+    """A number of two figures not above this one."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0 else 1.0
+    return math.floor(value / step * (1 + 1e-9)) * step
 
 
 def prefix_of(value: float) -> tuple[float, str]:

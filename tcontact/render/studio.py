@@ -15,11 +15,11 @@ from .. import runtime
 from ..errors import InputError
 from ..vtkhdf import Frame, ResultData
 from .camera import Camera, Eye, fitted
-from .colours import BACKGROUND, FIELD, SHADOWED, colour_map, tables
-from .labels import decorate, prefix_of, round_up
+from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
+from .labels import decorate, prefix_of, round_down, round_up
 from .planes import Patch, read_planes
 from .solids import Pose, hides, outlined, read_solids, shaded
-from .surface import boundary_surface
+from .surface import Clip, clipped_surface
 from .triangles import Triangles, draw, triad
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class Studio:
         deformation_scale: float,
         obstacles: Sequence[Mapping[str, Any]] | None,
         title: str | None = None,
+        clip: Sequence[Clip] = (),
+        colours: str | None = None,
     ) -> None:
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
@@ -47,7 +49,8 @@ class Studio:
         self.planes, self.solids = read_planes(listed), read_solids(listed)
         self.poses = [Pose.read(one, index) for index, one in enumerate(listed) if one.get("kind") == "plane"]
         self.title = str(data.attributes.get("title", "")) if title is None else title
-        self.surface = boundary_surface(data.blocks)
+        self.clip, self.wish = tuple(clip), colours
+        self.surface = clipped_surface(data.points, data.blocks, self.clip)
         self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
         width, height = self.size
         samples = width * height * SAMPLES**2
@@ -63,13 +66,17 @@ class Studio:
 
     def limits(self, field: str) -> tuple[float, float]:
         """Ends of the colours over the series: round numbers around what is there, without rare peaks."""
-        low, high = 0.0, 0.0
+        low, high, least = 0.0, 0.0, math.inf
         for index in range(len(self.data)):
             values, _ = self.values(self.data.frame(index), field)
             values = values[np.isfinite(values) & (values != 0)]
             if len(values):
+                least = min(least, float(values.min()))
                 low, high = min(low, *np.quantile(values, [0.015])), max(high, *np.quantile(values, [0.985]))
         top = round_up(max(high, -low))
+        if field in AWAY_FROM_ZERO and 0.0 < least < high:
+            low = round_down(least)
+            return low, low + round_up(high - low)
         return (-top if low < 0 else 0.0), top
 
     def positions(self, frame: Frame) -> np.ndarray:
@@ -124,7 +131,14 @@ class Studio:
             rise = math.radians(20 if view == "above" else -58)
             turns = np.radians((-60 if view == "above" else -76) + 30 * np.arange(12))
             ways = [math.cos(rise) * (math.cos(a) * first + math.sin(a) * second) + math.sin(rise) * up for a in turns]
-            direction = max(ways, key=lambda way: sum(normal @ way > 0.05 for _, normal in self.planes[1:]))
+            sides = [np.array(clip.normal) / np.linalg.norm(clip.normal) for clip in self.clip]
+            direction = max(
+                ways,
+                key=lambda way: (
+                    sum(float(normal @ way > 0.05) for _, normal in self.planes[1:])
+                    + sum(min(0.5, float(side @ way)) for side in sides)
+                ),
+            )
         else:
             direction, up = np.array(camera.direction, float), np.array(camera.up, float)
             if not np.linalg.norm(np.cross(direction, up)) > 0:
@@ -191,7 +205,8 @@ class Studio:
         body = self._body(x, values, nodal, limits, eye)
         width, height = self.size
         shade = self._shadow(x, eye)
-        colours = tables(colour_map(field))
+        chosen = colour_map(field, self.wish)
+        colours = tables(chosen)
         raster.clear(len(self.pixel), self.depth, self.pixel)
         scene = Triangles.joined([body, eye.fixed])  # near things first: less to draw twice
         draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, self.depth, self.pixel)
@@ -199,7 +214,7 @@ class Studio:
         raster.resolve(width, height, SAMPLES, SHADOWED, self.pixel, self.background, shade, image)
         picture = Image.fromarray(image.reshape(height, width, 3))
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
-        decorate(picture, self, eye, field, limits, frame.time, peak, note)
+        decorate(picture, self, eye, field, limits, frame.time, peak, note, chosen)
         return picture
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:

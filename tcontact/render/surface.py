@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..errors import InputError
 from ..mesh_geometry import FACES
 
 
@@ -66,6 +67,43 @@ def boundary_surface(blocks: Sequence[tuple[str, np.ndarray]]) -> Surface:
         np.concatenate([np.tile(number[: len(quads)], 4), number[len(quads) :]]),
         np.repeat(np.array([4, 7], dtype=np.int32), [4 * len(quads), len(triangles)]),
     )
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A plane that cuts bodies open: cells whose centre (undeformed) lies on the side of `normal` are not drawn.
+
+    With several clips only what lies beyond all of them is left away: two cut out a quarter. Cells stay whole.
+    """
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("point", "normal"):
+            value = np.array(getattr(self, name), dtype=np.float64)
+            if value.shape != (3,) or not np.isfinite(value).all() or (name == "normal" and not value.any()):
+                raise InputError(f"Clip.{name}", getattr(self, name), "give three finite numbers, a normal not zero")
+
+
+def clipped_surface(points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]], clips: Sequence[Clip]) -> Surface:
+    """Surface of the cells that the clips leave. Raises `InputError` if none is left."""
+    if not clips:
+        return boundary_surface(blocks)
+    left, numbers, first = [], [], 0
+    for kind, cells in blocks:
+        centres = points[cells].mean(axis=1)
+        gone = np.ones(len(cells), dtype=bool)
+        for clip in clips:
+            gone &= (centres - np.array(clip.point)) @ np.array(clip.normal) > 0.0
+        left.append((kind, cells[~gone]))
+        numbers.append(first + np.flatnonzero(~gone))
+        first += len(cells)
+    number = np.concatenate(numbers)
+    if len(number) == 0:
+        raise InputError("clip", clips, "nothing is left to draw; move the plane or turn its normal")
+    surface = boundary_surface([block for block in left if len(block[1])])
+    return replace(surface, owner=number[surface.owner])
 
 
 def _used_once(faces: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from ..plan import ContactPlan
 from ..scene import Scene
 from .friction import Friction
 
+COOL = 0.5  # of 1 - stress/(stress that would melt the surface): above it a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
 MOST_SPAN = 32  # mechanical steps that one layer step may span
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
@@ -60,6 +61,7 @@ class LayeredFriction(Friction):
         self._load = np.zeros(len(areas))
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
+        self._given = np.zeros(len(areas))  # work that the layers took in the last kick, solved together with it
 
     def step(self, before: float, after: float) -> None:
         """Let the layers take their step and say how much friction there may be in the kick or the solve to come.
@@ -76,13 +78,16 @@ class LayeredFriction(Friction):
             self._collect(before, pressure)
         elif self._kick > 0.0:
             self._collect(self._kick, pressure)
-        if self._count and (self._count >= self.span or (not self.stays and self.span == 1)):
+        else:
+            self._waiting += self._pending()
+        due = self._count >= self.span or after == 0.0 or (not self.stays and self.span == 1)
+        if self._count and due:
             self._spend()
         if self.stays or self.span > 1:
             fresh = pressed & (self.shear() == 0.0)
             limit = np.where(fresh, self.layer.start_stress(pressure), self.shear())
             limit = np.where(pressed, limit, 1e300)
-            self._kick = 0.0 if self.stays else kick
+            self._kick, self._given = 0.0 if self.stays else kick, 0.0 * pressure
         else:
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
@@ -97,7 +102,13 @@ class LayeredFriction(Friction):
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
         """Layers and kick together: mean shear stress [Pa] over the kick [s]."""
-        speed, softness = self.node(self.names.SPEED), self.node(self.names.SOFTNESS)
+        speed, softness, mean = (
+            self.node(number) for number in (self.names.SPEED, self.names.SOFTNESS, self.names.MEAN_SPEED)
+        )
+        # the work of the kick goes with the mean of the speeds before and after it
+        usual = self.shear() * kick
+        mean = np.maximum(mean + np.where(usual > 0.0, self._waiting / np.where(usual > 0.0, usual, 1.0), 0.0), 0.0)
+        before = self.layer.cell("WORK")
         parts = self.substeps
         dt = kick / parts
         softness = softness * self.areas / parts  # slip speed that a shear stress of 1 Pa takes in a part
@@ -105,11 +116,17 @@ class LayeredFriction(Friction):
         total = np.zeros(len(speed))
         for _ in range(parts):
             stick = np.where(softness > 0.0, speed / np.where(softness > 0.0, softness, 1.0), 1e300)
-            shear = self._advance(speed, pressure, np.minimum(dry, stick), 0.5 * softness, dt)
+            shear = self._advance(mean, pressure, np.minimum(dry, stick), 0.5 * softness, dt)
             speed = np.maximum(speed - softness * shear, 0.0)
+            mean = np.maximum(mean - softness * shear, 0.0)
             total += shear
+        self._given = self.layer.cell("WORK") - before
         self._judge(speed > 0.0)
         return np.asarray(total / parts)
+
+    def _pending(self) -> np.ndarray:
+        """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
+        return np.asarray(self.node(self.names.RUBBED) / self.areas - self._given)
 
     def _collect(self, dt: float, pressure: np.ndarray) -> None:
         """Take note of what friction did in the last kick or step of length dt [s]."""
@@ -149,24 +166,28 @@ class LayeredFriction(Friction):
     def _judge(self, sliding: np.ndarray) -> None:
         """How far off the last layer step was, and how long the next ones may be.
 
-        Backward Euler errs by half the second difference in a step.
+        Backward Euler errs by half the second difference in a step; where friction goes on with the stress of the last
+        step it is off by the change since then.
         """
         stress = self.layer.cell("STRESS")
         known = sliding & (stress > 0.0)
         change, last = self.layer.cell("CHANGE"), self.layer.cell("BEFORE")
-        off = 0.5 * np.abs(change - last) / np.where(known, stress, 1.0)
-        self.error = float(off[known].max()) if known.any() else 0.0
-        share = self.error / self.model.tolerance
-        if share > 1.0:
+        scale = np.where(known, stress, np.inf)
+        off, drift = (float((np.abs(part) / scale).max()) for part in (0.5 * (change - last), change))
+        lagging = self.stays or self.span > 1  # friction goes on with the stress of the step before
+        self.error = max(off, drift * self.substeps) if lagging else off
+        share = (max(off, drift) if self.span > 1 else off) / self.model.tolerance
+        # work that is given later than it was done makes a layer near melting softer than it is
+        cool = not known.any() or self.layer.cell("CLOSE")[known].min() > COOL
+        if share > 1.0 or not cool:
             if self.span > 1:
-                self.span //= 2
-            else:
+                self.span = 1
+            elif share > 1.0:
                 self.substeps = min(self.model.substeps, int(np.ceil(self.substeps * min(2.0, np.sqrt(share)))))
-        elif share < EASY:
-            if self.substeps > 1:
-                self.substeps = -(-self.substeps // 2)
-            else:
-                self.span = min(2 * self.span, MOST_SPAN)
+        elif share < EASY and self.substeps > 1:
+            self.substeps = -(-self.substeps // 2)
+        elif drift < EASY * self.model.tolerance:
+            self.span = min(2 * self.span, MOST_SPAN)
 
     def row(self, late: float) -> tuple[float, float, float, float, float]:
         """Heat in the layers [J], hottest surface [K], lowest shear stress [Pa], error, layer steps per mechanical one.
@@ -175,10 +196,10 @@ class LayeredFriction(Friction):
         """
         layer, model = self.layer, self.model
         done = layer.cell("WORK") + self._waiting
+        if not self.stays:  # the last kick is not in them yet
+            done = done + self._pending()
         plastic = model.plastic_heat * layer.cell("PLASTIC_WORK") if model.plastic_heat > 0.0 else 0.0
         heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
-        if self._kick > 0.0:  # the last kick has not been collected
-            heat += model.heat_share * float(self.node(self.names.RUBBED).sum())
         stress = self.shear()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
         hottest = float(self.surface_temperature().max())

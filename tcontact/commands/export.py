@@ -1,0 +1,45 @@
+"""`tcontact export FILE`: the frames of a stored run for programs that read no VTKHDF."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "export",
+        help="write a stored run as .vtu or .xdmf",
+        description="Write the frames of a stored run as .vtu files with a .pvd index, or as .xdmf with .h5.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
+    parser.add_argument("--to", choices=("vtu", "xdmf"), default="vtu", help="format (default: vtu)")
+    parser.add_argument(
+        "--fields", metavar="A,B", type=_names, help="only these fields (tcontact info lists them; default: all)"
+    )
+    parser.add_argument("--every", metavar="N", type=int, default=1, help="take every N-th frame (default: 1)")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: export, beside FILE)")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the series and name the file to open."""
+    from ..export import export
+    from ..vtkhdf import ResultData
+
+    path = arguments.file / "result.vtkhdf" if arguments.file.is_dir() else arguments.file
+    if not path.is_file():
+        raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
+    out = arguments.out or path.parent / "export"
+    written = export(ResultData.open(path), out, arguments.to, arguments.fields, arguments.every)
+    size = sum(file.stat().st_size for file in written)
+    print(f"{written[-1]} ({len(written)} files, {size / 1e6:.3g} MB)")
+    return 0
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]

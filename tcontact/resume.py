@@ -1,0 +1,119 @@
+"""`resume`: go on with a run from the last whole checkpoint in its folder, bit for bit as if it had never stopped."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from . import runtime
+from .checkpoint import Checkpoint, contents, store
+from .checkpoint.fingerprint import compare, fingerprint
+from .checkpoint.keeper import Keeper, start_of
+from .checkpoint.options import checked
+from .errors import InputError
+from .folder_lock import locked
+from .loop import Run
+from .plan import plan
+from .progress import ProgressBar
+from .recorder import FILE, Recorder
+from .report import versions
+from .result import Result
+from .scene import Scene
+from .schemes import scheme_of
+from .simulate import carry_out, start_of_scene
+from .vtkhdf import ResultData
+
+
+def resume(
+    folder: str | Path,
+    scene: Scene,
+    scheme: Any = "central-difference",
+    threads: int | None = None,
+    arch: str = "cpu",
+    progress: bool = False,
+    checkpoint: float | dict[str, Any] | Checkpoint | None = 60.0,
+) -> Result:
+    """Go on with the run that stopped in `folder` and return its `Result`, history and frames from its start included.
+
+    scene, scheme: the same as before; what else `simulate` was told (frames, history, pressures) is in the checkpoint;
+    threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits).
+    A damaged checkpoint is passed over for the older one, with a warning.
+
+    Raises `InputError` if the scene differs, naming the difference, if there is nothing to go on from, or if another
+    process runs in the folder.
+    """
+    started = perf_counter()
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give the tcontact.Scene that was run")
+    if not isinstance(progress, bool):
+        raise InputError("progress", progress, "use True or False")
+    scheme, options = scheme_of(scheme), checked(checkpoint, folder)
+    path = checked_folder(folder)
+    with locked(path):
+        stored = latest(path)
+        physics = fingerprint(scene, scheme)
+        compare(stored.head["physics"], physics)
+        planned = plan(scene)
+        scheme.check(planned)
+        runtime.start(arch, threads)
+        start = start_of(stored)
+        displacement, velocity = start or start_of_scene(scene)
+        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields")}
+        run = Run(scene, planned, scheme, displacement, velocity, head["history_every"], head["pressures"])
+        recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
+        options = options or Checkpoint(every_steps=2**62)
+        origin = dict(options.origin) or stored.head["origin"]
+        options = Checkpoint(options.every_seconds, options.every_steps, origin)
+        keeper = Keeper(options, path, run, recorder, head | {"versions": versions()}, start)
+        if contents.differs(stored.head["new"], keeper.new, stored.found):
+            made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"
+            text = f"prepared the scene a little differently than the run did ({made}): the last digits may differ"
+            warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
+        try:
+            contents.restore(run, stored.found, stored.values)
+        except (KeyError, ValueError, IndexError) as error:
+            recorder.abandon()
+            made = stored.head.get("versions", {})
+            remedy = f"was left by another version of the program ({made}); resume it with that one"
+            raise InputError("folder", str(stored.path), remedy) from error
+        keeper.restored(run.course.row)
+        with ProgressBar(scene.duration, "resume", progress) as bar:
+            bar.update(run.course.time)
+            return carry_out(run, run.course.frames, path, recorder, keeper, bar, started)
+
+
+def checked_folder(folder: Any) -> Path:
+    """The folder of a run. Raises `InputError`."""
+    try:
+        path = Path(folder)
+    except TypeError as error:
+        raise InputError("folder", folder, "give the folder of a run") from error
+    if "\0" in str(path) or not path.is_dir():
+        raise InputError("folder", str(path), "no such folder; give the folder of a run that stopped")
+    return path
+
+
+def latest(folder: Path) -> store.Stored:
+    """The latest whole checkpoint whose frames are in the result file. Raises `InputError` if there is none."""
+    good, bad = store.read_all(folder)
+    for path in bad:
+        warnings.warn(f"{path} is damaged and passed over", RuntimeWarning, stacklevel=3)
+    if not good:
+        raise InputError("folder", str(folder), _nothing(folder, bool(bad)))
+    frames = len(ResultData.open(folder / FILE))
+    for stored in good:
+        if stored.head["frames"] <= frames:
+            return stored
+    raise InputError("folder", str(folder), f"{FILE} holds {frames} frames, fewer than its checkpoints; run again")
+
+
+def _nothing(folder: Path, damaged: bool) -> str:
+    if damaged:
+        return "its checkpoints are damaged; run again"
+    if not (folder / FILE).is_file():
+        return "holds no run; give the folder of a run that stopped"
+    if "reason" in ResultData.open(folder / FILE).attributes:
+        return "the run there has ended; there is nothing to go on with"
+    return "holds no checkpoint: it stopped before the first one, or was run without; run again"

@@ -1,0 +1,128 @@
+"""Scenes of every physics for the tests of resume and of faults, and runs that leave copies of themselves."""
+
+import shutil
+import warnings
+
+import numpy as np
+
+import tcontact as tc
+from tcontact.checkpoint.keeper import Keeper
+from tcontact.vtkhdf import ResultData
+
+ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
+
+
+def scene(
+    law=tc.NeoHookean, kind="hex8", wall=None, bodies=1, velocity=(1.0, 0.5, -4.0), periodic=None, formulation="full",
+    supports=(), duration=1.2e-3, **options,
+):  # fmt: skip
+    """One or two blocks of 3 x 3 x 2 cells that hit a wall while they slide."""
+    found = []
+    for number in range(bodies):
+        mesh = tc.box_mesh((0.06, 0.06, 0.04), (3, 3, 2), kind=kind, origin=(0.1 * number, 0.0, 2e-4 * (1 + number)))
+        found.append(
+            tc.Body(
+                mesh,
+                law(**ROUND),
+                velocity,
+                contact="zmin",
+                periodic=periodic,
+                formulation=formulation,
+                supports=supports,
+            )
+        )
+    options = {"contact": tc.MasslessContact(removal="full")} | options
+    return tc.Scene(found, tc.Plane() if wall is None else wall, duration=duration, gravity=(0, 0, -9.81), **options)
+
+
+def lifted(time):
+    """Velocity of a wall that shakes [m/s]."""
+    return np.array([0.3 * np.sin(9e3 * time), 0.0, 0.4 * np.cos(7e3 * time)])
+
+
+COULOMB = tc.Coulomb(0.3)
+NORMAL, FULL = tc.MasslessContact(removal="normal"), tc.MasslessContact(removal="full")
+SCENES = {
+    "full removal": lambda: scene(),
+    "normal removal, linear": lambda: scene(tc.LinearElastic, contact=NORMAL),
+    "friction in massless components": lambda: scene(friction=COULOMB),
+    "friction layers on masses": lambda: scene(contact=NORMAL, friction=tc.FrictionLayer()),
+    "moving wall, damping, viscosity, two bodies": lambda: scene(
+        wall=tc.Plane(velocity=lifted),
+        bodies=2,
+        contact=tc.PenaltyContact(3e10),
+        damping=tc.MassDamping(40.0),
+        viscosity=tc.BulkViscosity(0.06, 1.2),
+    ),
+}
+MORE_SCENES = {
+    "no contact": lambda: scene(wall=(), contact=None),
+    "full removal, linear, tets": lambda: scene(tc.LinearElastic, "tet4"),
+    "normal removal": lambda: scene(contact=NORMAL),
+    "friction on masses": lambda: scene(contact=NORMAL, friction=COULOMB),
+    "friction of a penalty": lambda: scene(contact=tc.PenaltyContact(3e10), friction=tc.RegularizedCoulomb(0.3, 0.1)),
+    "impulse": lambda: scene(contact=tc.ImpulseContact()),
+    "friction layers in massless components": lambda: scene(friction=tc.FrictionLayer(plastic_heat=0.3)),
+    "periodic body": lambda: scene(periodic="xy", velocity=(0.0, 0.0, -4.0)),
+    "moving wall": lambda: scene(wall=tc.Plane(velocity=lifted)),
+    "two walls, one turns": lambda: scene(
+        wall=[tc.Plane(), tc.Sphere((0.1, 0.03, 0.02), 0.035, angular_velocity=(0, 9.0, 1.0))], friction=COULOMB
+    ),
+    "reduced hexes, viscosity": lambda: scene(formulation="reduced", viscosity=tc.BulkViscosity(0.06, 1.2)),
+    "mean dilatation, driven support": lambda: scene(
+        formulation="mean-dilatation", supports=[tc.Support("zmax", "z", -3.0)], velocity=(0.0, 0.0, -3.0)
+    ),
+}
+
+
+def quietly(call, *arguments, **options):
+    """Call without warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return call(*arguments, **options)
+
+
+def copied(monkeypatch, folder, physics, scheme, every, **options):
+    """Run into folder/whole, and leave a copy of the folder at every checkpoint: the result and the copies by row."""
+    copies = {}
+    save = Keeper.save
+
+    def save_and_copy(self, run, row):
+        save(self, run, row)
+        copies[row] = folder / f"stopped-{row}"
+        shutil.copytree(self.folder, copies[row])
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Keeper, "save", save_and_copy)
+        checkpoint = {"every_steps": every}
+        whole = quietly(tc.simulate, physics, scheme, out=folder / "whole", checkpoint=checkpoint, **options)
+    return whole, copies
+
+
+def same(one, other):
+    """Assert that two results have the same bits."""
+    assert (one.reason, one.steps, one.time, one.dt) == (other.reason, other.steps, other.time, other.dt)
+    for name in ("position", "velocity", "contact_node_force"):
+        assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
+    assert one.history.keys() == other.history.keys()
+    for name, column in one.history.items():
+        assert np.array_equal(column, other.history[name], equal_nan=True), name
+    for mine, theirs in zip(one.contact_pressures, other.contact_pressures, strict=True):
+        assert np.array_equal(mine.pressure, theirs.pressure)
+
+
+def same_files(one, other):
+    """Assert that two folders hold the same frames and the same history."""
+    mine, theirs = (ResultData.open(folder / "result.vtkhdf") for folder in (one, other))
+    assert np.array_equal(mine.times, theirs.times)
+    for index in range(len(mine)):
+        for part in ("point_data", "cell_data"):
+            here, there = getattr(mine.frame(index), part), getattr(theirs.frame(index), part)
+            assert here.keys() == there.keys()
+            assert all(np.array_equal(here[name], there[name], equal_nan=True) for name in here)
+    assert mine.history.keys() == theirs.history.keys()
+    for name, column in mine.history.items():
+        assert np.array_equal(column, theirs.history[name], equal_nan=True), name
+    assert mine.attributes["obstacles"] == theirs.attributes["obstacles"]
+    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
+    assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in other.iterdir())

@@ -1,0 +1,54 @@
+"""CONTRIBUTING names files and objects that exist, and the parts explain themselves where it says they do."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import tcontact as tc
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+def test_every_file_that_a_recipe_names_exists():
+    named = set(re.findall(r"`((?:tcontact|kernels|cases|tests|docs|\.ci)/[\w./]+)(?:::\w+)?`", TEXT))
+    assert len(named) > 15
+    for name in named:
+        assert "my_" in name or (ROOT / name).exists(), name
+
+
+def test_every_object_that_a_recipe_names_is_there():
+    pairs = re.findall(r"`([\w/.]+\.py)::(\w+)`", TEXT)
+    pairs += [("tcontact/plan.py", name) for name in re.findall(r"`(?:BodyPlan|Plan)\.(\w+)`", TEXT)]
+    pairs += [("tcontact/schemes/implicit.py", name) for name in re.findall(r"`ImplicitScheme\.(\w+)`", TEXT)]
+    pairs += [
+        ("kernels/laws.py", "LAWS"),
+        ("kernels/laws.py", "MODULI"),
+        ("kernels/law_tangents.py", "PARTS"),
+        ("tcontact/schemes/__init__.py", "IMPLICIT"),
+        ("tests/test_implicit_tangents.py", "SCHEMES"),
+        ("kernels/internal_force.py", "node_phase"),
+    ]
+    assert len(pairs) > 8
+    for file, name in pairs:
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        found = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+        found |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        assert name in found, (file, name)
+
+
+@pytest.mark.parametrize("part", [*re.findall(r"`\.(\w+)`", tc.__doc__ or ""), "terms"])
+def test_every_part_has_a_page_on_how_it_works(part):
+    place = next(path for path in (ROOT / "tcontact" / part, ROOT / part) if path.is_dir())
+    page = ast.get_docstring(ast.parse((place / "__init__.py").read_text(encoding="utf-8"))) or ""
+    assert len(page) > 300, f"{part}: say how it works"
+
+
+def test_the_changelog_knows_the_version():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## {tc.__version__}" in text
+    assert "## Unreleased" in text
