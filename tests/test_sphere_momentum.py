@@ -26,7 +26,7 @@ def drift(result):
     history = result.history
     about = history["angular_momentum"] - np.cross(CENTRE, history["momentum"])
     turned = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1).max()
-    assert turned > np.linalg.norm(history["momentum"][0])  # a hard hit
+    assert turned > 0.3 * np.linalg.norm(history["momentum"][0])  # a hard hit
     assert np.linalg.norm(history["contact_force"], axis=1).max() > 1e4
     return np.linalg.norm(about - about[0], axis=1).max() / np.linalg.norm(about, axis=1).max()
 
