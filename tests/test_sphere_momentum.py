@@ -13,7 +13,7 @@ def spun(contact, inside=False):
     """Result of a spinning block that hits the ball off its middle, or the shell around it."""
     side = -1.0 if inside else 1.0
     low = RADIUS - 0.234 if inside else RADIUS + GAP  # the top corners of the block are 2 mm from the shell
-    mesh = tc.box_mesh((0.2, 0.2, 0.2), (4, 4, 4), origin=CENTRE + (-0.07, -0.12, low))
+    mesh = tc.box_mesh((0.2, 0.2, 0.2), (4, 4, 4), origin=CENTRE + np.array([-0.07, -0.12, low]))
     spin, middle = np.array([3.0, -2.0, 40.0]), mesh.nodes.mean(axis=0)
     velocity = side * np.array([1.0, 2.0, -6.0]) + np.cross(spin, mesh.nodes - middle)
     body = tc.Body(mesh, material(), velocity=velocity, contact="zmax" if inside else "zmin")
