@@ -158,3 +158,21 @@ def test_a_wall_that_slides_under_a_resting_body_heats_as_much_as_a_resting_one_
         found = np.nan_to_num(struck.history[name])
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max(), err_msg=name)
     np.testing.assert_allclose(struck.position, thrown.position + wall * struck.time, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("removal", "tolerance"), [("normal", 0.5), ("full", 1e-2)])  # 0.5: steps between layer steps
+def test_a_layer_that_has_left_the_wall_holds_its_share_of_the_work(removal, tolerance, tmp_path):
+    """Nothing of it waits for the next contact: the last steps before a node opens count too."""
+    thickness, side = 1e-6, 1e-3
+    mesh = tc.box_mesh((side, side, side), (2, 2, 2), origin=(0, 0, 1.3e-7))
+    body = tc.Body(mesh, tc.LinearElastic(200e9, 0.3, DENSITY), velocity=(SPEED, 0.0, -20.0), contact="zmin")
+    layer = tc.FrictionLayer(thickness=thickness, tolerance=tolerance)
+    scene = tc.Scene([body], [tc.Plane()], 2.5e-6, contact=tc.MasslessContact(removal), friction=layer)
+    history = simulate(scene, cfl=0.5, out=tmp_path, frames=2).history
+    assert history["contact_nodes"].max() == 9
+    assert not history["contact_nodes"][-20:].any()  # three times as long as heat takes through the layer
+    x, y, z = mesh.nodes.T
+    share = (z == z.min()) * (1 + np.isclose(x, side / 2)) * (1 + np.isclose(y, side / 2)) / 16
+    warmth = ResultData.open(tmp_path / "result.vtkhdf").frame(1).point_data["layer_temperature"] - 300.0
+    held = (share * warmth).sum() * side**2 * thickness * layer.material.volumetric_heat
+    assert held == pytest.approx(layer.heat_share * history["friction_work"][-1], rel=1e-5)

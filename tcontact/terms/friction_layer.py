@@ -61,6 +61,7 @@ class LayeredFriction(Friction):
         self._load = np.zeros(len(areas))
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
+        self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] a level ago
         self._given = np.zeros(len(areas))  # work that the layers took in the last kick, solved together with it
 
     def step(self, before: float, after: float) -> None:
@@ -74,12 +75,14 @@ class LayeredFriction(Friction):
             self.span = 1
         self._pressed = pressed
         kick = 0.5 * (before + after)
-        if self.stays:
-            self._collect(before, pressure)
-        elif self._kick > 0.0:
-            self._collect(self._kick, pressure)
+        force = self.node(self.names.FORCE)
+        if self.stays:  # the work of a step goes with the friction before and after it
+            self._collect(before, 0.5 * (self._force + force), 0.5 * (self._last + pressure))
+        elif self._kick > 0.0:  # the kick was that of the level before
+            self._collect(self._kick, force, self._last)
         else:
             self._waiting += self._pending()
+        self._last, self._force = np.maximum(pressure, 0.0), force
         due = self._count >= self.span or after == 0.0 or (not self.stays and self.span == 1)
         if self._count and due:
             self._spend()
@@ -128,12 +131,11 @@ class LayeredFriction(Friction):
         """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
         return np.asarray(self.node(self.names.RUBBED) / self.areas - self._given)
 
-    def _collect(self, dt: float, pressure: np.ndarray) -> None:
-        """Take note of what friction did in the last kick or step of length dt [s]."""
-        work, force = self.node(self.names.RUBBED), self.node(self.names.FORCE)
-        self._waiting += work / self.areas
+    def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
+        """Take note of what friction did in the last kick or step of length dt [s]; friction [k] [N], pressure [Pa]."""
+        self._waiting += self.node(self.names.RUBBED) / self.areas
         self._push += force / self.areas * dt
-        self._load += np.maximum(pressure, 0.0) * dt
+        self._load += pressure * dt
         self._elapsed += dt
         self._count += 1
 
