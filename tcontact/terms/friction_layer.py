@@ -20,6 +20,7 @@ from .friction import Friction
 COOL = 0.5  # of 1 - stress/(stress that would melt the surface): above it a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
 MOST_SPAN = 32  # mechanical steps that one layer step may span
+SLIDES = 1e-6  # of the largest friction work that a step did: above it a node slides
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
 
 
@@ -61,6 +62,8 @@ class LayeredFriction(Friction):
         self._load = np.zeros(len(areas))
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
+        self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] a level ago
+        self._most, self._slid = 0.0, np.zeros(len(areas), dtype=bool)  # work in a step [J/m^2]; which nodes slid
         self._given = np.zeros(len(areas))  # work that the layers took in the last kick, solved together with it
 
     def step(self, before: float, after: float) -> None:
@@ -74,12 +77,15 @@ class LayeredFriction(Friction):
             self.span = 1
         self._pressed = pressed
         kick = 0.5 * (before + after)
-        if self.stays:
-            self._collect(before, pressure)
-        elif self._kick > 0.0:
-            self._collect(self._kick, pressure)
+        force = self.node(self.names.FORCE)
+        if self.stays:  # the work of a step goes with the friction before and after it
+            self._collect(before, 0.5 * (self._force + force), 0.5 * (self._last + pressure))
+        elif self._kick > 0.0:  # the kick was that of the level before
+            self._collect(self._kick, force, self._last)
         else:
             self._waiting += self._pending()
+        self._last, self._force = np.maximum(pressure, 0.0), force
+        self._note_onset()
         due = self._count >= self.span or after == 0.0 or (not self.stays and self.span == 1)
         if self._count and due:
             self._spend()
@@ -95,6 +101,17 @@ class LayeredFriction(Friction):
         rows = data[self.names.FIRST :].reshape(-1, self.names.NODE)
         rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
         arrays.set_values(self.data, data)
+
+    def _note_onset(self) -> None:
+        """Nodes that start to slide end the long layer steps that sticking ones allowed."""
+        work = self.node(self.names.RUBBED) / self.areas
+        self._most = max(self._most, float(work.max()))
+        slides = work > SLIDES * self._most
+        if (slides & ~self._slid).any():
+            self.span = 1
+            if not self._slid.any():
+                self.substeps = max(self.substeps, min(FIRST, self.model.substeps))
+        self._slid = slides
 
     def shear(self) -> np.ndarray:
         """Shear stress of the layers [k] [Pa]; 0 where open."""
@@ -128,12 +145,11 @@ class LayeredFriction(Friction):
         """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
         return np.asarray(self.node(self.names.RUBBED) / self.areas - self._given)
 
-    def _collect(self, dt: float, pressure: np.ndarray) -> None:
-        """Take note of what friction did in the last kick or step of length dt [s]."""
-        work, force = self.node(self.names.RUBBED), self.node(self.names.FORCE)
-        self._waiting += work / self.areas
+    def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
+        """Take note of what friction did in the last kick or step of length dt [s]; friction [k] [N], pressure [Pa]."""
+        self._waiting += self.node(self.names.RUBBED) / self.areas
         self._push += force / self.areas * dt
-        self._load += np.maximum(pressure, 0.0) * dt
+        self._load += pressure * dt
         self._elapsed += dt
         self._count += 1
 

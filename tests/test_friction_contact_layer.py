@@ -1,0 +1,202 @@
+"""Friction layers in a run: their heat is friction work, they outlive contact, cost nothing where absent (METHOD 5)."""
+
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scenes import simulate
+
+import tcontact as tc
+from tcontact.cases import hot_slide
+from tcontact.history import LAYERS
+from tcontact.vtkhdf import ResultData
+
+REMOVALS = ["normal", "full"]
+SPEED, PRESSURE = 34.0, 1e9
+AREAL_MASS, DENSITY = 0.5, 7900.0  # [kg/m^2], [kg/m^3]
+
+
+def plate(removal, duration=2e-7, stiffness=2e15):
+    """One squeezed cell that slides, so stiff that it stays one lump of mass: what it loses has gone into friction."""
+    side = AREAL_MASS / DENSITY
+    block = tc.Body(
+        tc.box_mesh((side, side, side), (1, 1, 1)),
+        tc.LinearElastic(stiffness, 0.0, DENSITY),
+        velocity=(SPEED, 0.0, 0.0),
+        contact="zmin",
+        displacement=lambda nodes: nodes * (0.0, 0.0, -PRESSURE / stiffness),
+        supports=[tc.Support("zmax", "z")],
+    )
+    contact = tc.MasslessContact(removal=removal)
+    return tc.Scene([block], [tc.Plane()], duration, contact=contact, friction=tc.FrictionLayer())
+
+
+def sliding(removal="normal", duration=1e-7, friction=None, **model):
+    """The squeezed steel block of hot-slide, two cells high."""
+    scene = hot_slide.scene(cells=2, speed=SPEED, pressure=PRESSURE, removal=removal, duration=duration)
+    friction = friction or tc.FrictionLayer(**model)
+    return tc.Scene(scene.bodies, scene.obstacles, duration, contact=scene.contact, friction=friction)
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_a_mass_brought_to_rest_has_turned_into_friction_work_and_heat(removal):
+    result = simulate(plate(removal), cfl=0.5)
+    history = result.history
+    kinetic, work = history["kinetic"], history["friction_work"]
+    side = AREAL_MASS / DENSITY
+    assert kinetic[0] == pytest.approx(0.5 * AREAL_MASS * side**2 * SPEED**2, rel=1e-12)
+    assert kinetic[-1] < 1e-5 * kinetic[0]  # at rest but for what the stop left ringing
+    lost = (kinetic + history["elastic"])[0] - (kinetic + history["elastic"])[-1]
+    assert work[-1] == pytest.approx(kinetic[0] - kinetic[-1], rel=1e-6)
+    assert work[-1] == pytest.approx(lost, rel=1e-4)  # the rest of the ringing
+    assert history["layer_heat"][-1] == pytest.approx(0.5 * work[-1], rel=1e-6)
+    # the layer and not mu P held it: 34 m/s stopped within 94 ns by some 180 MPa
+    braking = -history["contact_force"][:, 0] / side**2
+    assert 150e6 < braking[: len(braking) // 4].max() < 0.3 * PRESSURE
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_heat_is_its_share_of_the_friction_work_row_by_row(removal):
+    history = simulate(sliding(removal), cfl=0.2).history
+    work = history["friction_work"]
+    assert len(work) >= 5
+    assert (np.diff(work) >= -1e-12 * work.max()).all()  # massless nodes stick until their stress has built up
+    assert work[-1] > 1e-3
+    np.testing.assert_allclose(history["layer_heat"], 0.5 * work, rtol=0, atol=1e-12 * work.max())
+
+
+def test_layers_stay_warm_through_opening_and_meet_the_wall_again_warm():
+    mesh = tc.box_mesh((1e-3, 1e-3, 1e-3), (2, 2, 2), origin=(0, 0, 1.3e-7))
+    body = tc.Body(mesh, tc.LinearElastic(200e9, 0.3, DENSITY), velocity=(SPEED, 0.0, -20.0), contact="zmin")
+    scene = tc.Scene(
+        [body],
+        [tc.Plane()],
+        6e-6,
+        gravity=(0.0, 0.0, -2e7),  # brings it back within 2 us
+        contact=tc.MasslessContact("normal"),
+        friction=tc.FrictionLayer(),
+    )
+    history = simulate(scene, cfl=0.5).history
+    touching = history["contact_nodes"] > 0
+    began = np.flatnonzero(touching & ~np.roll(touching, 1))
+    opened = np.flatnonzero(history["contact_nodes"] == 0)
+    first, again = began[0], began[began > opened[opened > began[0]][0]][0]
+    away = opened[(opened > first) & (opened < again)]
+    assert len(away) >= 5
+    hottest, heat = history["layer_temperature_max"], history["layer_heat"]
+    held = heat[away[0]] / 1e-6 / (3.95e6 * 10e-6)  # [K], spread over the layer: it insulates the depth
+    assert held > 10.0
+    assert (hottest[away] > 300.0 + 0.9 * held).all()  # never back at the start
+    assert (np.diff(hottest[away]) <= 0.0).all()  # it only evens out
+    assert np.ptp(heat[away]) <= 1e-12 * heat[-1]  # nothing rubs
+    assert (np.diff(heat) >= -1e-12 * heat[-1]).all()
+    assert hottest[again] > 300.0 + held
+    assert heat[-1] > 1.2 * heat[away[-1]]
+    assert hottest[again:].max() > hottest[again]
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_a_smaller_tolerance_brings_heat_and_shear_closer(removal):
+    fine = simulate(sliding(removal, duration=3e-7, tolerance=1e-5, substeps=256), cfl=0.2).history
+    runs = [
+        simulate(sliding(removal, duration=3e-7, tolerance=4e-2 / 4**n, substeps=256), cfl=0.2).history
+        for n in range(5)
+    ]
+    for name in ("layer_temperature_max", "layer_shear_min"):
+        errors = [np.abs(run[name] - fine[name])[1:].max() for run in runs]
+        assert all(closer <= 1.05 * far for far, closer in pairwise(errors))
+        assert errors[-1] < 0.25 * errors[0]
+
+
+def test_a_scene_without_layers_has_nothing_of_them(monkeypatch):
+    import tcontact.kernels
+
+    with_layers = tc.plan(sliding())
+    assert set(LAYERS) <= set(with_layers.columns)
+    monkeypatch.delitem(sys.modules, "tcontact.kernels.layer1d", raising=False)
+    monkeypatch.delattr(tcontact.kernels, "layer1d", raising=False)
+    scene = sliding()
+    result = simulate(tc.Scene(scene.bodies, scene.obstacles, 5e-8, contact=scene.contact))
+    assert "tcontact.kernels.layer1d" not in sys.modules
+    assert not [name for name in result.history if name.startswith("layer")]
+    assert "friction-layer" not in result.memory
+    assert "friction-layer" not in result.terms
+
+
+def test_frames_hold_temperature_and_shear_of_the_layers(tmp_path):
+    scene = sliding("normal")
+    result = simulate(scene, cfl=0.2, out=tmp_path, frames=2)
+    data = ResultData.open(tmp_path / "result.vtkhdf")
+    assert len(data) == 2
+    below = scene.bodies[0].mesh.nodes[:, 2] == 0.0
+    for index in range(2):
+        fields = data.frame(index).point_data
+        assert (fields["layer_temperature"][~below] == 300.0).all()
+        assert (fields["layer_shear"][~below] == 0.0).all()
+    last = data.frame(1).point_data
+    assert last["layer_temperature"].max() == pytest.approx(result.history["layer_temperature_max"][-1], rel=1e-6)
+    assert last["layer_shear"][below].min() == pytest.approx(result.history["layer_shear_min"][-1], rel=1e-6)
+    assert (last["layer_temperature"][below] > 320.0).all()
+    assert (last["layer_shear"][below] > 150e6).all()
+
+
+@pytest.mark.slow  # kernels for a moving wall are compiled
+def test_a_wall_that_slides_under_a_resting_body_heats_as_much_as_a_resting_one_under_a_moving_body():
+    wall = np.array([SPEED, 0.0, 20.0])
+
+    def hit(moving):
+        mesh = tc.box_mesh((1e-3, 1e-3, 1e-3), (2, 2, 2), origin=(0, 0, 1.3e-7))
+        velocity = (0.0, 0.0, 0.0) if moving else -wall
+        body = tc.Body(mesh, tc.LinearElastic(200e9, 0.3, DENSITY), velocity=velocity, contact="zmin")
+        plane = tc.Plane(velocity=wall if moving else None)
+        contact = tc.MasslessContact("full", tolerance=1e-12)
+        return simulate(tc.Scene([body], [plane], 4e-7, contact=contact, friction=tc.FrictionLayer()), dt=2e-8)
+
+    thrown, struck = hit(False), hit(True)
+    assert thrown.history["layer_temperature_max"][-1] > 400.0
+    for name in ("contact_force", "friction_work", "elastic", *LAYERS):
+        wanted = np.nan_to_num(thrown.history[name])
+        found = np.nan_to_num(struck.history[name])
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max(), err_msg=name)
+    np.testing.assert_allclose(struck.position, thrown.position + wall * struck.time, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("removal", "tolerance"), [("normal", 0.5), ("full", 1e-2)])  # 0.5: steps between layer steps
+def test_a_layer_that_has_left_the_wall_holds_its_share_of_the_work(removal, tolerance, tmp_path):
+    """Nothing of it waits for the next contact: the last steps before a node opens count too."""
+    thickness, side = 1e-6, 1e-3
+    mesh = tc.box_mesh((side, side, side), (2, 2, 2), origin=(0, 0, 1.3e-7))
+    body = tc.Body(mesh, tc.LinearElastic(200e9, 0.3, DENSITY), velocity=(SPEED, 0.0, -20.0), contact="zmin")
+    layer = tc.FrictionLayer(thickness=thickness, tolerance=tolerance)
+    scene = tc.Scene([body], [tc.Plane()], 2.5e-6, contact=tc.MasslessContact(removal), friction=layer)
+    history = simulate(scene, cfl=0.5, out=tmp_path, frames=2).history
+    assert history["contact_nodes"].max() == 9
+    assert not history["contact_nodes"][-20:].any()  # three times as long as heat takes through the layer
+    x, y, z = mesh.nodes.T
+    share = (z == z.min()) * (1 + np.isclose(x, side / 2)) * (1 + np.isclose(y, side / 2)) / 16
+    warmth = ResultData.open(tmp_path / "result.vtkhdf").frame(1).point_data["layer_temperature"] - 300.0
+    held = (share * warmth).sum() * side**2 * thickness * layer.material.volumetric_heat
+    assert held == pytest.approx(layer.heat_share * history["friction_work"][-1], rel=1e-4)
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_layers_that_stuck_for_long_heat_as_soon_as_they_slide(removal):
+    """A block sheared by its top sticks for some forty steps; what makes long layer steps then must end with it."""
+    side, young = 1e-3, 200e9
+    block = tc.Body(
+        tc.box_mesh((side, side, side), (2, 2, 2)),
+        tc.LinearElastic(young, 0.0, DENSITY),
+        contact="zmin",
+        displacement=lambda nodes: nodes * (0.0, 0.0, -PRESSURE / young),
+        supports=[tc.Support("zmax", "xyz", velocity=(SPEED, 0.0, 0.0))],
+    )
+    contact = tc.MasslessContact(removal)
+    scene = tc.Scene([block], [tc.Plane()], 5e-7, contact=contact, friction=tc.FrictionLayer())
+    history = simulate(scene, dt=5e-9).history
+    work, hottest = history["friction_work"], history["layer_temperature_max"]
+    onset = np.flatnonzero(work > 1e-6 * work[-1])[0]
+    assert 30 <= onset <= 50
+    assert hottest[onset - 2] == pytest.approx(300.0, abs=1e-6)
+    assert history["layer_substeps"][onset - 2] < 1.0  # nothing to resolve
+    assert hottest[onset + 3] > 300.1
