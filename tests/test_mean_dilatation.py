@@ -128,7 +128,7 @@ def test_bending_of_a_nearly_incompressible_cantilever_does_not_lock():
     assert tip_deflection("full", 0.3, 4) < usual
 
 
-@pytest.mark.parametrize("law", SPLIT)
+@pytest.mark.parametrize("law", [pytest.param(law, marks=pytest.mark.slow if law == "mooney" else ()) for law in SPLIT])
 @pytest.mark.parametrize("removal", ["full", "normal"])
 def test_contact_stiffness_is_the_slope_of_the_force_and_positive_definite(law, removal):
     """Against central differences of the force and against numpy; with a support: its component is not massless."""

@@ -48,6 +48,7 @@ def test_static_solve_meets_its_residual_with_an_exact_tangent(removal):
     assert result.history["static_residual"].max() <= 1e-9
 
 
+@pytest.mark.slow
 def test_many_steps_per_launch_give_the_same(monkeypatch):
     """The serial step of small bodies against the parallel pass."""
     scene = cube_impact.scene(cells=3, poisson=0.49, formulation=MEAN, removal="normal", duration=8e-4)
