@@ -10,17 +10,19 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 
 import taichi as ti
 
+from .lanes import FRICTION_NODE, FRICTION_TRACE
+
 # `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
 # most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
 # [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
 # displacement (3) that slip in the static solve counts from
 COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
 LIMIT, SPEED, SOFTNESS, MEAN_SPEED, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
-NODE = 9
+NODE = FRICTION_NODE
 # `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
 # then and contact normal at the last measure
 PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
-TRACE = 13
+TRACE = FRICTION_TRACE
 SHORT_TRACE = 1  # without static friction
 
 SINGULAR = 1e-12  # of the trace: a direction that a force cannot move

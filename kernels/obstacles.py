@@ -11,12 +11,12 @@ Only the shapes in `touching.kinds.shapes` are compiled.
 import taichi as ti
 
 from .boundary_nodes import row
-from .lanes import LOADS_AT, MOST_SLOTS, TRACKED
+from .lanes import LOADS_AT, MOST_SLOTS, OBSTACLE, TRACKED
 from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
 SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
-RECORD = 33
+RECORD = OBSTACLE
 CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import MOST_SLOTS, RAW, VISCOUS_HELD
+from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
@@ -116,8 +116,8 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         result[plan.contact_term or "contact"] = size
         if plan.scene.friction is not None and count:
             stays = contact.graph is not None and contact.block > 1
-            per_slot = 13 if stays else 1  # kernels/friction.TRACE
-            size = REAL * (3 + count * (8 + slots * per_slot))
+            per_slot = FRICTION_TRACE if stays else 1
+            size = REAL * (3 + count * (FRICTION_NODE + slots * per_slot))
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
     return result
 
@@ -129,7 +129,7 @@ def _obstacles(plan: Plan, body: BodyPlan) -> int:
     if plan.scene.moving:
         rows += (MOST_ROWS if body.small else 1) + 1
     grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
-    return REAL * (33 * rows * len(obstacles) + grids)
+    return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 
 
 def _layers(friction: FrictionModel, count: int) -> int:
