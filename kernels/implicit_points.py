@@ -10,6 +10,7 @@ import functools
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
+from .compile_options import LEAVE_TO_LLVM, compiled_with
 from .implicit_laws import (
     PARTS,
     energy,
@@ -148,4 +149,4 @@ def make_points(law: str, rule: str, mean: bool):
                         for i, j in ti.static(ti.ndrange(3, 3)):
                             tangent_out[(9 * point + direction) * 9 + 3 * i + j] = w * change[i, j]
 
-    return points
+    return compiled_with(points, **LEAVE_TO_LLVM)

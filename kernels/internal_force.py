@@ -7,7 +7,7 @@ With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gi
 
 Cells: the corners of a pack are gathered into vectors over its lanes, the cell's arithmetic works on vectors, and the
 corner forces are scattered lane by lane, without atomics, into the force row of their chunk. The vectors are explicit
-SIMD values (`keep_vectors`), so nothing depends on what a loop vectoriser makes of the host. Nodes: each sums its chunk
+SIMD values (`KEEP_VECTORS`), so nothing depends on what a loop vectoriser makes of the host. Nodes: each sums its chunk
 rows in chunk order, clears them for the next step and moves. Chunks and node ranges are fixed in number: same bits on
 any number of threads.
 
@@ -29,6 +29,7 @@ import taichi as ti
 
 from . import elements, laws
 from .arguments import ARRAY, INDEX
+from .compile_options import KEEP_VECTORS, compiled_with
 from .lanes import (
     CELL_SUMS,
     CHUNKS,
@@ -149,7 +150,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
     cell_phase(first, end, connectivity, chunk_table, node_info, position, u, v, rows, cell_sums, params, stride) for
-    the chunks first..end; a kernel that calls it needs `keep_vectors`. As an outermost parallel loop stride = GRAIN,
+    the chunks first..end; a kernel that calls it needs `KEEP_VECTORS`. As an outermost parallel loop stride = GRAIN,
     inside a serial loop over steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
     """
     corners = elements.CORNERS[kind]
@@ -238,32 +239,6 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     return cell_phase
 
 
-def keep_vectors(kernel):
-    """The kernel, compiled with its vectors intact: a `ti.Vector` of lanes stays one SIMD value of the machine.
-
-    Taichi otherwise splits every vector into scalars. Needed by each kernel that contains a cell phase; the option is
-    set only while the first call compiles. `.kernel` of the answer is the plain kernel, compiled after the first call.
-    """
-    compiled = False
-
-    @functools.wraps(kernel)
-    def call(*arguments):
-        nonlocal compiled
-        if compiled:
-            return kernel(*arguments)
-        before = ti.cfg.real_matrix_scalarize
-        ti.cfg.real_matrix_scalarize = False
-        try:
-            answer = kernel(*arguments)
-        finally:
-            ti.cfg.real_matrix_scalarize = before
-        compiled = True
-        return answer
-
-    call.kernel = kernel
-    return call
-
-
 @functools.cache
 def make_step(kind: str, law: str, width: int | None = None, damped: bool = False, viscous: bool = False):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
@@ -310,7 +285,7 @@ def make_step(kind: str, law: str, width: int | None = None, damped: bool = Fals
             damped,
         )
 
-    return keep_vectors(step)
+    return compiled_with(step, **KEEP_VECTORS)
 
 
 @functools.cache
@@ -347,4 +322,4 @@ def make_measure(kind: str, law: str):
                 1,
             )
 
-    return keep_vectors(measure)
+    return compiled_with(measure, **KEEP_VECTORS)

@@ -17,7 +17,7 @@ import taichi as ti
 
 from . import layer1d_residual as eq
 from .arguments import ARRAY
-from .internal_force import keep_vectors
+from .compile_options import KEEP_VECTORS, compiled_with
 from .layer1d_phases import make_phases
 from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH, load, store
 from .layer1d_solve import NEWTON, make_solve
@@ -228,4 +228,4 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             store(surface_out, row, load(rise, base, width), width)
                             store(stress_out, row, sig / SQRT3, width)
 
-    return keep_vectors(layer) if width > 1 else layer
+    return compiled_with(layer, **KEEP_VECTORS) if width > 1 else layer

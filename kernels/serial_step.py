@@ -21,7 +21,8 @@ import taichi as ti
 
 from .arguments import ARRAY, INDEX
 from .bundles import Body, Kinds, Listed, Pairs, Supported, System, Touching
-from .internal_force import keep_vectors, make_cell_phase, node_phase
+from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
+from .internal_force import make_cell_phase, node_phase
 from .lanes import (
     CELL_SUMS,
     CHUNKS,
@@ -446,4 +447,6 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    return keep_vectors(serial_step)
+    # with friction the compilation takes longer than many a run; without, the loop over cells is worth it
+    hasty = LEAVE_TO_LLVM if rubs or not passes else {}
+    return compiled_with(serial_step, **KEEP_VECTORS, **hasty)
