@@ -252,6 +252,10 @@ def test_checks_fail_when_the_physics_does():
         ({"momentum": lost}, "momentum = impulses"),
     ):
         assert any(text.startswith(name) for text in failed(bar_impact, spoiled(result, **columns))), name
+    node = result.contact_node_force.copy()
+    node[0] = (0.0, 0.0, -1e-3 * pulling.max())
+    one_pulls = dataclasses.replace(result, contact_node_force=node)
+    assert any(text.startswith("contact pushes") for text in failed(bar_impact, one_pulls))
     stopped = dataclasses.replace(result, reason="diverged", ok=False)
     assert any(text.startswith("finished") for text in failed(bar_impact, stopped))
 

@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -179,9 +178,7 @@ def test_ctrl_c_ends_as_interrupted_with_frames_history_and_summary(tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline().strip() == "running"
         process.send_signal(signal.SIGINT)
-        started = time.monotonic()
         output, errors = process.communicate(timeout=120)
-        assert time.monotonic() - started < 120
     assert process.returncode == 0, errors[-2000:]
     told = json.loads(output.splitlines()[-1])
     assert told["reason"] == "interrupted"
