@@ -1,5 +1,6 @@
 """Friction layers in a run: their heat is friction work, they outlive contact, cost nothing where absent (METHOD 5)."""
 
+import dataclasses
 import sys
 from itertools import pairwise
 
@@ -64,6 +65,20 @@ def test_heat_is_its_share_of_the_friction_work_row_by_row(removal):
     assert (np.diff(work) >= -1e-12 * work.max()).all()  # massless nodes stick until their stress has built up
     assert work[-1] > 1e-3
     np.testing.assert_allclose(history["layer_heat"], 0.5 * work, rtol=0, atol=1e-12 * work.max())
+
+
+def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
+    scene = hot_slide.scene(cells=2, speed=SPEED, pressure=PRESSURE, duration=1e-7)
+    result = simulate(scene, cfl=hot_slide.SCHEME["cfl"])
+    found = hot_slide.checks(result)
+    assert len(found) == 6
+    assert not [check for check in found if not check.passed]
+    for column, share in (("layer_heat", 1.001), ("friction_work", 1.2), ("layer_temperature_max", 10.0)):
+        spoiled = dataclasses.replace(result, history=result.history | {column: share * result.history[column]})
+        assert [check for check in hot_slide.checks(spoiled) if not check.passed], column
+    layer, dry = hot_slide.comparison(cells=2).values()
+    assert isinstance(layer.friction, tc.FrictionLayer)
+    assert dry.friction == tc.Coulomb(layer.friction.coefficient)
 
 
 def test_layers_stay_warm_through_opening_and_meet_the_wall_again_warm():
