@@ -1,4 +1,4 @@
-"""Runs that cannot go on stop with cell, time and remedy; Ctrl-C keeps everything (issue: guards)."""
+"""Runs that cannot go on stop with cell, time and remedy; Ctrl-C keeps everything."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Only what a scene needs exists: terms, memory, modules (DESIGN 3)."""
+"""Only what a scene needs exists: terms, memory, modules."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (DESIGN 4, METHOD 2)."""
+"""The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (METHOD 2)."""
 
 import numpy as np
 import oracle
