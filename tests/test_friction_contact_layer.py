@@ -10,7 +10,9 @@ from scenes import simulate
 
 import tcontact as tc
 from tcontact.cases import hot_slide
+from tcontact.friction_layer import COPPER
 from tcontact.history import LAYERS
+from tcontact.state import BodyState
 from tcontact.vtkhdf import ResultData
 
 REMOVALS = ["normal", "full"]
@@ -65,6 +67,24 @@ def test_heat_is_its_share_of_the_friction_work_row_by_row(removal):
     assert (np.diff(work) >= -1e-12 * work.max()).all()  # massless nodes stick until their stress has built up
     assert work[-1] > 1e-3
     np.testing.assert_allclose(history["layer_heat"], 0.5 * work, rtol=0, atol=1e-12 * work.max())
+
+
+def test_layers_are_what_the_model_says():
+    """Every option of the model, none at its default, arrives at the layers of the contact nodes."""
+    options = {"points": 8, "grading": 10.0, "thickness": 2e-6, "heat_share": 0.3, "plastic_heat": 0.5}
+    options |= {"initial_temperature": 400.0, "method": "stress-secant", "reload": False}
+    defaults = {field.name: field.default for field in dataclasses.fields(tc.FrictionLayer)}
+    assert all(defaults[name] != value for name, value in options.items())
+    assert set(defaults) - set(options) == {"material", "coefficient", "tolerance", "substeps"}
+    scene = sliding(material=COPPER, **options)
+    body = tc.plan(scene).bodies[0]
+    zero = np.zeros_like(body.reference)
+    layer = BodyState(scene, body, zero, zero).contact.friction.layer
+    assert layer.metals == (COPPER,)
+    assert {name: getattr(layer, name, None) for name in options if name != "grading"} == {
+        name: value for name, value in options.items() if name != "grading"
+    }
+    assert np.diff(layer.depth)[-1] / np.diff(layer.depth)[0] == pytest.approx(10.0)
 
 
 def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
