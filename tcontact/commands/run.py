@@ -39,7 +39,7 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
     )
-    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    parser.add_argument("--arch", choices=("cpu", "cuda"), help="where to compute (default: cpu)")
     parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
     parser.add_argument(
         "--checkpoint",
@@ -60,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     if is_scene(arguments.case):
         return run_scene(arguments, _start, finish)
     arguments.frames = 60 if arguments.frames is None else arguments.frames
+    arguments.arch = arguments.arch or "cpu"
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
     if not hasattr(case, "scene"):
