@@ -7,6 +7,7 @@ import csv
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -379,6 +380,18 @@ def test_out_may_not_be_a_file(tmp_path, capsys):
     (tmp_path / "taken").write_text("mine", encoding="utf-8")
     assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path / "taken")]) == 2
     assert "is a file" in capsys.readouterr().err
+
+
+def test_every_file_that_a_case_draws_is_ours(tmp_path):
+    """Else `--force` would leave the picture of an older run beside the new ones."""
+    drawn = set()
+    for path in [*(ROOT / "cases").glob("*.py"), *(ROOT / "tcontact" / "commands").glob("*.py")]:
+        drawn |= set(re.findall(r'\b(?:folder|out) / "([\w-]+\.(?:png|csv|json))"', path.read_text(encoding="utf-8")))
+    assert {"motion.png", "sliding.png", "tractions.png", "profile.csv", "energy.png", "study.csv"} <= drawn
+    drawn -= {"bench.json", "bench.csv", "bench.png"}  # a bench is repeated in place
+    for name in drawn:
+        (tmp_path / name).write_text("")
+    assert {path.name for path in folder.our_files(tmp_path)} == drawn
 
 
 def test_files_that_are_not_ours_are_never_counted(tmp_path):
