@@ -142,7 +142,7 @@ UNUSED = {  # parts of names of kernel modules
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in ("coulomb", "penalty") else ()) for name in UNUSED]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in ("bare", "massless"))) for name in UNUSED]
 )
 def test_kernels_of_other_terms_are_never_imported_or_made(name):
     """In a fresh process: which kernel modules are in memory, and which kernel variants their factories made."""
