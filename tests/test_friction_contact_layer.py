@@ -70,21 +70,21 @@ def test_heat_is_its_share_of_the_friction_work_row_by_row(removal):
 
 
 def test_layers_are_what_the_model_says():
-    """Every option of the model, none at its default, arrives at the layers of the contact nodes."""
+    """Every option of the model, none at its default and all of them, arrives at the layers of the contact nodes."""
     options = {"points": 8, "grading": 10.0, "thickness": 2e-6, "heat_share": 0.3, "plastic_heat": 0.5}
     options |= {"initial_temperature": 400.0, "method": "stress-secant", "reload": False}
     defaults = {field.name: field.default for field in dataclasses.fields(tc.FrictionLayer)}
     assert all(defaults[name] != value for name, value in options.items())
     assert set(defaults) - set(options) == {"material", "coefficient", "tolerance", "substeps"}
-    scene = sliding(material=COPPER, **options)
-    body = tc.plan(scene).bodies[0]
-    zero = np.zeros_like(body.reference)
-    layer = BodyState(scene, body, zero, zero).contact.friction.layer
-    assert layer.metals == (COPPER,)
-    assert {name: getattr(layer, name, None) for name in options if name != "grading"} == {
-        name: value for name, value in options.items() if name != "grading"
-    }
-    assert np.diff(layer.depth)[-1] / np.diff(layer.depth)[0] == pytest.approx(10.0)
+    for given in ({"material": COPPER} | options, {}):
+        scene = sliding(**given)
+        body = tc.plan(scene).bodies[0]
+        zero = np.zeros_like(body.reference)
+        layer, wanted = BodyState(scene, body, zero, zero).contact.friction.layer, defaults | given
+        assert layer.metals == (wanted["material"],)
+        for name in set(options) - {"grading"}:
+            assert getattr(layer, name) == wanted[name], name
+        assert np.diff(layer.depth)[-1] / np.diff(layer.depth)[0] == pytest.approx(wanted["grading"])
 
 
 def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
