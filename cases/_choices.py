@@ -1,4 +1,4 @@
-"""What the cases let a user choose by name: the law and the way contact is resolved."""
+"""What the cases share: the law and the way contact is resolved, chosen by name; parameters that must be positive."""
 
 from __future__ import annotations
 
@@ -47,6 +47,20 @@ def contact_model(
     if contact == "impulse":
         return tc.ImpulseContact()
     raise tc.InputError("contact", contact, "use one of massless, penalty, impulse")
+
+
+def positive(**values: float | None) -> None:
+    """Refuse the first parameter that is given and not above 0, by its name. Raises `InputError`."""
+    for name, value in values.items():
+        if value is not None and not value > 0:
+            raise tc.InputError(name, value, "must be greater than 0")
+
+
+def not_negative(**values: float) -> None:
+    """Refuse the first parameter that is below 0 or not finite, by its name. Raises `InputError`."""
+    for name, value in values.items():
+        if not 0.0 <= value < float("inf"):
+            raise tc.InputError(name, value, "give a number of at least 0")
 
 
 def is_exact(scene: tc.Scene) -> bool:

@@ -49,9 +49,8 @@ def scene(
     duration: None = until a quarter of the contact time after the bar has left.
     """
     material = choices.material(law, young, 0.0, density)
-    for name, value in {"length": length, "speed": speed, "width": width, "cells": cells}.items():
-        if value is not None and not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(length=length, speed=speed, width=width, cells=cells)
+    choices.not_negative(gap=gap)
     h = length / cells
     side = length / 8.0 if width is None else width
     mesh = tc.box_mesh(size=(side, side, length), cells=(1, 1, cells), kind=kind, origin=(-side / 2, -side / 2, gap))

@@ -49,9 +49,7 @@ def scene(
     for name, value, low in (("cells", cells, 1), ("contacts", contacts, 1), ("flight", flight, 3)):
         if isinstance(value, bool) or not isinstance(value, int) or value < low:
             raise tc.InputError(name, value, f"give a whole number of at least {low}")
-    for name, value in {"length": length, "gravity": gravity, "width": width}.items():
-        if value is not None and not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(length=length, gravity=gravity, width=width)
     material = choices.material("linear", young, 0.0, density)
     speed, wave = flight * gravity * length / material.wave_speed, 2.0 * length / material.wave_speed
     side, height = length / 10.0 if width is None else width, speed**2 / (2.0 * gravity)

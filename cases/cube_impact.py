@@ -58,10 +58,9 @@ def scene(
     of a cell (contact=penalty: None = 10); duration: None = long enough for the default cube to leave, as it lies.
     """
     material = choices.material(law, young, poisson, density)
-    for name, value in {"size": size, "speed": speed, "cells": cells}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
-    for name, value in {"yaw": yaw, "pitch": pitch, "gap": gap}.items():
+    choices.positive(size=size, speed=speed, cells=cells)
+    choices.not_negative(gap=gap)
+    for name, value in {"yaw": yaw, "pitch": pitch}.items():
         if not np.isfinite(value):
             raise tc.InputError(name, value, "give a finite number")
     box = tc.box_mesh(size=(size,) * 3, cells=(cells,) * 3, kind=kind, origin=(-size / 2,) * 3)

@@ -45,9 +45,7 @@ def scene(
     friction and the most that the layer transmits; points, thickness, tolerance: of the layer; duration: None = until
     shear of 150 MPa would have stopped half of the speed, at most 2 us.
     """
-    for name, value in {"height": height, "cells": cells, "pressure": pressure, "speed": speed}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(height=height, cells=cells, pressure=pressure, speed=speed)
     if friction not in ("layer", "coulomb"):
         raise tc.InputError("friction", friction, "use layer or coulomb")
     material = choices.material(law, STEEL["young"], STEEL["poisson"], STEEL["density"])
@@ -129,3 +127,9 @@ def checks(result: tc.Result) -> list[ck.Check]:
         hottest = float(history["layer_temperature_max"].max())
         found.append(ck.at_most("hottest surface over melting", hottest / melting, 1.0))
     return found
+
+
+if __name__ == "__main__":
+    from tcontact.cli import main
+
+    sys.exit(main(["run", "hot-slide", *sys.argv[1:]]))

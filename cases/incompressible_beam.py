@@ -17,6 +17,7 @@ import numpy as np
 
 import tcontact as tc
 from tcontact import checks as ck
+from tcontact.cases import _choices as choices
 
 SCHEME = {"scheme": "discrete-gradient", "dt": 0.02}
 
@@ -35,9 +36,7 @@ def scene(
 
     SI units. ratio: lambda/mu; shear: mu; speed: of the free end at the start.
     """
-    for name, value in {"cells": cells, "ratio": ratio, "shear": shear, "length": length, "speed": speed}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(cells=cells, ratio=ratio, shear=shear, length=length, speed=speed)
     poisson = ratio / (2.0 * (ratio + 1.0))
     material = tc.NeoHookean(young=2.0 * shear * (1.0 + poisson), poisson=poisson, density=density)
     rows = max(1, round(cells / 10))

@@ -55,12 +55,8 @@ def scene(
     they are equal and poisson is 0.3); penalty: None = exact, else multiples of young/h (contact=penalty: None = 10).
     """
     material = choices.material(law, young, poisson, density)
-    for name, value in {"height": height, "speed": speed, "cells": cells}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
-    for name, value in {"sideways": sideways, "gap": gap}.items():
-        if not (np.isfinite(value) and value >= 0):
-            raise tc.InputError(name, value, "give a number of at least 0")
+    choices.positive(height=height, speed=speed, cells=cells)
+    choices.not_negative(sideways=sideways, gap=gap)
     side = height / cells
     mesh = tc.box_mesh((side, side, height), (1, 1, cells), kind, origin=(0.0, 0.0, gap))
     model = choices.contact_model(

@@ -51,12 +51,8 @@ def scene(
     """
     if isinstance(cells, bool) or not isinstance(cells, int) or cells < 3:
         raise tc.InputError("cells", cells, "give a whole number of at least 3, an even one to start on a corner")
-    for name, value in {"friction": friction, "density": density, "radius": radius, "gravity": gravity}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(friction=friction, density=density, radius=radius, gravity=gravity, speed=speed)
     speed = 0.5 * np.sqrt(gravity * radius) if speed is None else speed
-    if not speed > 0:
-        raise tc.InputError("speed", speed, "must be greater than 0")
     young = 1e4 * density * gravity * radius if young is None else young
     mesh = meshes.disc(radius, cells, 0.1 * radius)
     cylinder = tc.Body(

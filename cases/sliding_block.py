@@ -69,9 +69,7 @@ def scene(
     friction, angle, speed, damping = (
         usual if value is None else value for value, usual in zip(given, DEFAULTS[motion], strict=True)
     )
-    for name, value in {"height": height, "gravity": gravity, "density": density, "cells": cells}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(height=height, gravity=gravity, density=density, cells=cells)
     if not 0.0 <= angle < 90.0:
         raise tc.InputError("angle", angle, "give degrees from 0 to below 90")
     if motion == "stop" and not (friction * speed > 0.0 and np.tan(np.radians(angle)) < friction):

@@ -40,9 +40,7 @@ def scene(
 
     SI units. spin: angular velocity [rad/s]; stretch: rate of the shearing motion at the start [1/s].
     """
-    for name, value in {"cells": cells, "size": size}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(cells=cells, size=size)
     material = choices.material(law, young, poisson, density)
     edges = np.array([1.0, 1 / 2, 1 / 3]) * size
     counts = tuple(int(max(1, round(cells * edge / size))) for edge in edges)

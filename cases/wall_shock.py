@@ -47,9 +47,8 @@ def scene(
     multiples of young/h (contact=penalty: None = 10).
     """
     material = choices.material("neo-hookean", young, poisson, density)
-    for name, value in {"length": length, "mach": mach, "cells": cells}.items():
-        if not value > 0:
-            raise tc.InputError(name, value, "must be greater than 0")
+    choices.positive(length=length, mach=mach, cells=cells)
+    choices.not_negative(gap=gap)
     if not mach < 1.0:
         raise tc.InputError("mach", mach, "must be less than 1")
     speed, side = mach * material.wave_speed, length / 8.0

@@ -1,4 +1,4 @@
-"""Kinds of kernel arguments: flat arrays of float64 and int32 (DESIGN 4: compiled once, reused at any size)."""
+"""Kinds of kernel arguments: flat arrays of float64 and int32 (compiled once, reused at any size)."""
 
 import taichi as ti
 

@@ -2,7 +2,7 @@
 
     f_i = dW/du_i,   a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
 
-(METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new; DESIGN 4: the lane-chunk shape.)
+(METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new.)
 With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gives v = -f/m and leaves u alone.
 
 Cells: the corners of a pack are gathered into vectors over its lanes, the cell's arithmetic works on vectors, and the

@@ -4,7 +4,7 @@
     exp(a) - 1 = 2^k (exp(r) - 1) + (2^k - 1),  a = k ln 2 + r, |r| <= ln 2 / 2
 
 by exponent bits and series in Estrin form (see `laws.log_split` for the first); errors of one or two units in the last
-place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (DESIGN 4: library calls end vectorisation).
+place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (a library call would end vectorisation).
 """
 
 import taichi as ti

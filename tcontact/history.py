@@ -1,4 +1,4 @@
-"""The history of a run: one row per step, derived columns at the end (DESIGN 1, METHOD 2)."""
+"""The history of a run: one row per step, derived columns at the end (METHOD 2)."""
 
 from __future__ import annotations
 

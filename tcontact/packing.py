@@ -1,4 +1,4 @@
-"""Cells in packs of lanes, packs in chunks that own compact force rows (the CPU shape of DESIGN 4).
+"""Cells in packs of lanes, packs in chunks that own compact force rows: the shape that is fast on CPUs.
 
 A pack holds `width` cells as [corner][lane]. Packs are divided into a fixed number of chunks, so that sums have the
 same bits at any thread count. Each chunk adds forces, without atomics, into its own row over the nodes [low, high] it

@@ -114,7 +114,8 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
         factor, prefix = si_scale(
             max(float(np.nanmax(np.abs(column(history)), initial=0.0)) for history in runs.values())
         )
-        for axes, (label, history), color in zip(grid[row], runs.items(), (BLUE, RED, GREEN, ORANGE), strict=False):
+        for number, (axes, (label, history)) in enumerate(zip(grid[row], runs.items(), strict=True)):
+            color = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN)[number % 6]
             axes.plot(history["time"] / unit[0], column(history) / factor, color=color, lw=0.8)
             if row == 0:
                 error = float(np.nanmax(np.abs(history["energy_error"])))

@@ -1,4 +1,4 @@
-"""The stable step 2/omega_max of the free body with its standard lumped mass, by Lanczos (DESIGN 4).
+"""The stable step 2/omega_max of the free body with its standard lumped mass, by Lanczos.
 
 Force products M^-1 K w come from the force pass itself, as differences about the present state; the estimate is
 0.98 * 2/sqrt(ritz value + residual), on the safe side of the true limit and at least 90 % of it.

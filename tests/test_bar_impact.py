@@ -1,4 +1,4 @@
-"""A bar of Poisson's ratio 0 against a wall: the exact one-dimensional impact (issue table, METHOD 2)."""
+"""A bar of Poisson's ratio 0 against a wall: the exact one-dimensional impact (METHOD 2)."""
 
 from functools import cache
 

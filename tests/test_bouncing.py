@@ -1,4 +1,4 @@
-"""A bar that bounces on a floor under gravity: several contacts, exact waves between them (issue table)."""
+"""A bar that bounces on a floor under gravity: several contacts, exact waves between them."""
 
 import numpy as np
 import oracle

@@ -53,6 +53,9 @@ def test_every_case_explains_itself(name):
     assert cases.title(name).endswith(".")
     assert callable(case.checks)
     assert cases.parameters(name)
+    assert (
+        Path(case.__file__).read_text(encoding="utf-8").endswith(f'sys.exit(main(["run", "{name}", *sys.argv[1:]]))\n')
+    )
     if hasattr(case, "scene"):
         assert "cells" in cases.parameters(name)
         assert isinstance(case.scene(cells=3), tc.Scene)
@@ -96,8 +99,9 @@ def test_unknown_case_names_the_known_ones():
     ],
 )
 def test_wrong_parameters_are_refused_by_name(case, wrong):
-    with pytest.raises(tc.InputError):
+    with pytest.raises(tc.InputError) as caught:
         case.scene(**wrong)
+    assert next(iter(wrong)) in str(caught.value)
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-4, 3.3e-4])
@@ -252,6 +256,10 @@ def test_checks_fail_when_the_physics_does():
         ({"momentum": lost}, "momentum = impulses"),
     ):
         assert any(text.startswith(name) for text in failed(bar_impact, spoiled(result, **columns))), name
+    node = result.contact_node_force.copy()
+    node[0] = (0.0, 0.0, -1e-3 * pulling.max())
+    one_pulls = dataclasses.replace(result, contact_node_force=node)
+    assert any(text.startswith("contact pushes") for text in failed(bar_impact, one_pulls))
     stopped = dataclasses.replace(result, reason="diverged", ok=False)
     assert any(text.startswith("finished") for text in failed(bar_impact, stopped))
 

@@ -7,6 +7,7 @@ import csv
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -118,8 +119,19 @@ def test_info_draws_a_curve_in_a_line():
         (["run", "cube-impact", "--set", "scheme=euler"], "central-difference"),
         (["run", "cube-impact", "--set", "cfl=-1"], "cfl"),
         (["run", "bar-impact", "--set", "compare=true"], "no such parameter"),
-        (["run", "cube-impact", "--threads", "0"], "--threads"),
-        (["run", "cube-impact", "--frames", "-1"], "--frames"),
+        (["run", "cube-impact", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
+        (["run", "cube-impact", "--threads", "two"], "--threads: 'two': give whole numbers, 1 or more"),
+        (["run", "cube-impact", "--frames", "-1"], "--frames: '-1': give a whole number, 0 or more"),
+        (["run", "cube-impact", "--frames", "2.5"], "--frames: '2.5': give a whole number, 0 or more"),
+        (["run", "cube-impact", "--checkpoint", "soon"], "--checkpoint: 'soon': give a number, 0 or more"),
+        (["resume", "nowhere", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
+        (["resume", "nowhere", "--checkpoint", "-1"], "--checkpoint: '-1': give a number, 0 or more"),
+        (["resume", "nowhere"], "no such folder"),
+        (["render", "nowhere", "--scale", "nan"], "--scale: 'nan': give a number"),
+        (["render", "nowhere", "--fps", "0"], "--fps: '0': give numbers above 0"),
+        (["export", "nowhere", "--every", "0"], "--every: '0': give whole numbers, 1 or more"),
+        (["study", "bar-impact", "--steps", "0.9,x"], "--steps: 'x': give numbers above 0"),
+        (["study", "bar-impact", "--budget", "0"], "--budget: '0': give numbers above 0"),
         (["run", "cube-impact", "--arch", "abacus"], "--arch"),
         (["info", "nowhere"], "no such file"),
         (["render", "nowhere"], "no such file"),
@@ -368,6 +380,18 @@ def test_out_may_not_be_a_file(tmp_path, capsys):
     (tmp_path / "taken").write_text("mine", encoding="utf-8")
     assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path / "taken")]) == 2
     assert "is a file" in capsys.readouterr().err
+
+
+def test_every_file_that_a_case_draws_is_ours(tmp_path):
+    """Else `--force` would leave the picture of an older run beside the new ones."""
+    drawn = set()
+    for path in [*(ROOT / "cases").glob("*.py"), *(ROOT / "tcontact" / "commands").glob("*.py")]:
+        drawn |= set(re.findall(r'\b(?:folder|out) / "([\w-]+\.(?:png|csv|json))"', path.read_text(encoding="utf-8")))
+    assert {"motion.png", "sliding.png", "tractions.png", "profile.csv", "energy.png", "study.csv"} <= drawn
+    drawn -= {"bench.json", "bench.csv", "bench.png"}  # a bench is repeated in place
+    for name in drawn:
+        (tmp_path / name).write_text("")
+    assert {path.name for path in folder.our_files(tmp_path)} == drawn
 
 
 def test_files_that_are_not_ours_are_never_counted(tmp_path):

@@ -1,4 +1,4 @@
-"""Impact of cubes on a wall: restitution, mean force, edge- and corner-first energy (issue table)."""
+"""Impact of cubes on a wall: restitution, mean force, edge- and corner-first energy."""
 
 import numpy as np
 import pytest

@@ -59,6 +59,8 @@ def test_a_shorter_series_leaves_nothing_of_a_longer_one(data, tmp_path):
     assert names == {"frame-0000.vtu", "frame-0001.vtu", "series.pvd", "notes.txt"}
     assert set(meshio.read(files[1]).point_data) == {"displacement"}
     np.testing.assert_array_equal(meshio.read(files[1]).point_data["displacement"], fields(3)[0]["displacement"])
+    rows = ElementTree.parse(tmp_path / "out" / "series.pvd").getroot().iter("DataSet")
+    assert [float(row.get("timestep")) for row in rows] == list(TIMES[::3])
 
 
 def test_export_refuses_what_it_cannot_do(data, tmp_path):

@@ -183,7 +183,7 @@ def counted(self, run, row):
     if saves[0] == 2:  # dies soon, in the middle of something
         threading.Timer(float(sys.argv[2]), os.kill, (os.getpid(), 9)).start()
 Keeper.save = counted
-fine, options = tc.CentralDifference(cfl=0.02), {"every_steps": 20}
+fine, options = tc.CentralDifference(cfl=0.04), {"every_steps": 20}
 physics = SCENES["full removal"]()
 if len(sys.argv) > 3:
     quietly(tc.resume, sys.argv[1], physics, fine, threads=1, checkpoint=options)
@@ -193,7 +193,7 @@ else:
 
 
 def test_a_run_that_is_killed_again_and_again_ends_with_the_same_bits(tmp_path):
-    physics, fine = SCENES["full removal"](), tc.CentralDifference(cfl=0.02)
+    physics, fine = SCENES["full removal"](), tc.CentralDifference(cfl=0.04)
     straight = quietly(tc.simulate, physics, fine, out=tmp_path / "straight", frames=60)
     place = tmp_path / "killed"
     for delay, again in ((0.0, []), (0.03, ["again"])):

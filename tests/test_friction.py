@@ -244,6 +244,27 @@ def test_a_belt_takes_a_block_to_its_speed(removal):
     assert history["energy_error"].max() <= 4e-3
 
 
+@pytest.mark.parametrize("removal", ["normal", "full"])
+def test_a_turntable_turns_a_block(removal):
+    """It slides everywhere: the torque is mu times the weight times the mean distance from the axis."""
+    side, spin, mu = 1.0, 3.0, 0.2
+    block = sliding_block.scene(motion="hold", angle=0.0, friction=mu, damping=0.0, removal=removal, duration=0.02)
+    body = block.bodies[0]
+    centre = body.mesh.nodes.mean(axis=0) * (1.0, 1.0, 0.0)
+    table = tc.Plane(point=centre, angular_velocity=(0.0, 0.0, spin), name="table")
+    result = simulate(dataclasses.replace(block, obstacles=[table]), cfl=0.4)
+    history, weight = result.history, ck.mass(result) * 9.81
+    x, y = (np.linspace(-0.5, 0.5, 2001)[:-1] + 0.5 / 2000) * np.array([[1.5 * side], [side]])
+    mean = np.hypot(x[:, None], y[None, :]).mean()
+    about = history["angular_momentum"] - np.cross(centre, history["momentum"])
+    assert about[-1, 2] == pytest.approx(mu * weight * mean * result.time, rel=0.05)
+    given = -np.sum(result.obstacle_moment["table"][1:, 2] * np.diff(history["time"]))
+    assert given == pytest.approx(about[-1, 2], rel=0.02)
+    slid = history["friction_work"][-1]
+    assert slid == pytest.approx(spin * about[-1, 2] - history["kinetic"][-1], rel=0.05)
+    assert history["energy_error"].max() <= 4e-3
+
+
 @pytest.mark.parametrize("name", ["normal removal, moving wall", "full removal, moving wall"])
 def test_the_ledger_closes_and_friction_never_gains(name):
     """An oblique impact on a wall that moves."""

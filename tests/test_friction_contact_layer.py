@@ -1,5 +1,6 @@
 """Friction layers in a run: their heat is friction work, they outlive contact, cost nothing where absent (METHOD 5)."""
 
+import dataclasses
 import sys
 from itertools import pairwise
 
@@ -9,7 +10,9 @@ from scenes import simulate
 
 import tcontact as tc
 from tcontact.cases import hot_slide
+from tcontact.friction_layer import COPPER
 from tcontact.history import LAYERS
+from tcontact.state import BodyState
 from tcontact.vtkhdf import ResultData
 
 REMOVALS = ["normal", "full"]
@@ -64,6 +67,38 @@ def test_heat_is_its_share_of_the_friction_work_row_by_row(removal):
     assert (np.diff(work) >= -1e-12 * work.max()).all()  # massless nodes stick until their stress has built up
     assert work[-1] > 1e-3
     np.testing.assert_allclose(history["layer_heat"], 0.5 * work, rtol=0, atol=1e-12 * work.max())
+
+
+def test_layers_are_what_the_model_says():
+    """Every option of the model, none at its default and all of them, arrives at the layers of the contact nodes."""
+    options = {"points": 8, "grading": 10.0, "thickness": 2e-6, "heat_share": 0.3, "plastic_heat": 0.5}
+    options |= {"initial_temperature": 400.0, "method": "stress-secant", "reload": False}
+    defaults = {field.name: field.default for field in dataclasses.fields(tc.FrictionLayer)}
+    assert all(defaults[name] != value for name, value in options.items())
+    assert set(defaults) - set(options) == {"material", "coefficient", "tolerance", "substeps"}
+    for given in ({"material": COPPER} | options, {}):
+        scene = sliding(**given)
+        body = tc.plan(scene).bodies[0]
+        zero = np.zeros_like(body.reference)
+        layer, wanted = BodyState(scene, body, zero, zero).contact.friction.layer, defaults | given
+        assert layer.metals == (wanted["material"],)
+        for name in set(options) - {"grading"}:
+            assert getattr(layer, name) == wanted[name], name
+        assert np.diff(layer.depth)[-1] / np.diff(layer.depth)[0] == pytest.approx(wanted["grading"])
+
+
+def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
+    scene = hot_slide.scene(cells=2, speed=SPEED, pressure=PRESSURE, duration=1e-7)
+    result = simulate(scene, cfl=hot_slide.SCHEME["cfl"])
+    found = hot_slide.checks(result)
+    assert len(found) == 6
+    assert not [check for check in found if not check.passed]
+    for column, share in (("layer_heat", 1.001), ("friction_work", 1.2), ("layer_temperature_max", 10.0)):
+        spoiled = dataclasses.replace(result, history=result.history | {column: share * result.history[column]})
+        assert [check for check in hot_slide.checks(spoiled) if not check.passed], column
+    layer, dry = hot_slide.comparison(cells=2).values()
+    assert isinstance(layer.friction, tc.FrictionLayer)
+    assert dry.friction == tc.Coulomb(layer.friction.coefficient)
 
 
 def test_layers_stay_warm_through_opening_and_meet_the_wall_again_warm():

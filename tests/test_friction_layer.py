@@ -177,6 +177,8 @@ def test_two_bodies_share_the_heat_by_effusivity(other):
     np.testing.assert_allclose(run.temperature[0, 0], run.other.temperature[0, 0], rtol=1e-12)
     stress = SQRT3 * run.shear_stress[-1, 0] * (1.0 - 1e-12)
     assert stress <= min(run.yield_stress.min(), run.other.yield_stress.min())
+    weaker = min(metal.yields_at(300.0, 1.3e9, 0.0) for metal in (STEEL, other))
+    assert SQRT3 * run.shear_stress[0, 0] == pytest.approx(weaker, rel=1e-12)
     assert not run.failures.any()
 
 
@@ -198,6 +200,11 @@ def test_contact_conductance_parts_the_surfaces():
         np.testing.assert_allclose(run.heat + run.other.heat, run.slip_work, rtol=1e-12)
     assert gaps[0] > gaps[1] > gaps[2] > 0.0
     assert gaps[2] < 0.01 * gaps[0]
+    for conductance in (1e6, 1e8, 1e10):  # one step: the temperatures of its end drive the whole of it
+        run = layer.solve(other=layer.COPPER, conductance=conductance, duration=1e-8, dt=1e-8)
+        apart = run.other.temperature[0, 0] - run.temperature[0, 0]
+        given = 2.0 * conductance * apart * 1e-8
+        assert run.heat[0] - run.other.heat[0] == pytest.approx(given, rel=1e-9, abs=1e-12 * run.slip_work[0])
 
 
 @pytest.mark.parametrize(("chi", "velocity"), [(0.9, 34.0), (1.0, 340.0), (1.0, 1000.0)])
@@ -320,6 +327,32 @@ def test_a_sudden_longer_step():
     assert not cells.cell("FAILURES").any()
     assert 300.0 < cells.temperature().min() <= cells.temperature().max() < 1900.0
     np.testing.assert_allclose(cells.heat(), 0.5 * cells.cell("WORK"), rtol=1e-12)
+
+
+def test_layers_go_on_from_their_checkpoint():
+    """Everything that a step needs is in it, the plastic heat that waits for the next step too: the same bits."""
+
+    def heated():
+        cells = layer.Layer((STEEL,), 2, points=40, plastic_heat=0.9, reload=True)
+        wide = np.zeros(cells.padded)
+        wide[:2] = 34.0, 340.0
+        return cells, arrays.put(wide), arrays.put(np.where(wide > 0.0, 1.3e9, 0.0))
+
+    def go(cells, velocity, pressure):
+        for dt in (1e-9, 2e-9, 2e-9):
+            cells.advance(velocity, pressure, dt)
+
+    cells, velocity, pressure = heated()
+    go(cells, velocity, pressure)
+    saved = {name: np.array(value) for name, value in cells.checkpoint().items()}
+    assert (cells.carried() > 0.0).all()
+    go(cells, velocity, pressure)
+    again, velocity, pressure = heated()
+    again.restore(saved)
+    go(again, velocity, pressure)
+    for name in ("temperature", "plastic_strain", "carried", "heat"):
+        np.testing.assert_array_equal(getattr(again, name)(), getattr(cells, name)(), err_msg=name)
+    np.testing.assert_array_equal(again.cell("STRESS"), cells.cell("STRESS"))
 
 
 def test_cells_do_not_know_of_each_other():
@@ -448,7 +481,7 @@ def test_study_rows_and_figure(tmp_path):
     assert row["cell_updates"] == row["cells"] * row["steps"]
     study.draw(tmp_path / "study.png", [row])
     assert (tmp_path / "study.png").stat().st_size > 5000
-    assert study.study(budget_s=0.0) == [] or len(study.study(budget_s=0.0)) <= 1
+    assert study.study(budget_s=0.0) == []
 
 
 def test_bench_rows_carry_their_errors(monkeypatch):

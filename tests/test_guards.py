@@ -1,11 +1,10 @@
-"""Runs that cannot go on stop with cell, time and remedy; Ctrl-C keeps everything (issue: guards)."""
+"""Runs that cannot go on stop with cell, time and remedy; Ctrl-C keeps everything."""
 
 import json
 import re
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -154,10 +153,10 @@ INTERRUPTED = """
 import json, sys
 import numpy as np
 import scenes, tcontact as tc
-scene = scenes.thrown("neo", "hex8", contact=tc.MasslessContact(), duration=1e6)
-class Tell:
-    pass
 from tcontact.guards import Guards
+from tcontact.plan import SMALL
+SMALL.update(dict.fromkeys(SMALL, 0))  # kernels that other tests have compiled
+scene = scenes.thrown("neo", "hex8", contact=tc.MasslessContact(), duration=1e6)
 check, rows = Guards.check, [0]
 def watched(self, row, *rest):
     rows[0] += 1
@@ -179,9 +178,7 @@ def test_ctrl_c_ends_as_interrupted_with_frames_history_and_summary(tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline().strip() == "running"
         process.send_signal(signal.SIGINT)
-        started = time.monotonic()
         output, errors = process.communicate(timeout=120)
-        assert time.monotonic() - started < 120
     assert process.returncode == 0, errors[-2000:]
     told = json.loads(output.splitlines()[-1])
     assert told["reason"] == "interrupted"

@@ -65,13 +65,18 @@ def test_options_of_a_scheme_from_the_command_line(tmp_path, capsys):
     assert "chi" in capsys.readouterr().err
 
 
-def test_penetration_energies_are_drawn_in_two_panels(tmp_path):
+def test_penetration_energies_are_drawn_in_two_panels(tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
     time = np.linspace(0.0, 1e-3, 11)
     history = {"time": time, "contact": 1e-3 * np.sin(np.pi * time / 1e-3)}
     labels = [f"{name} mass, {share:g} dt" for name in penetration_energy.NAMES for share in penetration_energy.STEPS]
     assert set(penetration_energy.comparison(cells=2)) == set(labels)
     penetration_energy.draw_comparison(tmp_path / "a.png", dict.fromkeys(labels, history))
-    assert (tmp_path / "a.png").stat().st_size > 1000
+    assert [len(axes.lines) for axes in drawn[0].axes] == [len(penetration_energy.STEPS)] * 2
+    assert [axes.get_title() for axes in drawn[0].axes] == [f"{name} mass" for name in penetration_energy.NAMES]
 
 
 def test_description_names_the_solver_and_why():

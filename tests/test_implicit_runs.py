@@ -141,6 +141,12 @@ def test_exact_contact_of_massless_nodes(reproject):
         if len(walls) == 2:
             total = result.obstacle_force
             assert np.allclose(sum(total.values()), -history["contact_force"], atol=1e-9)
+            pairs = zip(walls, total.values(), result.obstacle_moment.values(), strict=True)
+            torque = -sum(moment + np.cross(wall.point, force) for wall, force, moment in pairs)  # on the body, about 0
+            turned = np.diff(history["angular_momentum"], axis=0) / np.diff(history["time"])[:, None]
+            bound = 1e-4 if reproject else 1e-10  # the arms are those of the nodes after they are brought back
+            assert np.abs(turned - torque[1:]).max() <= bound * np.abs(torque).max()
+            assert np.abs(torque).max() > 1.0
 
 
 def test_dissipation_keeps_momenta_and_never_raises_the_energy():

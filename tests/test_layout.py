@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -81,6 +82,18 @@ def test_kernels_hold_no_state(path):
             if isinstance(value, ast.Call):
                 changing = ast.unparse(value.func) in ("ti.field", "ti.ndarray", "ti.Vector.field", "ti.Matrix.field")
             assert not changing, f"line {node.lineno}: {names} can change"
+
+
+def test_every_section_that_is_cited_is_in_the_documentation():
+    """METHOD n stands for docs/METHOD.md."""
+    sections = set(re.findall(r"^## (\d)\.", (ROOT / "docs" / "METHOD.md").read_text(encoding="utf-8"), flags=re.M))
+    cited = 0
+    for path in [*SOURCES, *(ROOT / "tests").rglob("*.py")]:
+        text = path.read_text(encoding="utf-8")
+        found = re.findall(r"\bMETHOD (\d)", text)
+        assert set(found) <= sections, relative(path)
+        cited += len(found)
+    assert cited > 50
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=relative)

@@ -68,6 +68,12 @@ def test_without_friction_one_curve_needs_no_legend(history, drawn, tmp_path):
     assert drawn[0].axes[0].get_legend() is None
 
 
+def test_every_run_of_a_comparison_is_drawn(history, drawn, tmp_path):
+    history["gap_min"] = 0 * history["time"]
+    plots.comparison(tmp_path / "c.png", {str(number): history for number in range(7)}, UP)
+    assert [len(axes.lines) for axes in drawn[0].axes] == [1] * 21
+
+
 def test_a_run_that_blew_up_is_still_drawn(history, drawn, tmp_path):
     for column in history.values():
         if column is not history["time"]:

@@ -13,10 +13,9 @@ FLOOR = tc.Plane(point=(0.0, 0.0, -1e-3))
 
 def scene(mesh=None, velocity=(0.0, 0.0, -3.0), obstacles=(FLOOR,), duration=2e-3, **options):
     mesh = tc.box_mesh((0.1, 0.1, 0.1), (3, 3, 3)) if mesh is None else mesh
-    keys = {key: options.pop(key) for key in ("periodic", "contact_set") if key in options}
-    body = tc.Body(
-        mesh, material(), velocity=velocity, contact=keys.get("contact_set", "auto"), periodic=keys.get("periodic")
-    )
+    contact = options.pop("contact_set", "auto")
+    keys = {key: options.pop(key) for key in ("periodic", "displacement") if key in options}
+    body = tc.Body(mesh, material(), velocity=velocity, contact=contact, **keys)
     return tc.Scene(bodies=[body], obstacles=obstacles, duration=duration, **options)
 
 
@@ -58,6 +57,10 @@ def test_the_run_is_that_of_the_named_set_bit_for_bit():
         ),
         ({"obstacles": [tc.Plane(point=(0, 0, -1.0), velocity=(0, 0, 600.0))]}, True),
         ({"obstacles": [tc.Plane(point=(0, 0, -1.0), velocity=lambda t: (0, 0, 6e5 * t))]}, True),
+        ({"obstacles": [tc.Box((0.05, 0.05, -1.0), (0.1, 0.1, 1.0))]}, False),
+        ({"obstacles": [tc.Box((0.05, 0.05, -1.0), (0.1, 0.1, 1.0), angular_velocity=(0, 300.0, 0))]}, True),
+        ({"obstacles": [tc.Plane(point=(0, 0, -0.09))]}, False),
+        ({"obstacles": [tc.Plane(point=(0, 0, -0.09))], "displacement": (0, 0.03, 0)}, True),  # it may swing back
         ({"obstacles": [tc.Sphere(center=(0.05, 0.05, -0.02), radius=0.015)]}, True),
         ({"obstacles": []}, False),
         ({"contact": None, "obstacles": []}, False),

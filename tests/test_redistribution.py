@@ -109,7 +109,24 @@ def test_weights_of_one_cell_are_inverse_distances():
     assert np.allclose(tensors[4:, 1, 1], wanted, rtol=1e-13)
 
 
+def test_weights_inside_every_layer_are_inverse_distances():
+    """A bent and tapered column of three cells: each of the four givers hands a third of its mass to every layer."""
+    box = tc.box_mesh((0.2, 0.3, 0.4), (1, 1, 3))
+    x, y, z = box.nodes.T
+    mesh = tc.Mesh(np.stack([x + z**2, y * (1.0 + z), z], axis=1), box.cells, "hex8", face_sets=box.face_sets)
+    tensors, lumped = masses(scene_of(mesh, removal="full", depth=3))
+    level = np.rint(z / (0.4 / 3)).astype(int)
+    for number in (1, 2, 3):
+        layer = np.flatnonzero(level == number)
+        wanted = lumped[layer].copy()
+        for giver in np.flatnonzero(level == 0):
+            near = 1.0 / np.linalg.norm(mesh.nodes[layer] - mesh.nodes[giver], axis=1)
+            wanted += lumped[giver] / 3.0 * near / near.sum()
+        assert np.allclose(tensors[layer, 1, 1], wanted, rtol=1e-13)
+
+
 def reference(scene):
+    """Tensors [n, 3, 3] by the oracle."""
     body = scene.bodies[0]
     there = twin(body)
     quad = oracle.quadrature(there.nodes, there.cells, there.kind)

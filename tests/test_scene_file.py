@@ -206,6 +206,10 @@ def test_the_command_writes_the_files_of_a_run_and_the_readme_shows_how(tmp_path
     assert summary["passed"]
     assert summary["dt"] == pytest.approx(0.8 * summary["dt_limit"], rel=1e-2)
     assert "files in runs/drop" in capsys.readouterr().out
+    Path("drop.toml").write_text(smaller.replace("[run]", '[run]\narch = "cuda"\nframes = 9'))
+    over = ["--frames", "2", "--arch", "cpu", "--quiet", "--force"]
+    assert main(["run", "drop.toml", *over]) == 0, "options of the command line go before those of the file"
+    assert len(list(Path("runs/drop/frames").iterdir())) == 2
     assert main(["run", "drop.toml", "--frames", "0"]) == 2
     assert main(["run", "drop.toml", "--set", "cells=3", "--force"]) == 2
 

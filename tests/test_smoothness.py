@@ -109,8 +109,13 @@ def weights(result):
     return found
 
 
-@pytest.mark.parametrize("at_once", [False, True], ids=["a row per launch", "many rows per launch"])
-@pytest.mark.parametrize("contact", ["massless", "penalty", "impulse"])
+@pytest.mark.parametrize(
+    ("contact", "at_once"),
+    [
+        *((contact, False) for contact in ("massless", "penalty", "impulse")),
+        *(("massless", True), ("penalty", True), pytest.param("impulse", True, marks=pytest.mark.slow)),
+    ],
+)
 def test_the_pressures_of_every_row_are_those_of_the_history(contact, at_once, monkeypatch):
     """Their sum is the contact force of the row, their last row that of the result; the run is the same without."""
     for kind in SMALL:

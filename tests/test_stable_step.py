@@ -1,4 +1,4 @@
-"""The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (DESIGN 4, METHOD 2)."""
+"""The stable step: 90 to 100 % of 2/omega_max of the free body with its standard lumped mass (METHOD 2)."""
 
 import numpy as np
 import oracle
@@ -7,6 +7,7 @@ from oracle import meshes
 from scenes import LAWS, block, material, simulate, thrown, twin, wall
 
 import tcontact as tc
+from tcontact import loop
 from tcontact.plan import plan
 from tcontact.stable_step import StableStep
 from tcontact.terms.internal_force import InternalForce
@@ -108,6 +109,24 @@ def test_ratio_after_deformation(kind, law, products):
     again = estimator.estimate(deformed[order].reshape(-1), products=products)
     full = estimator.estimate(deformed[order].reshape(-1), products=20)
     assert again == pytest.approx(full, rel=0.05)
+
+
+def test_a_step_that_comes_close_to_the_stable_one_is_cut_to_cfl_times_it(monkeypatch):
+    """The second look finds a stable step of half the first one: from there on the step is cfl times that."""
+    estimate, found = StableStep.estimate, []
+
+    def halved(self, *arguments, **options):
+        found.append(estimate(self, *arguments, **options) if not found else 0.5 * found[0])
+        return found[-1]
+
+    monkeypatch.setattr(StableStep, "estimate", halved)
+    monkeypatch.setattr(loop, "FIRST_CHECK", 5)
+    scene = tc.Scene(bodies=[tc.Body(block("hex8", 2), material("neo"), velocity=lambda x: 0.1 * x)], duration=5e-3)
+    result = simulate(scene, cfl=0.6)
+    assert len(found) > 1
+    steps = np.diff(result.history["time"])
+    assert steps[0] == pytest.approx(0.6 * found[0], rel=1e-9)
+    assert steps[-1] == pytest.approx(0.3 * found[0], rel=1e-9)
 
 
 def test_the_step_shrinks_with_a_body_that_is_crushed():

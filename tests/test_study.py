@@ -101,6 +101,8 @@ def test_centred_mean_of_a_jump_is_its_share_of_the_step():
     time = np.array([0.0, 1.0, 2.0, 3.0])
     mean = errors.centred_mean(lambda t: 4.0 * np.maximum(0.0, t - 1.25), time)
     np.testing.assert_allclose(mean, [0.0, 1.0, 4.0, 4.0])
+    ramp = errors.centred_mean(lambda t: 0.5 * t**2, time)  # half a step beyond the first and the last row too
+    np.testing.assert_allclose(ramp, time, atol=1e-14)
 
 
 def test_quadrature_is_exact_for_a_linear_displacement():
@@ -248,6 +250,14 @@ def test_a_budget_leaves_runs_out_by_name(monkeypatch):
     report = runner.collect(study("bar-impact", sizes=[8, 16, 32], budget=25.0))
     assert [row["size"] for row in report["skipped"]] == [16, 32]
     assert "not run: over the budget" in "\n".join(table.lines(report))
+
+
+@pytest.mark.parametrize(("dimensions", "times"), [(1, 4.0), (2, 8.0), (3, 16.0)])
+def test_the_forecast_of_a_run_goes_with_cells_times_steps(dimensions, times):
+    """Twice the cells along an edge: 2^d times the cells, twice the steps; half the cfl number: twice the steps."""
+    row = {"size": 8, "cfl": 0.9, "steps": 100, "cell_updates": 100 * 8**dimensions}
+    assert runner._forecast(3.0, row, 16, 0.9) == pytest.approx(3.0 * times)
+    assert runner._forecast(3.0, row, 8, 0.45) == pytest.approx(6.0)
 
 
 def test_pareto_names_the_cheapest_run_of_each_level():

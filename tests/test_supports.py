@@ -85,6 +85,24 @@ def test_a_contact_face_held_along_the_normal_never_moves_into_the_wall():
     assert not one.history["contact_force"].any()
 
 
+@pytest.mark.parametrize(("travel", "warns"), [(2e-3, True), (0.5e-3, False)])
+def test_a_support_that_drives_a_contact_face_into_the_wall_is_warned_of(travel, warns):
+    """The static solve cannot move it out: the run goes on, and says by how much."""
+    mesh, mat = block("hex8", 2, shake=0.0), material("neo")
+    span = 0.5 * 0.2 / bar_speed(mat)
+    speed = (0.0, 0.0, -travel / span)
+    body = tc.Body(mesh, mat, velocity=speed, contact="zmin", supports=[tc.Support("zmin", "z", velocity=speed[2])])
+    wall = tc.Plane(point=(0.0, 0.0, -1e-3))
+    result = tc.simulate(tc.Scene(bodies=[body], obstacles=[wall], duration=span, contact=tc.MasslessContact("normal")))
+    assert result.ok
+    said = [text for text in result.warnings if "a supported contact node ends" in text]
+    assert bool(said) is warns
+    if warns:
+        deepest = -result.history["gap_min"][-1]
+        assert deepest == pytest.approx(-speed[2] * result.time - 1e-3, rel=1e-9)
+        assert f"{deepest:.3g} m inside" in said[0]
+
+
 @pytest.mark.parametrize("removal", ["normal", "full"])
 def test_a_slanted_wall_pushes_held_nodes_along_what_is_free(removal):
     """Sliding guide: x is held on every node, a wall leaning in x and z can only push along z what x lets it."""

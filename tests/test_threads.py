@@ -1,4 +1,4 @@
-"""The same bits with one thread and with two, and again (issue table)."""
+"""The same bits with one thread and with two, and again."""
 
 import hashlib
 

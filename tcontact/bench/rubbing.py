@@ -15,6 +15,7 @@ from . import blocks, timing
 
 SIZE, SLIDING, COEFFICIENT = 32, 3.0, 0.3  # cells along an edge; slip speed [m/s]
 STEPS, ROUNDS = 60, 5
+LAW = "neo-hookean"
 MODELS: dict[str, FrictionModel | None] = {
     "none": None,
     "coulomb": Coulomb(COEFFICIENT),
@@ -26,7 +27,7 @@ def rubbing(arch: str, threads: int) -> dict[str, Any]:
     """Step of each model over that without friction, round by round, both removals, and the energy errors."""
     load, rows = timing.load(), []
     for removal in ("normal", "full"):
-        scene = blocks.block("hex8", "neo-hookean", SIZE, removal)
+        scene = blocks.block("hex8", LAW, SIZE, removal)
         body = scene.bodies[0]
         fast = replace(body, velocity=body.initial_velocity + np.array([SLIDING, 0.0, 0.0]))
         scenes = {name: replace(scene, bodies=[fast], friction=model) for name, model in MODELS.items()}

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..bench.configuration import CONTACTS, KINDS, LAWS, grid
 from ..errors import InputError
+from . import words
 from .doctor import cores
 
 
@@ -25,18 +26,20 @@ def add(subparsers: Any) -> None:
     lists: dict[str, tuple[Callable[[str], Any], list[Any], str]] = {
         "--kinds": (_among(KINDS), ["hex8", "hex8-reduced", "tet4"], "kinds of cells"),
         "--laws": (_among(LAWS), ["neo-hookean", "linear"], "elastic laws"),
-        "--sizes": (_whole, [32], "hexes along an edge of the cube (six tets for each)"),
-        "--threads": (_whole, threads, "CPU threads"),
+        "--sizes": (words.whole, [32], "hexes along an edge of the cube (six tets for each)"),
+        "--threads": (words.whole, threads, "CPU threads"),
         "--contact": (_among(CONTACTS), ["none", "normal", "full"], "removal of the massless contact on one face"),
     }
     for option, (convert, default, text) in lists.items():
         shown = ",".join(map(str, default))
         parser.add_argument(
-            option, metavar="A,B", type=_list(convert), default=default, help=f"{text} (default: {shown})"
+            option, metavar="A,B", type=words.several(convert), default=default, help=f"{text} (default: {shown})"
         )
-    parser.add_argument("--steps", metavar="N", type=_whole, help="steps per batch (default: about a quarter second)")
     parser.add_argument(
-        "--seconds", metavar="S", type=_positive, default=10.0, help="time budget per configuration (default: 10)"
+        "--steps", metavar="N", type=words.whole, help="steps per batch (default: about a quarter second)"
+    )
+    parser.add_argument(
+        "--seconds", metavar="S", type=words.positive, default=10.0, help="time budget per configuration (default: 10)"
     )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("runs/bench"), help="(default: runs/bench)")
@@ -81,13 +84,6 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
 
 
-def _list(convert: Callable[[str], Any]) -> Callable[[str], list[Any]]:
-    def read(text: str) -> list[Any]:
-        return list(dict.fromkeys(convert(part.strip()) for part in text.split(",")))
-
-    return read
-
-
 def _among(known: tuple[str, ...]) -> Callable[[str], str]:
     def read(text: str) -> str:
         if text not in known:
@@ -95,19 +91,3 @@ def _among(known: tuple[str, ...]) -> Callable[[str], str]:
         return text
 
     return read
-
-
-def _whole(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}: give whole numbers, 1 or more")
-    return int(text)
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0.0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r}: give a positive number of seconds")
-    return number

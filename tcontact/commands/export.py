@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from . import words
 
 
 def add(subparsers: Any) -> None:
@@ -19,9 +20,9 @@ def add(subparsers: Any) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
     parser.add_argument("--to", choices=("vtu", "xdmf"), default="vtu", help="format (default: vtu)")
     parser.add_argument(
-        "--fields", metavar="A,B", type=_names, help="only these fields (tcontact info lists them; default: all)"
+        "--fields", metavar="A,B", type=words.names, help="only these fields (tcontact info lists them; default: all)"
     )
-    parser.add_argument("--every", metavar="N", type=int, default=1, help="take every N-th frame (default: 1)")
+    parser.add_argument("--every", metavar="N", type=words.whole, default=1, help="take every N-th frame (default: 1)")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: export, beside FILE)")
     parser.set_defaults(run=run)
 
@@ -39,7 +40,3 @@ def run(arguments: argparse.Namespace) -> int:
     size = sum(file.stat().st_size for file in written)
     print(f"{written[-1]} ({len(written)} files, {size / 1e6:.3g} MB)")
     return 0
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]

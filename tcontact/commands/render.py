@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from . import words
 
 
 def add(subparsers: Any) -> None:
@@ -24,12 +25,12 @@ def add(subparsers: Any) -> None:
     parser.add_argument("--view", choices=("above", "below"), help="look from above the obstacle or through it")
     parser.add_argument("--camera", metavar="X,Y,Z", type=_vector, help="direction from the body to the eye")
     parser.add_argument("--up", metavar="X,Y,Z", type=_vector, help="upward on the picture, with --camera (0,0,1)")
-    parser.add_argument("--scale", metavar="N", type=float, help="factor on deformations (default: 1)")
+    parser.add_argument("--scale", metavar="N", type=words.number, help="factor on deformations (default: 1)")
     parser.add_argument(
         "--clip", metavar="'x>0.05'", type=_clip, action="append", help="leave such cells away; twice: a quarter"
     )
-    parser.add_argument("--time", metavar="T", type=float, help="only the frame nearest to this time in seconds")
-    parser.add_argument("--fps", metavar="N", type=float, help="frames per second of the animation")
+    parser.add_argument("--time", metavar="T", type=words.number, help="only the frame nearest to this time in seconds")
+    parser.add_argument("--fps", metavar="N", type=words.positive, help="frames per second of the animation")
     parser.add_argument(
         "--mp4",
         action="store_true",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, OutputError
-from . import settings
+from . import settings, words
 from .run import finish
 from .run_scene import is_scene, read_scene, without_checks
 
@@ -22,11 +22,11 @@ def add(subparsers: Any) -> None:
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="the folder of the run")
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    parser.add_argument("--threads", metavar="N", type=int, help="CPU threads (default: all cores)")
+    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
     parser.add_argument(
         "--checkpoint",
         metavar="SECONDS",
-        type=float,
+        type=words.not_negative,
         default=60.0,
         help="wall time between further checkpoints, 0 = none (default: 60)",
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError
-from . import folder, settings
+from . import folder, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
 
@@ -35,16 +35,16 @@ def add(subparsers: Any) -> None:
         help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
     )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
-    parser.add_argument("--frames", metavar="N", type=_count, help="pictures over the run, 0 = none (default: 60)")
+    parser.add_argument("--frames", metavar="N", type=words.count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
-        "--fields", metavar="A,B", type=_names, help="fields in the frames, with the displacement (default: all)"
+        "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
     )
-    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    parser.add_argument("--threads", metavar="N", type=_positive, help="CPU threads (default: all cores)")
+    parser.add_argument("--arch", choices=("cpu", "cuda"), help="where to compute (default: cpu)")
+    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
     parser.add_argument(
         "--checkpoint",
         metavar="SECONDS",
-        type=_seconds,
+        type=words.not_negative,
         default=60.0,
         help="wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)",
     )
@@ -60,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     if is_scene(arguments.case):
         return run_scene(arguments, _start, finish)
     arguments.frames = 60 if arguments.frames is None else arguments.frames
+    arguments.arch = arguments.arch or "cpu"
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
     if not hasattr(case, "scene"):
@@ -236,28 +237,3 @@ def show(lines: list[str]) -> None:
         text.highlight_regex(r"^  pass\b", "green")
         text.highlight_regex(r"^  FAIL\b", "bold red")
         console.print(text)
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
-
-
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError("give a whole number, 0 or more")
-    return number
-
-
-def _seconds(text: str) -> float:
-    number = float(text)
-    if not 0.0 <= number < float("inf"):
-        raise argparse.ArgumentTypeError("give seconds, 0 or more")
-    return number
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError("give a whole number, 1 or more")
-    return number

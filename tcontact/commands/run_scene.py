@@ -48,11 +48,9 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     file = Path(arguments.case)
     scene, scheme, options, given = read_scene(file, arguments.set)
     arguments.case = str(file.resolve())  # `tcontact resume` reads it again
-    for key, default in (("frames", 60), ("threads", None), ("history_every", 1)):
+    for key, default in (("frames", 60), ("threads", None), ("history_every", 1), ("arch", "cpu")):
         if getattr(arguments, key, None) is None:
             setattr(arguments, key, options.get(key, default))
-    if arguments.arch == "cpu":
-        arguments.arch = options.get("arch", "cpu")
     out = arguments.out or Path("runs") / file.stem
     case = without_checks()
     try:

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from . import folder, settings
-from .bench import _positive, _whole
+from . import folder, settings, words
 
 HARD, LAYER = "hard-cases", "friction-layer"
 
@@ -30,14 +29,16 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--methods",
         metavar="A,B",
-        type=_words,
-        help="methods, see README (default: the problem's); or hard cases by name",
+        type=words.names,
+        help="methods, a wrong name lists them (default: the problem's); or hard cases by name",
     )
-    parser.add_argument("--sizes", metavar="N,M", type=_whole_list, help="cells (default: the problem's)")
+    parser.add_argument(
+        "--sizes", metavar="N,M", type=words.several(words.whole), help="cells (default: the problem's)"
+    )
     parser.add_argument(
         "--steps",
         metavar="X,Y",
-        type=_number_list,
+        type=words.several(words.positive),
         help="steps over the stable one, cfl (default: 0.9; hard cases: own)",
     )
     parser.add_argument(
@@ -46,10 +47,12 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--error", metavar="NAME", help="error that table and figure show (default: the problem's first)"
     )
-    parser.add_argument("--budget", metavar="SECONDS", type=_positive, help="leave out what would not be done in time")
+    parser.add_argument(
+        "--budget", metavar="SECONDS", type=words.positive, help="leave out what would not be done in time"
+    )
     parser.add_argument("--full", action="store_true", help="hard cases at their full size (minutes)")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/study-CASE)")
-    parser.add_argument("--threads", metavar="N", type=_whole, help="CPU threads (default: all cores)")
+    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
     parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
     parser.set_defaults(run=run)
 
@@ -164,15 +167,3 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], remedy: str
     for option in options:
         if getattr(arguments, option):
             raise InputError(f"--{option}", getattr(arguments, option), remedy)
-
-
-def _words(text: str) -> list[str]:
-    return list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
-
-
-def _whole_list(text: str) -> list[int]:
-    return list(dict.fromkeys(_whole(part.strip()) for part in text.split(",")))
-
-
-def _number_list(text: str) -> list[float]:
-    return list(dict.fromkeys(_positive(part.strip()) for part in text.split(",")))

@@ -1,0 +1,69 @@
+"""How words of the command line become values; each says what it wants (`argparse.ArgumentTypeError`, exit code 2)."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def count(text: str) -> int:
+    """A whole number, 0 or more."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r}: give a whole number, 0 or more")
+    return int(text)
+
+
+def whole(text: str) -> int:
+    """A whole number, 1 or more."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: give whole numbers, 1 or more")
+    return int(text)
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    value = _float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r}: give a number")
+    return value
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    value = _float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: give numbers above 0")
+    return value
+
+
+def not_negative(text: str) -> float:
+    """A number, 0 or more."""
+    value = _float(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: give a number, 0 or more")
+    return value
+
+
+def names(text: str) -> list[str]:
+    """Words between commas, each once."""
+    return list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def several(convert: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """What reads values between commas, each once."""
+
+    def read(text: str) -> list[T]:
+        return list(dict.fromkeys(convert(part.strip()) for part in text.split(",")))
+
+    return read
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
