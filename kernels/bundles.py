@@ -100,17 +100,18 @@ class Kinds(NamedTuple):
 class System(NamedTuple):
     """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
 
-    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; lane_start [packs+1],
-    lane_node [packs, lanes], column [entries, lanes], values [entries, block, block, lanes];
-    inverse [k, block, block] of the diagonal blocks, stiffness [k]: their trace; right, increment [k, block];
-    gaps [k, slots], normals [k, slots, block]; push [k, block+1]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
-    with several or friction [k, block]: what the neighbours leave to a node;
+    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; pack_start [packs+1]:
+    nodes of a pack; lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
+    inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
+    gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
+    with several or friction [block, k]: what the neighbours leave to a node. The node comes last, so that the lanes of
+    a pack are neighbours, and there is room for LANES - 1 more of them.
     settings and stats: static_control.py.
     """
 
     corner_rows: Any
     lane_start: Any
-    lane_node: Any
+    pack_start: Any
     column: Any
     values: Any
     inverse: Any

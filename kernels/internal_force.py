@@ -30,6 +30,7 @@ import taichi as ti
 from . import elements, laws
 from .arguments import ARRAY, INDEX
 from .compile_options import KEEP_VECTORS, compiled_with
+from .lane_vectors import MASK
 from .lanes import (
     CELL_SUMS,
     CHUNKS,
@@ -44,7 +45,6 @@ from .lanes import (
 )
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one chunk per GRAIN iterations
-MASK = 0x3FFFFFFF
 TINY = 1e-100
 
 

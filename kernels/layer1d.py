@@ -18,8 +18,9 @@ import taichi as ti
 from . import layer1d_residual as eq
 from .arguments import ARRAY
 from .compile_options import KEEP_VECTORS, compiled_with
+from .lane_vectors import load, store
 from .layer1d_phases import make_phases
-from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH, load, store
+from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
 from .layer1d_solve import NEWTON, make_solve
 
 # numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last

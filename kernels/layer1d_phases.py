@@ -14,7 +14,8 @@ import functools
 
 import taichi as ti
 
-from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH, load, store
+from .lane_vectors import load, store
+from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH
 from .transcendental import exponential_less_one
 
 SPARE = 2.0  # released plastic heat closes at most 1/SPARE of the distance to melting in a step

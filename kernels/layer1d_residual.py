@@ -11,9 +11,9 @@ import functools
 
 import taichi as ti
 
+from .lane_vectors import load, store
 from .transcendental import exponential_less_one, logarithm
 
-MASK = 0x3FFFFFFF  # tells the compiler that the addresses of neighbouring lanes cannot overflow
 WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimination; Bq; 1/Bq
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`
@@ -21,21 +21,6 @@ SQRT3 = 1.7320508075688772
 SCRATCH = 3  # numbers of a node and lane that an evaluation leaves behind
 SMALL = 1e-7  # change of ln(1 + beta ep) whose square is nothing
 ROUNDING = 4e-16  # of sig and of the temperature
-
-
-@ti.func
-def load(array: ti.template(), at, width: ti.template()):
-    """Lanes at, at + 1, ... of an array."""
-    start = at & MASK
-    return ti.Vector([array[start + lane] for lane in range(width)])
-
-
-@ti.func
-def store(array: ti.template(), at, values, width: ti.template()):
-    """Write lanes at, at + 1, ... of an array."""
-    start = at & MASK
-    for lane in ti.static(range(width)):
-        array[start + lane] = values[lane]
 
 
 @ti.func

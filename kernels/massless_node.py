@@ -31,6 +31,20 @@ def segment(values: ti.template(), k, block: ti.template()):
 
 
 @ti.func
+def entries(values: ti.template(), k, stride, first: ti.template(), size: ti.template()):
+    """Components first, first + 1, ... [size] of node k, of values [component, node] with `stride` nodes."""
+    return ti.Vector([values[(first + j) * stride + k] for j in ti.static(range(size))])
+
+
+@ti.func
+def square(values: ti.template(), k, stride, block: ti.template()):
+    """The matrix [block, block] of node k, of values [row, column, node]."""
+    return ti.Matrix(
+        [[values[(i * block + j) * stride + k] for j in ti.static(range(block))] for i in ti.static(range(block))]
+    )
+
+
+@ti.func
 def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
     """Normals [slots, block] in massless components and gaps [slots] of a node; out-of-reach obstacles never touch."""
     normals = ti.Matrix.zero(ti.f64, slots, block)

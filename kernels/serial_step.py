@@ -277,7 +277,7 @@ def make_serial_step(
         entry_place: INDEX,
         corner_rows: INDEX,
         lane_start: INDEX,
-        lane_node: INDEX,
+        pack_start: INDEX,
         column: INDEX,
         values: ARRAY,
         inverse: ARRAY,
@@ -351,7 +351,7 @@ def make_serial_step(
             System(
                 corner_rows,
                 lane_start,
-                lane_node,
+                pack_start,
                 column,
                 values,
                 inverse,

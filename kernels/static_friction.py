@@ -30,7 +30,7 @@ from .friction import (
     trace_place,
 )
 from .lanes import FRICTION_AT
-from .massless_node import basis_of, block_of, largest, segment
+from .massless_node import basis_of, entries, largest, square
 from .obstacles import MEAN_VELOCITY, velocity_at
 
 SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
@@ -100,19 +100,20 @@ def note_slip(body: ti.template(), touching: ti.template(), k, x, pressing, dire
 def update_sliding(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
     """The node's contact problem with friction for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
     traces = ti.static(touching.traces)
-    old = segment(system.increment, k, block)
-    flexible = block_of(system.inverse, k, block)
+    stride = system.stiffness.shape[0]
+    old = entries(system.increment, k, stride, 0, block)
+    flexible = square(system.inverse, k, stride, block)
     b = basis_of(touching.basis, k, block)
     scale = ti.max(touching.friction[SLIP_SPEED] * touching.friction[STEP], 1e-300)
     d = flexible @ (rest + b.transpose() @ held(touching, k))
     for p in ti.static(range(slots)):
         pressing = traces[trace_place(touching, k, p, PRESSING)]
-        d += pressing * (flexible @ segment(system.normals, k * slots + p, block))
+        d += pressing * (flexible @ entries(system.normals, k, stride, p * block, block))
     mask = 0
     for turn in range(ti.static(1 if slots == 1 else SEVERAL)):
         mask = 0
         for p in ti.static(range(slots)):
-            normal = segment(system.normals, k * slots + p, block)
+            normal = entries(system.normals, k, stride, p * block, block)
             across = tangents(three(traces, trace_place(touching, k, p, DIRECTION)))
             there = across @ b
             push = flexible @ normal
@@ -123,7 +124,7 @@ def update_sliding(touching: ti.template(), system: ti.template(), k, rest, bloc
             if give > 0.0:
                 mobility = there @ flexible @ there.transpose()
                 coupling = there @ push
-                gap = system.gaps[k * slots + p] + normal.dot(d)
+                gap = system.gaps[p * stride + k] + normal.dot(d)
                 slip = across @ three(traces, trace_place(touching, k, p, SLIP)) + there @ d
                 for _round in range(ROUNDS):
                     pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / give)
@@ -143,5 +144,5 @@ def update_sliding(touching: ti.template(), system: ti.template(), k, rest, bloc
     if touching.give[k] > 0.0 and mask > 0:
         defect += change.norm() / touching.give[k]
     for j in ti.static(range(block)):
-        system.increment[k * block + j] = d[j]
+        system.increment[j * stride + k] = d[j]
     return defect

@@ -54,6 +54,7 @@ def assemble(
     """Right sides B^t (f_ext - f), constraints and static residual of the contact nodes; clears the rows it reads."""
     stats = ti.static(system.stats)
     scale = system.settings[LEAST_FORCE]
+    stride = system.stiffness.shape[0]
     residual = 0.0
     rounding = 0.0
     for k in range(touching.nodes.shape[0]):
@@ -92,11 +93,11 @@ def assemble(
                 if (touching.active[k] >> p) & 1 == 1 and touching.give[k] == 0.0:
                     residual = ti.max(residual, system.stiffness[k] * ti.abs(gaps[p]))
         for j in ti.static(range(block)):
-            system.right[k * block + j] = right[j]
+            system.right[j * stride + k] = right[j]
         for p in ti.static(range(slots)):
-            system.gaps[k * slots + p] = gaps[p]
+            system.gaps[p * stride + k] = gaps[p]
             for j in ti.static(range(block)):
-                system.normals[(k * slots + p) * block + j] = normals[p, j]
+                system.normals[(p * block + j) * stride + k] = normals[p, j]
     stats[F_REF] = scale
     stats[BEFORE] = stats[RESIDUAL]
     stats[RESIDUAL] = residual / scale
@@ -118,6 +119,7 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
 
     The first entry of a row is the diagonal; an unused component gets the trace as its stiffness.
     """
+    stride = system.stiffness.shape[0]
     weakest = 1.0
     stiffest = 0.0
     for k in range(pairs.row_start.shape[0] - 1):
@@ -141,7 +143,7 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
         weakest = ti.min(weakest, pivot / trace)
         inverse = filled.inverse()
         for i, j in ti.static(ti.ndrange(block, block)):
-            system.inverse[(k * block + i) * block + j] = inverse[i, j]
+            system.inverse[(i * block + j) * stride + k] = inverse[i, j]
         system.stiffness[k] = trace
     system.stats[PIVOT] = weakest
     system.stats[STIFFEST] = stiffest

@@ -10,10 +10,10 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
-from .internal_force import MASK
+from .lane_vectors import MASK, load, store
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import basis_of, block_of, largest, segment
+from .massless_node import basis_of, entries, largest, square
 from .static_control import (
     AIM,
     BEFORE,
@@ -37,96 +37,126 @@ from .static_friction import update_sliding
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
 FEWEST = 2  # sweeps of a linearisation
+LANE_NUMBERS = list(range(LANES))
 
 
 @ti.func
 def prepare(touching: ti.template(), system: ti.template(), block: ti.template()):
     """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single obstacle."""
+    stride = system.stiffness.shape[0]
     for k in range(touching.nodes.shape[0]):
-        normal = segment(system.normals, k, block)
-        push = block_of(system.inverse, k, block) @ normal
+        normal = entries(system.normals, k, stride, 0, block)
+        push = square(system.inverse, k, stride, block) @ normal
         give = normal.dot(push) + touching.give[k]
         for j in ti.static(range(block)):
-            system.push[k * (block + 1) + j] = push[j]
-        system.push[k * (block + 1) + block] = ti.select(give > 0.0, 1.0 / ti.max(give, 1e-300), 0.0)
+            system.push[j * stride + k] = push[j]
+        system.push[block * stride + k] = ti.select(give > 0.0, 1.0 / ti.max(give, 1e-300), 0.0)
+
+
+@ti.func
+def update_pack(touching: ti.template(), system: ti.template(), first, count, rest, block: ti.template()):
+    """The own contact problems of nodes first .. first + count, each with a single obstacle, lane by lane.
+
+    rest: sum_j K_kj d_j, a vector over the lanes for each component; returns the largest defect. The lanes beyond the
+    pack are computed too and stay as they are.
+    """
+    stride = system.stiffness.shape[0]
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    right = [load(system.right, first + i * stride, LANES) - rest[i] for i in range(block)]
+    old = [load(system.increment, first + i * stride, LANES) for i in range(block)]
+    violation = zero - load(system.gaps, first, LANES)
+    free = [zero for _ in range(block)]
+    for i in ti.static(range(block)):
+        alone = zero
+        for j in ti.static(range(block)):
+            alone += load(system.inverse, first + (i * block + j) * stride, LANES) * right[j]
+        free[i] = old[i] + system.settings[RELAXATION] * (alone - old[i])
+        violation = violation - load(system.normals, first + i * stride, LANES) * free[i]  # "-=" fails for vectors
+    pressing = ti.max(zero, violation) * load(system.push, first + block * stride, LANES)
+    lanes = ti.Vector(LANE_NUMBERS)
+    largest_change, total = zero, zero
+    for i in ti.static(range(block)):
+        wanted = free[i] + pressing * load(system.push, first + i * stride, LANES)
+        change = ti.select(lanes < count, wanted - old[i], zero)
+        store(system.increment, first + i * stride, ti.select(lanes < count, wanted, old[i]), LANES)
+        largest_change = ti.max(largest_change, ti.max(change, zero - change))
+        total += change * change
+    for lane in ti.static(range(LANES)):
+        if lane < count:
+            touching.active[first + lane] = ti.select(pressing[lane] > 0.0, 1, 0)
+    defect = (load(system.stiffness, first, LANES) * largest_change).max()
+    if touching.give[first] > 0.0:
+        for lane in ti.static(range(LANES)):
+            if lane < count and pressing[lane] > 0.0:
+                k = first + lane
+                own = system.stiffness[k] * largest_change[lane] + ti.sqrt(total[lane]) / touching.give[k]
+                defect = ti.max(defect, own)
+    return defect
 
 
 @ti.func
 def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
     """The node's own contact problem, solved exactly for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
-    old = segment(system.increment, k, block)
-    flexible = block_of(system.inverse, k, block)
+    stride = system.stiffness.shape[0]
+    old = entries(system.increment, k, stride, 0, block)
+    flexible = square(system.inverse, k, stride, block)
     free = old + system.settings[RELAXATION] * (flexible @ rest - old)
     d = free
     mask = 0
-    if ti.static(slots == 1):
-        violation = 0.0 - system.gaps[k]
-        for j in ti.static(range(block)):
-            violation -= system.normals[k * block + j] * free[j]
-        pressing = ti.max(0.0, violation) * system.push[k * (block + 1) + block]
-        if pressing > 0.0:
-            mask = 1
-        for j in ti.static(range(block)):
-            d[j] = free[j] + pressing * system.push[k * (block + 1) + j]
-    else:
-        normals = ti.Matrix(
-            [
-                [system.normals[(k * slots + p) * block + j] for j in ti.static(range(block))]
-                for p in ti.static(range(slots))
-            ]
-        )
-        gaps = ti.Vector([system.gaps[k * slots + p] for p in ti.static(range(slots))])
-        if (gaps + normals @ free).min() < 0.0:
-            pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
-            d = free + flexible @ (normals.transpose() @ pressing)
-            for p in ti.static(range(slots)):
-                if pressing[p] > 0.0:
-                    mask += 1 << p
+    normals = ti.Matrix(
+        [
+            [system.normals[(p * block + j) * stride + k] for j in ti.static(range(block))]
+            for p in ti.static(range(slots))
+        ]
+    )
+    gaps = entries(system.gaps, k, stride, 0, slots)
+    if (gaps + normals @ free).min() < 0.0:
+        pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
+        d = free + flexible @ (normals.transpose() @ pressing)
+        for p in ti.static(range(slots)):
+            if pressing[p] > 0.0:
+                mask += 1 << p
     touching.active[k] = mask
     change = d - old
     defect = system.stiffness[k] * largest(change)
     if touching.give[k] > 0.0 and mask > 0:
         defect += change.norm() / touching.give[k]
     for j in ti.static(range(block)):
-        system.increment[k * block + j] = d[j]
+        system.increment[j * stride + k] = d[j]
     return defect
 
 
 @ti.func
 def sweep_once(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
     """One pass over the nodes, colour by colour; returns the largest defect [N]."""
+    stride = system.stiffness.shape[0]
     defect = 0.0
-    for pack in range(system.lane_start.shape[0] - 1):
+    for pack in range(system.pack_start.shape[0] - 1):
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
-            # the masks tell the compiler that further indices cannot overflow: whole vectors are loaded
-            here = (entry * LANES) & MASK
-            there = [(block * system.column[here + lane]) & MASK for lane in range(LANES)]
-            start = (entry * block * block * LANES) & MASK
+            there = [system.column[((entry * LANES) & MASK) + lane] for lane in range(LANES)]
+            start = entry * block * block * LANES
             for j in ti.static(range(block)):
-                moved = ti.Vector([system.increment[i + j] for i in there])
+                moved = ti.Vector([system.increment[j * stride + k] for k in there])
                 for i in ti.static(range(block)):
-                    first = (i * block + j) * LANES
-                    rest[i] += ti.Vector([system.values[start + (first + lane)] for lane in range(LANES)]) * moved
-        for lane in ti.static(range(LANES)):
-            k = system.lane_node[pack * LANES + lane]
-            if k >= 0:
-                own = ti.Vector([system.right[k * block + i] - rest[i][lane] for i in range(block)])
-                if ti.static(slots == 1 and not touching.kinds.static_friction):
-                    defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                    rest[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
+        first = system.pack_start[pack]
+        count = system.pack_start[pack + 1] - first
+        if ti.static(slots == 1 and not touching.kinds.static_friction):
+            defect = ti.max(defect, update_pack(touching, system, first, count, rest, block))
+        else:  # too much code for lanes
+            for i in ti.static(range(block)):
+                own = load(system.right, first + i * stride, LANES) - rest[i]
+                for lane in ti.static(range(LANES)):
+                    if lane < count:
+                        system.push[i * stride + first + lane] = own[lane]
+            for k in range(first, first + count):
+                own = entries(system.push, k, stride, 0, block)
+                if ti.static(touching.kinds.static_friction):
+                    defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
                 else:
-                    for i in ti.static(range(block)):
-                        system.push[k * block + i] = own[i]
-        if ti.static(slots > 1 or touching.kinds.static_friction):  # too much code for a copy per lane
-            for lane in range(LANES):
-                k = system.lane_node[pack * LANES + lane]
-                if k >= 0:
-                    own = segment(system.push, k, block)
-                    if ti.static(touching.kinds.static_friction):
-                        defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
-                    else:
-                        defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                    defect = ti.max(defect, update(touching, system, k, own, block, slots))
     return defect
 
 
@@ -138,7 +168,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     makes K_KK lose definiteness, endless sweeps would follow the unstable mode.
     """
     stats, settings = ti.static(system.stats, system.settings)
-    for i in range(touching.nodes.shape[0] * block):
+    for i in range(system.increment.shape[0]):
         system.increment[i] = 0.0
     if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
@@ -169,12 +199,13 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
 @ti.func
 def move(u: ti.template(), touching: ti.template(), system: ti.template(), block: ti.template()):
     """x_K += B d; no node further than the reach: from gaps >= 0 a part of a feasible increment is feasible."""
+    stride = system.stiffness.shape[0]
     longest = 0.0
     for k in range(touching.nodes.shape[0]):
-        longest = ti.max(longest, segment(system.increment, k, block).norm())
+        longest = ti.max(longest, entries(system.increment, k, stride, 0, block).norm())
     part = ti.min(1.0, system.settings[REACH] / ti.max(longest, 1e-300))
     for k in range(touching.nodes.shape[0]):
-        step = part * (basis_of(touching.basis, k, block) @ segment(system.increment, k, block))
+        step = part * (basis_of(touching.basis, k, block) @ entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
             place = 3 * touching.nodes[k] + j
             u[place] = u[place] + step[j]

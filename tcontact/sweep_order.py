@@ -17,13 +17,13 @@ from .kernels.lanes import SWEEP_LANES as LANES
 
 @dataclass(frozen=True)
 class SweepOrder:
-    """lane_node [packs, LANES]: contact node or -1; lane_start [packs+1]: entries of a pack; column [entries, LANES].
+    """pack_start, lane_start [packs+1]: contact nodes and entries of a pack; column [entries, LANES].
 
     entry_place [e]: where entry e of the graph puts its block, values[entry_place + (i * block + j) * LANES]; the
     diagonal ones have no place (-1).
     """
 
-    lane_node: np.ndarray
+    pack_start: np.ndarray
     lane_start: np.ndarray
     column: np.ndarray
     entry_place: np.ndarray
@@ -40,15 +40,14 @@ def sweep_order(graph: ContactGraph, block: int) -> SweepOrder:
     others = np.diff(graph.row_start) - 1  # entries of a row off the diagonal
     lengths = [int(others[pack].max()) for pack in packs]
     lane_start = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-    lane_node = np.full((len(packs), LANES), -1)
     column = np.zeros((int(lane_start[-1]), LANES), dtype=np.int64)
     entry_place = np.full(len(graph.column), -1)
     for number, pack in enumerate(packs):
-        lane_node[number, : len(pack)] = pack
         for lane, node in enumerate(pack):
             entries = np.arange(graph.row_start[node] + 1, graph.row_start[node + 1])
             places = lane_start[number] + np.arange(len(entries))
             column[lane_start[number] : lane_start[number + 1], lane] = node  # filling: any node will do
             column[places, lane] = graph.column[entries]
             entry_place[entries] = places * block * block * LANES + lane
-    return SweepOrder(lane_node, lane_start, column, entry_place)
+    pack_start = np.array([pack[0] for pack in packs] + [len(graph.nodes)])
+    return SweepOrder(pack_start, lane_start, column, entry_place)

@@ -1,5 +1,7 @@
 """Index lists of the sweeps: lanes never couple, every matrix entry has its place, heirs carry what is left over."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scenes import block, material
@@ -22,10 +24,13 @@ def planned(kind, cells=4):
 def test_lanes_hold_every_node_once_and_do_not_couple(kind):
     graph = planned(kind).contact.graph
     order = sweep_order(graph, 3)
-    nodes = order.lane_node[order.lane_node >= 0]
-    assert np.array_equal(np.sort(nodes), np.arange(len(graph.nodes)))
-    for pack in order.lane_node:
-        members = set(pack[pack >= 0].tolist())
+    assert order.pack_start[0] == 0
+    assert order.pack_start[-1] == len(graph.nodes)
+    sizes = np.diff(order.pack_start)
+    assert sizes.min() >= 1
+    assert sizes.max() <= SWEEP_LANES
+    for first, end in pairwise(order.pack_start):
+        members = set(range(first, end))
         for node in members:
             row = set(graph.column[graph.row_start[node] + 1 : graph.row_start[node + 1]].tolist())
             assert not row & members
@@ -44,12 +49,11 @@ def test_a_dense_matrix_survives_the_lanes(block_size):
             wanted[node, graph.column[entry]] = entry
             values[order.entry_place[entry] + (block_size**2 - 1) * SWEEP_LANES] = entry
     found = np.zeros_like(wanted)
-    for pack, lanes in enumerate(order.lane_node):
+    for pack, nodes in enumerate(pairwise(order.pack_start)):
         for at in range(order.lane_start[pack], order.lane_start[pack + 1]):
-            for lane, node in enumerate(lanes):
-                if node >= 0:
-                    place = (at * block_size**2 + block_size**2 - 1) * SWEEP_LANES + lane
-                    found[node, order.column[at, lane]] += values[place]
+            for lane, node in enumerate(range(*nodes)):
+                place = (at * block_size**2 + block_size**2 - 1) * SWEEP_LANES + lane
+                found[node, order.column[at, lane]] += values[place]
     assert np.array_equal(found, wanted)
 
 

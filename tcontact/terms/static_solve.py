@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..kernels.lanes import SWEEP_LANES
 from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
@@ -41,7 +42,8 @@ class StaticSolve:
         self.law, self.removal = material.law, contact.removal
         self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        count, order = len(contact.nodes), sweep_order(graph, block)
+        order = sweep_order(graph, block)
+        room = len(contact.nodes) + SWEEP_LANES - 1
         cells = plan.cells[graph.cells]
         _values, gradients, weights = shape_functions(plan.body.mesh.kind)
         self._pairs = [
@@ -66,16 +68,16 @@ class StaticSolve:
         self._system = [
             arrays.put(np.concatenate([graph.corner_start + len(graph.corner_start), corners])),
             arrays.put(order.lane_start),
-            arrays.put(order.lane_node),
+            arrays.put(order.pack_start),
             arrays.put(order.column),
             arrays.zeros(order.column.size * block * block),  # values
-            arrays.zeros(count * block * block),  # inverse
-            arrays.zeros(count),  # stiffness
-            arrays.zeros(count * block),  # right
-            arrays.zeros(count * slots),  # gaps
-            arrays.zeros(count * slots * block),  # normals
-            arrays.zeros(count * (block + 1)),  # push
-            arrays.zeros(count * block),  # increment
+            arrays.zeros(room * block * block),  # inverse
+            arrays.zeros(room),  # stiffness
+            arrays.zeros(room * block),  # right
+            arrays.zeros(room * slots),  # gaps
+            arrays.zeros(room * slots * block),  # normals
+            arrays.zeros(room * (block + 1)),  # push
+            arrays.zeros(room * block),  # increment
             arrays.put(self._settings(scene, plan, model, graph.cells)),
             self.stats,
         ]
