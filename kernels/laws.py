@@ -1,6 +1,6 @@
 """Elastic laws: first Piola-Kirchhoff stress P = dW/dF and energy density W from the displacement gradient.
 
-With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2 (METHOD 0, issue laws):
+With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2:
 
     linear elastic         W = lam/2 (tr e)^2 + mu e:e,  e = (H + H^t)/2
     St Venant-Kirchhoff    W = lam/2 (tr E)^2 + mu E:E

@@ -50,7 +50,6 @@ MEASURED = {
 }
 _ends = np.cumsum(list(MEASURED.values()))
 PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
-WIDTH = int(_ends[-1])
 # measured only where they exist, after the others: with friction its work up to the row and in the half kick after it;
 # with several or moving obstacles their power on the bodies and the load of each (force, moment); with friction layers
 # their own columns
