@@ -133,10 +133,8 @@ class BodyState:
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
         if self.plan.viscosity is not None:
-            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = (
-                raw[:, RAW : RAW + 1],
-                raw[:, RAW + 1 : RAW + 2],
-            )
+            rows[:, PLACE["viscous_power"]] = raw[:, RAW : RAW + 1]
+            rows[:, PLACE["viscous_rate"]] = raw[:, RAW + 1 : RAW + 2]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
