@@ -104,15 +104,4 @@ def energy(result: Result, bound: float) -> Check:
 
 def mass(result: Result) -> float:
     """Total mass of the bodies [kg], from their reference volumes."""
-    return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
-
-
-def volume(mesh: Any) -> float:
-    """Volume of a mesh [m^3] by the divergence theorem over its cells, exact for flat faces."""
-    corners = np.asarray(mesh.nodes)[np.asarray(mesh.cells)]
-    if corners.shape[1] == 4:
-        tets = [(0, 1, 2, 3)]
-    else:  # six tetrahedra around the diagonal 0-6
-        tets = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
-    edges = [corners[:, [b, c, d]] - corners[:, [a]] for a, b, c, d in tets]
-    return float(sum(np.linalg.det(edge).sum() for edge in edges) / 6.0)
+    return sum(body.material.density * float(body.mesh.cell_volumes().sum()) for body in result.scene.bodies)
