@@ -12,8 +12,8 @@ import functools
 import taichi as ti
 
 from .transcendental import exponential_less_one, logarithm
+from .vectors import MASK
 
-MASK = 0x3FFFFFFF  # tells the compiler that the addresses of neighbouring lanes cannot overflow
 WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimination; Bq; 1/Bq
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`

@@ -10,7 +10,6 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
-from .internal_force import MASK
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
 from .massless_node import basis_of, block_of, largest, segment
@@ -33,6 +32,7 @@ from .static_control import (
     TOLERANCE,
 )
 from .static_friction import update_sliding
+from .vectors import MASK
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
