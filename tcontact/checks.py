@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from .mesh import Mesh
     from .result import Result
 
 
@@ -104,4 +105,9 @@ def energy(result: Result, bound: float) -> Check:
 
 def mass(result: Result) -> float:
     """Total mass of the bodies [kg], from their reference volumes."""
-    return sum(body.material.density * float(body.mesh.cell_volumes().sum()) for body in result.scene.bodies)
+    return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
+
+
+def volume(mesh: Mesh) -> float:
+    """Volume of a mesh [m^3] in the reference state."""
+    return float(mesh.cell_volumes().sum())

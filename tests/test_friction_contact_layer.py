@@ -9,7 +9,7 @@ from scenes import simulate
 
 import tcontact as tc
 from tcontact.cases import hot_slide
-from tcontact.history import LAYERS
+from tcontact.measured import LAYERS
 from tcontact.vtkhdf import ResultData
 
 REMOVALS = ["normal", "full"]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import arrays
-from ..history import Layout
+from ..measured import Layout
 from ..plan import BodyPlan
 from ..scene import Scene
 from ..schemes.implicit import ImplicitScheme
