@@ -77,3 +77,16 @@ def largest(vector: ti.template()):
     for j in ti.static(range(vector.n)):
         result = ti.max(result, ti.abs(vector[j]))
     return result
+
+
+@ti.func
+def settle(touching: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
+    """Node k takes increment d and the obstacles of the mask; returns the defect [N], its change times stiffness."""
+    change = d - segment(system.increment, k, block)
+    defect = system.stiffness[k] * largest(change)
+    if touching.give[k] > 0.0 and mask > 0:
+        defect += change.norm() / touching.give[k]
+    touching.active[k] = mask
+    for j in ti.static(range(block)):
+        system.increment[k * block + j] = d[j]
+    return defect

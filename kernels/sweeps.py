@@ -12,7 +12,7 @@ import taichi as ti
 
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import basis_of, block_of, largest, segment
+from .massless_node import basis_of, block_of, segment, settle
 from .static_control import (
     AIM,
     BEFORE,
@@ -82,14 +82,7 @@ def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.te
             for p in ti.static(range(slots)):
                 if pressing[p] > 0.0:
                     mask += 1 << p
-    touching.active[k] = mask
-    change = d - old
-    defect = system.stiffness[k] * largest(change)
-    if touching.give[k] > 0.0 and mask > 0:
-        defect += change.norm() / touching.give[k]
-    for j in ti.static(range(block)):
-        system.increment[k * block + j] = d[j]
-    return defect
+    return settle(touching, system, k, d, mask, block)
 
 
 @ti.func
