@@ -148,16 +148,18 @@ def hex_points(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
     return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
-@ti.func
-def hex_force(x, u, moduli, law: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
-    return hex_points(x, u, moduli, law, hex_gradients)
+def with_jacobian(force, jacobian_of):
+    """The force function of an element from one that asks how to get A (`hex_gradients`, `affine_gradients`)."""
+
+    @ti.func
+    def force_of(x, u, moduli, law: ti.template()):
+        return force(x, u, moduli, law, jacobian_of)
+
+    return force_of
 
 
-@ti.func
-def affine_hex_force(x, u, moduli, law: ti.template()):
-    """The same for a parallelepiped."""
-    return hex_points(x, u, moduli, law, affine_gradients)
+hex_force = with_jacobian(hex_points, hex_gradients)
+affine_hex_force = with_jacobian(hex_points, affine_gradients)
 
 
 @ti.func

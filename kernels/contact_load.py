@@ -38,8 +38,9 @@ def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.templat
 
 @ti.func
 def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.template(), span, slots: ti.template()):
-    """span: time the impulse is spread over [s]."""
+    """span: time the impulse is spread over [s]; 0 where no step was or will be done."""
     sums = ti.Vector.zero(ti.f64, 6)
+    time = ti.max(span, 1e-300)
     for k in range(touching.nodes.shape[0]):
         x = position(touching.reference, k, body.u, touching.nodes[k])
         flexible = symmetric(listed.inverse_mass, k)
@@ -50,15 +51,15 @@ def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.templa
         for p in ti.static(range(slots)):
             obstacle = touching.near[k * slots + p]
             gap, direction = gap_and_normal(touching, obstacle, x)
-            if gap <= 0.0:
+            if gap <= 0.0 and span > 0.0:
                 speeds[p] = 0.0 - direction.dot(velocity_at(touching, obstacle, x, VELOCITY))
                 for j in ti.static(range(3)):
                     normals[p, j] = direction[j]
         impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
         for p in ti.static(range(slots)):
             direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
-            press(touching, k, p, x, impulses[p] / span, impulses[p] / span * direction)
-        tally(body, touching, k, normals.transpose() @ impulses / span, sums)
+            press(touching, k, p, x, impulses[p] / time, impulses[p] / time * direction)
+        tally(body, touching, k, normals.transpose() @ impulses / time, sums)
     for j in ti.static(range(6)):
         touching.sums[CONTACT_AT + j] = sums[j]
 

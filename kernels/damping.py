@@ -5,7 +5,7 @@
 
 (central: with k0 = k1 = dt/2 it is v^{n+1/2} = [(1 - rate dt/2) v^{n-1/2} + dt M^-1 r]/(1 + rate dt/2), and the stable
 step stays what it is; Belytschko, Liu and Moran, Nonlinear Finite Elements, ch. 6.)
-What has no mass has no damping. Ordinary nodes: `internal_force.node_phase`.
+What has no mass has no damping. Ordinary nodes: `node_phase`.
 """
 
 import taichi as ti

@@ -10,8 +10,8 @@ number of threads. Weights are in P and dP/dF already.
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
+from .lanes import GRAIN
 
-PACE = 512  # iterations that Taichi gives a thread at least; one in so many does a portion of the work
 PORTIONS = 16
 
 
@@ -114,9 +114,9 @@ def tangent_blocks(
 
     hourglass: factor of the hourglass stiffness, bulk: lam of mean dilatation; 0 where there is none.
     """
-    for portion in range(PORTIONS * PACE):
-        if portion % PACE == 0:
-            number = portion // PACE
+    for portion in range(PORTIONS * GRAIN):
+        if portion % GRAIN == 0:
+            number = portion // GRAIN
             count = end - begin
             for place in range(begin + count * number // PORTIONS, begin + count * (number + 1) // PORTIONS):
                 cell = colour[place]

@@ -2,7 +2,7 @@
 
 A law is (neo, green, lam and mu of the first, of the second); linear elasticity stands alone. moduli as in laws.py.
 Rules answer P with int P : grad U = f*, that is F S with the F of the rule; `change` the derivative along D = dF1.
-Mean dilatation (per cell, `tcontact/implicit/dilatation.py`): lam of the neo part is left out here and the pressures
+Mean dilatation (per cell, `implicit_cells.dilatations`): lam of the neo part is left out here and the pressures
 p0, p1 = lam (Theta - 1) of the levels take its place, in the discrete form (p0 + p1)/2 2 G where S* is discrete.
 """
 

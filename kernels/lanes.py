@@ -1,5 +1,6 @@
 """Sizes that the host and the kernels agree on: packed cells (tcontact/packing.py), sweeps, sums of a row."""
 
+GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in so many does the work
 CHUNKS = 8  # fixed number of force rows: the same bits at any thread count
 WIDTHS = dict.fromkeys(  # lanes of a pack
     ("hex8", "hex8-affine", "hex8-reduced", "hex8-mean-dilatation", "hex8-mean-dilatation-affine", "tet4"), 8

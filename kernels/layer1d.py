@@ -18,10 +18,10 @@ import taichi as ti
 from . import layer1d_residual as eq
 from .arguments import ARRAY
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lane_vectors import load, store
 from .layer1d_phases import make_phases
 from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
 from .layer1d_solve import NEWTON, make_solve
+from .vectors import load, store
 
 # numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last
 # pressure [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps,
@@ -31,7 +31,6 @@ WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(7, 14)
 CELL = 14
 NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
 SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
-GRAIN = 512  # a parallel loop gives each thread at least this many iterations
 
 
 @ti.func

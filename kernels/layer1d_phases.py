@@ -14,9 +14,9 @@ import functools
 
 import taichi as ti
 
-from .lane_vectors import load, store
 from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH
 from .transcendental import exponential_less_one
+from .vectors import load, store
 
 SPARE = 2.0  # released plastic heat closes at most 1/SPARE of the distance to melting in a step
 

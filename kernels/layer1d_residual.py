@@ -11,8 +11,8 @@ import functools
 
 import taichi as ti
 
-from .lane_vectors import load, store
 from .transcendental import exponential_less_one, logarithm
+from .vectors import load, store
 
 WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimination; Bq; 1/Bq
 NODE = 6

@@ -9,9 +9,9 @@ import functools
 
 import taichi as ti
 
-from .lane_vectors import load
 from .layer1d_residual import ROUNDING, SQRT3, WARMTH, magnitude, make_residual
 from .transcendental import exponential_less_one, logarithm
+from .vectors import load
 
 TOLERANCE = 1e-6  # of |R| over C sig_tr: C_T = 1.0002 at 300 K has lost four digits
 MOST = 50  # evaluations

@@ -91,3 +91,17 @@ def largest(vector: ti.template()):
     for j in ti.static(range(vector.n)):
         result = ti.max(result, ti.abs(vector[j]))
     return result
+
+
+@ti.func
+def settle(touching: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
+    """Node k takes increment d and the obstacles of the mask; returns the defect [N], its change times stiffness."""
+    stride = system.stiffness.shape[0]
+    change = d - entries(system.increment, k, stride, 0, block)
+    defect = system.stiffness[k] * largest(change)
+    if touching.give[k] > 0.0 and mask > 0:
+        defect += change.norm() / touching.give[k]
+    touching.active[k] = mask
+    for j in ti.static(range(block)):
+        system.increment[j * stride + k] = d[j]
+    return defect

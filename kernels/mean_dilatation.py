@@ -16,7 +16,7 @@ without cancellation. The linear law has the mean of tr H instead, (s0.u)/D(x), 
 
 import taichi as ti
 
-from .cells import affine_gradients, hex_corner_forces, hex_gradients, hex_mode_forces, hex_modes
+from .cells import affine_gradients, hex_corner_forces, hex_gradients, hex_mode_forces, hex_modes, with_jacobian
 from .reduced_hex import hex_slopes, six
 
 
@@ -38,7 +38,7 @@ def with_pressure(points, modulus, reference, slopes, change):
 
 @ti.func
 def split_force(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
-    """As `cells.hex_force`."""
+    """As `cells.hex_points`."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     without = [0.0] + [moduli[i] for i in range(1, len(moduli))]
     points = hex_mode_forces(mode_x, mode_u, without, law, jacobian_of)
@@ -57,21 +57,7 @@ def linear_split_force(x, u, moduli, law: ti.template(), jacobian_of: ti.templat
     return with_pressure(points, moduli[0], rest[0], rest[1], along(rest[1], mode_u))
 
 
-@ti.func
-def mean_force(x, u, moduli, law: ti.template()):
-    return split_force(x, u, moduli, law, hex_gradients)
-
-
-@ti.func
-def affine_mean_force(x, u, moduli, law: ti.template()):
-    return split_force(x, u, moduli, law, affine_gradients)
-
-
-@ti.func
-def linear_mean_force(x, u, moduli, law: ti.template()):
-    return linear_split_force(x, u, moduli, law, hex_gradients)
-
-
-@ti.func
-def affine_linear_mean_force(x, u, moduli, law: ti.template()):
-    return linear_split_force(x, u, moduli, law, affine_gradients)
+mean_force = with_jacobian(split_force, hex_gradients)
+affine_mean_force = with_jacobian(split_force, affine_gradients)
+linear_mean_force = with_jacobian(linear_split_force, hex_gradients)
+affine_linear_mean_force = with_jacobian(linear_split_force, affine_gradients)

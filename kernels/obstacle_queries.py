@@ -8,8 +8,6 @@ from .arguments import ARRAY
 from .bundles import Kinds, Touching
 from .obstacles import gap_and_normal
 
-GRAIN = 512
-
 
 @functools.cache
 def make_gaps(shapes: tuple[str, ...]):

@@ -10,7 +10,7 @@ import functools
 
 import taichi as ti
 
-from . import cells, elements, laws, mean_dilatation, reduced_hex
+from . import cells, elements, laws
 from .arguments import ARRAY, INDEX
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
@@ -60,28 +60,14 @@ def hex_force(x, u, moduli, law: ti.template()):
     return force
 
 
-@ti.func
-def reduced_hex_force(x, u, moduli, law: ti.template()):
-    """Corner forces [component][corner] of a one-point hex8."""
-    return reduced_hex.reduced_force(x, u, moduli, law)[0]
+def forces_alone(whole):
+    """Corner forces [component][corner] of an element, without its energy."""
 
+    @ti.func
+    def force_of(x, u, moduli, law: ti.template()):
+        return whole(x, u, moduli, law)[0]
 
-@ti.func
-def mean_hex_force(x, u, moduli, law: ti.template()):
-    """Corner forces [component][corner] of a hex8 with one volume change."""
-    return mean_dilatation.mean_force(x, u, moduli, law)[0]
-
-
-@ti.func
-def linear_mean_hex_force(x, u, moduli, law: ti.template()):
-    """The same for the linear law."""
-    return mean_dilatation.linear_mean_force(x, u, moduli, law)[0]
-
-
-@ti.func
-def tet_force(x, u, moduli, law: ti.template()):
-    """Corner forces [component][corner] of a tet4."""
-    return cells.tet_force(x, u, moduli, law)[0]
+    return force_of
 
 
 @functools.cache
@@ -91,13 +77,7 @@ def make_plain_force(kind: str, law: str):
     plain_force(connectivity [cells*corners], position, params as of the step kernel, u, force_out): adds dW/du.
     """
     corners = elements.CORNERS[kind]
-    mean = linear_mean_hex_force if law == "linear_elastic" else mean_hex_force
-    force_of = {
-        "hex8": hex_force,
-        "hex8-reduced": reduced_hex_force,
-        "hex8-mean-dilatation": mean,
-        "tet4": tet_force,
-    }[kind]
+    force_of = hex_force if kind == "hex8" else forces_alone(elements.force_of(kind, law))
     law_of, count = laws.LAWS[law], laws.MODULI[law]
 
     @ti.kernel

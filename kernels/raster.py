@@ -11,9 +11,9 @@ the first one stays, whatever the number of threads.
 import taichi as ti
 
 from .arguments import ARRAY, INDEX
+from .lanes import GRAIN
 
 BAND = 32  # rows of one thread
-SPREAD = 512  # iterations Taichi gives a thread at least: one band each
 TABLE = 256  # colours in one colour table
 
 Single = ti.types.ndarray(dtype=ti.f32, ndim=1)
@@ -58,9 +58,9 @@ def draw_triangles(
     out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
     green, blue.
     """
-    for index in range(((height + BAND - 1) // BAND) * SPREAD):
-        if index % SPREAD == 0:
-            top = index // SPREAD * BAND
+    for index in range(((height + BAND - 1) // BAND) * GRAIN):
+        if index % GRAIN == 0:
+            top = index // GRAIN * BAND
             bottom = ti.min(top + BAND, height)
             for t in range(triangles):
                 x0, x1, x2 = x[3 * t], x[3 * t + 1], x[3 * t + 2]

@@ -68,7 +68,7 @@ def hex_slopes(mode_x):
 def reduced_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
 
-    x[c][k], u[c][k] as for `cells.hex_force`; the energy includes the hourglass energy.
+    x[c][k], u[c][k] as for `cells.hex_points`; the energy includes the hourglass energy.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]

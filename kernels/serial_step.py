@@ -1,6 +1,6 @@
 """What a step does beside the parallel force pass, and whole steps of small bodies, in one launch on one thread.
 
-    pass       cells and ordinary nodes: kick, drift            (internal_force.py)
+    pass       cells and ordinary nodes: kick, drift            (cell_phase.py, node_phase.py)
     boundary   contact load; then friction, reactions, kick and drift of the boundary nodes, a raw row of sums
     place      massless nodes: predicted, then measured and solved until they are in equilibrium
 
@@ -10,9 +10,7 @@ rows: one loop over cells serves passes and measures, every turn of the outer lo
 it. The loop ends early at a row that a guard has to look at. With friction layers it also ends after the contact load,
 for them to take their step, and starts again at `kick`.
 
-`control`: numbers below. `raw_out` [rows, width]: node sums (10), cell sums (3), boundary sums (8), reactions (4) and
-contact sums (8) of every row; with viscosity also its power and rate, with friction its work, and where they are asked
-for the loads of the obstacles and their power.
+`control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
 
 import functools
@@ -21,23 +19,11 @@ import taichi as ti
 
 from .arguments import ARRAY, INDEX
 from .bundles import Body, Kinds, Listed, Pairs, Supported, System, Touching
+from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from .internal_force import make_cell_phase, node_phase
-from .lanes import (
-    CELL_SUMS,
-    CHUNKS,
-    CONTACT_AT,
-    FRICTION_AT,
-    FRICTION_SUMS,
-    LOADS_AT,
-    MOST_SLOTS,
-    NODE_SUMS,
-    RAW,
-    TRACKED,
-    VISCOUS_START,
-    VISCOUS_SUMS,
-    WIDTHS,
-)
+from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
+from .node_phase import node_phase
+from .raw_rows import log_row, row_width
 
 # numbers of `control`
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
@@ -47,66 +33,6 @@ CONTROL = 12
 # values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP = 6
-
-
-def loads_of(obstacles: int) -> int:
-    """Numbers of the loads of tracked obstacles: force and moment of each, power of all."""
-    return TRACKED * obstacles + 1
-
-
-def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int, int]:
-    """Where the numbers that only some raw rows have begin: viscous, friction, loads of obstacles; and the end."""
-    after_viscous = RAW + VISCOUS_SUMS * viscous
-    after_friction = after_viscous + FRICTION_SUMS * friction
-    return RAW, after_viscous, after_friction, after_friction + loads
-
-
-@ti.func
-def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template()):
-    """All sums of a row, side by side."""
-    sums = ti.static(touching.sums)
-    width = row_width(touching, viscous)
-    place = number * width
-    for j in ti.static(range(NODE_SUMS)):
-        total = 0.0
-        for part in range(CHUNKS):
-            total += body.node_sums[part * NODE_SUMS + j]
-        raw[place + j] = total
-    place += NODE_SUMS
-    elastic, least, hourglass = 0.0, 1e300, 0.0
-    for chunk in range(CHUNKS):
-        elastic += body.cell_sums[chunk * CELL_SUMS]
-        least = ti.min(least, body.cell_sums[chunk * CELL_SUMS + 1])
-        hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
-    raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
-    place += CELL_SUMS
-    for j in range(FRICTION_AT):
-        raw[place + j] = sums[j]
-    place += FRICTION_AT
-    if ti.static(viscous):
-        power, fastest = 0.0, 0.0
-        for chunk in range(CHUNKS):
-            power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
-            fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
-        raw[place], raw[place + 1] = power, fastest
-        place += VISCOUS_SUMS
-    if ti.static(touching.kinds.friction != ""):
-        for j in range(FRICTION_AT, LOADS_AT):
-            raw[place + j - FRICTION_AT] = sums[j]
-        place += FRICTION_SUMS
-    if ti.static(touching.kinds.tracked):
-        for j in range(LOADS_AT, sums.shape[0]):
-            raw[place + j - LOADS_AT] = sums[j]
-
-
-@ti.func
-def row_width(touching: ti.template(), viscous: ti.template()):
-    """Numbers of a raw row."""
-    fixed = ti.static(row_places(viscous, touching.kinds.friction != "", 0)[3])
-    width = 0
-    if ti.static(touching.kinds.tracked):
-        width = touching.sums.shape[0] - LOADS_AT
-    return fixed + width
 
 
 @ti.func
@@ -375,36 +301,9 @@ def make_serial_step(
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         chunk = ti.select(state == MEASURED, CHUNKS, 0)
-                        cell_phase(
-                            chunk,
-                            chunk + CHUNKS,
-                            connectivity,
-                            chunk_table,
-                            node_info,
-                            position,
-                            u,
-                            v,
-                            rows,
-                            cell_sums,
-                            params,
-                            1,
-                        )
+                        cell_phase(chunk, chunk + CHUNKS, body, 1)
                     if state == PASS or state == PRODUCT:
-                        node_phase(
-                            chunk_table,
-                            node_info,
-                            position,
-                            u,
-                            v,
-                            mass,
-                            rows,
-                            special_force,
-                            node_sums,
-                            params,
-                            CHUNKS,
-                            1,
-                            damped,
-                        )
+                        node_phase(body, CHUNKS, 1, damped)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(special_force, images)

@@ -30,7 +30,7 @@ from .friction import (
     trace_place,
 )
 from .lanes import FRICTION_AT
-from .massless_node import basis_of, entries, largest, square
+from .massless_node import basis_of, entries, settle, square
 from .obstacles import MEAN_VELOCITY, velocity_at
 
 SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
@@ -101,7 +101,6 @@ def update_sliding(touching: ti.template(), system: ti.template(), k, rest, bloc
     """The node's contact problem with friction for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
     traces = ti.static(touching.traces)
     stride = system.stiffness.shape[0]
-    old = entries(system.increment, k, stride, 0, block)
     flexible = square(system.inverse, k, stride, block)
     b = basis_of(touching.basis, k, block)
     scale = ti.max(touching.friction[SLIP_SPEED] * touching.friction[STEP], 1e-300)
@@ -138,11 +137,4 @@ def update_sliding(touching: ti.template(), system: ti.template(), k, rest, bloc
             put_three(traces, trace_place(touching, k, p, TRACTION), across.transpose() @ friction)
             if pressing > 0.0:
                 mask += 1 << p
-    touching.active[k] = mask
-    change = d - old
-    defect = system.stiffness[k] * largest(change)
-    if touching.give[k] > 0.0 and mask > 0:
-        defect += change.norm() / touching.give[k]
-    for j in ti.static(range(block)):
-        system.increment[j * stride + k] = d[j]
-    return defect
+    return settle(touching, system, k, d, mask, block)

@@ -88,7 +88,8 @@ def assemble(
             residual = ti.max(residual, note_slip(body, touching, k, x, pressing, directions))
         rest = unbalanced(out_of_balance, normals, gaps, touching.active[k], touching.give[k], block, slots)
         residual = ti.max(residual, largest(rest))
-        if ti.static(touching.kinds.curved):  # a linearised gap is not yet the gap
+        # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
+        if ti.static(touching.kinds.curved or touching.kinds.moving):
             for p in ti.static(range(slots)):
                 if (touching.active[k] >> p) & 1 == 1 and touching.give[k] == 0.0:
                     residual = ti.max(residual, system.stiffness[k] * ti.abs(gaps[p]))

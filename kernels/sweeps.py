@@ -10,10 +10,9 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
-from .lane_vectors import MASK, load, store
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import basis_of, entries, largest, square
+from .massless_node import basis_of, entries, settle, square
 from .static_control import (
     AIM,
     BEFORE,
@@ -33,6 +32,7 @@ from .static_control import (
     TOLERANCE,
 )
 from .static_friction import update_sliding
+from .vectors import MASK, load, store
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
@@ -116,14 +116,7 @@ def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.te
         for p in ti.static(range(slots)):
             if pressing[p] > 0.0:
                 mask += 1 << p
-    touching.active[k] = mask
-    change = d - old
-    defect = system.stiffness[k] * largest(change)
-    if touching.give[k] > 0.0 and mask > 0:
-        defect += change.norm() / touching.give[k]
-    for j in ti.static(range(block)):
-        system.increment[j * stride + k] = d[j]
-    return defect
+    return settle(touching, system, k, d, mask, block)
 
 
 @ti.func

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from .mesh import Mesh
     from .result import Result
 
 
@@ -107,12 +108,6 @@ def mass(result: Result) -> float:
     return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
 
 
-def volume(mesh: Any) -> float:
-    """Volume of a mesh [m^3] by the divergence theorem over its cells, exact for flat faces."""
-    corners = np.asarray(mesh.nodes)[np.asarray(mesh.cells)]
-    if corners.shape[1] == 4:
-        tets = [(0, 1, 2, 3)]
-    else:  # six tetrahedra around the diagonal 0-6
-        tets = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
-    edges = [corners[:, [b, c, d]] - corners[:, [a]] for a, b, c, d in tets]
-    return float(sum(np.linalg.det(edge).sum() for edge in edges) / 6.0)
+def volume(mesh: Mesh) -> float:
+    """Volume of a mesh [m^3] in the reference state."""
+    return float(mesh.cell_volumes().sum())

@@ -76,15 +76,13 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         beside.append("damping of the boundary nodes")
     if len(body.boundary):
         beside.append("kick and drift of the boundary nodes")
-    layers = isinstance(plan.scene.friction, FrictionLayer) and body.contact is not None and len(body.contact.nodes)
-    if body.small and not layers:
-        parts = ", ".join([*body.options, "force pass", *beside])
-        return [f"serial_step({body.variant}, {law}: {parts}; many steps a launch)"]
+    layers = isinstance(plan.scene.friction, FrictionLayer) and body.contact is not None and len(body.contact.nodes) > 0
     if body.small:
-        parts = ", ".join([*body.options, "force pass", *beside])
-        return [f"serial_step({body.variant}, {law}: {parts})", "layer"]
-    names = [f"step({', '.join([body.variant, law, *body.options])})"]
-    names += [f"serial_step({', '.join(beside)})"] if beside else []
+        parts = ", ".join([*body.options, "force pass", *beside]) + ("" if layers else "; many steps a launch")
+        names = [f"serial_step({body.variant}, {law}: {parts})"]
+    else:
+        names = [f"step({', '.join([body.variant, law, *body.options])})"]
+        names += [f"serial_step({', '.join(beside)})"] if beside else []
     return [*names, "layer"] if layers else names
 
 

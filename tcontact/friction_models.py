@@ -47,11 +47,11 @@ class FrictionLayer:
     mu P).
 
     material: the metal of the layer; coefficient: mu [-], what dry friction transmits at most; points, grading,
-    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method: as in `friction_layer.solve`;
-    tolerance: bound on the relative error that a step of the layers may make in their stress (the history reports it,
-    `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most `substeps`
-    (with full removal friction goes on with the stress of the step before: the error reported holds that lag, which
-    only a smaller mechanical step lowers).
+    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in
+    `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
+    (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most
+    `substeps` (with full removal friction goes on with the stress of the step before: the error reported holds that
+    lag, which only a smaller mechanical step lowers).
     History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
     Raises `InputError`.
     """
@@ -96,7 +96,6 @@ class FrictionLayer:
 
 
 FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
-COLUMNS = {FrictionLayer: ("layer_heat", "layer_temperature_max", "layer_shear_min", "layer_error", "layer_substeps")}
 
 
 def law_of(model: FrictionModel | None) -> str:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .fields import worst_cell
-from .history import PLACE, History
+from .history import History
+from .measured import PLACE
 from .scene import Scene
 from .state import BodyState
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -14,16 +13,17 @@ from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
-from .history import PLACE, History, Layout
+from .history import History
 from .interrupts import interrupts
+from .measured import PLACE, combined
 from .plan import Plan
 from .progress import ProgressBar
 from .recorder import Recorder
 from .result import Result
 from .scene import Scene
 from .schemes import Scheme
+from .snapshot import Snapshot
 from .stable_step import StableStep, largest_rate, with_viscosity
-from .state import BodyState
 
 if TYPE_CHECKING:
     from .checkpoint.keeper import Keeper
@@ -33,33 +33,6 @@ LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
 CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
-
-
-class Snapshot:
-    """The state at level n: taken before the step that starts there, complete once the step is done.
-
-    v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
-    """
-
-    def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:
-        self.states = states
-        # an implicit scheme has the velocity of the level itself
-        self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
-        self.displacements = [state.displacement() for state in states]
-        self._halves = [state.half_step_velocity() for state in states]
-        self._massless = [state.massless_velocity(before or dt) for state in states]
-
-    def velocities(self) -> list[np.ndarray]:
-        """v^n [n, 3] of every body in the user's numbering."""
-        parts = zip(self.states, self._halves, self._massless, strict=True)
-        return [
-            state.velocity(old + self.share * (state.half_step_velocity() - old), massless)
-            for state, old, massless in parts
-        ]
-
-    def fields(self) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
-        """Displacements, velocities and contact forces of every body."""
-        return self.displacements, self.velocities(), [state.contact_force() for state in self.states]
 
 
 @dataclass
@@ -169,7 +142,7 @@ class Run:
                 done = self._step(time, before, after, many)
                 times = np.cumsum([time, *[after] * (done - 1)])
                 rows = [state.rows(times) for state in self.states]
-                table = _total(rows, self.planned.layout)
+                table = combined(rows, self.planned.layout)
                 self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
@@ -319,29 +292,3 @@ class Run:
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
         )
-
-
-COMBINED: dict[str, Callable[..., np.ndarray]] = {
-    "gap_min": np.min,
-    "jacobian_min": np.min,
-    "sweeps": np.max,
-    "static_residual": np.max,
-    "viscous_rate": np.max,
-    "layer_temperature_max": np.max,
-    "layer_shear_min": np.fmin.reduce,
-    "layer_error": np.max,
-    "layer_substeps": np.max,
-}
-
-
-def _total(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
-    """The rows of all bodies together."""
-    if len(rows) == 1:
-        return rows[0]
-    total = np.sum(rows, axis=0)
-    total[:, 0] = rows[0][:, 0]
-    for name, pick in COMBINED.items():
-        if name in layout.place:
-            place = layout.place[name].start
-            total[:, place] = pick([row[:, place] for row in rows], axis=0)
-    return total

@@ -16,8 +16,8 @@ from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
-from .history import Layout
 from .lumped_mass import cell_masses, node_areas
+from .measured import Layout
 from .mesh_geometry import parallelepipeds
 from .packing import slab_order
 from .periodic import Images

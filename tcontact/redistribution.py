@@ -9,6 +9,7 @@ M_k -= m b b^t and M_i += w_i m b b^t. Total mass is exact and every M_i only gr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -118,16 +119,18 @@ class _Graph:
 
     def __init__(self, cells: np.ndarray, slot: np.ndarray) -> None:
         self.cells, self.slot = cells, slot
-        self._order: np.ndarray | None = None
-        self._start: np.ndarray
+
+    @cached_property
+    def _around(self) -> tuple[np.ndarray, np.ndarray]:
+        """Cells node by node, and where those of each node start."""
+        flat = self.cells.reshape(-1)
+        owners = np.argsort(flat, kind="stable") // self.cells.shape[1]
+        return owners, np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(self.slot)))])
 
     def neighbours(self, nodes: np.ndarray) -> np.ndarray:
         """All nodes that share a cell with any of the nodes."""
-        if self._order is None:
-            flat = self.cells.reshape(-1)
-            self._order = np.argsort(flat, kind="stable") // self.cells.shape[1]
-            self._start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(self.slot)))])
-        parts = [self._order[self._start[node] : self._start[node + 1]] for node in nodes]
+        owners, start = self._around
+        parts = [owners[start[node] : start[node + 1]] for node in nodes]
         return np.unique(self.cells[np.unique(np.concatenate(parts))])
 
     def nearest(self, node: int) -> np.ndarray:
@@ -142,14 +145,11 @@ class _Graph:
     def layers(self, node: int, depth: int) -> list[np.ndarray]:
         """The first `depth` layers of nodes with mass behind a node of K; fewer if the body ends."""
         found = [self.nearest(node)]
-        seen = set(found[0].tolist())
-        level = self._levels()
         for number in range(2, depth + 1):
             around = self.neighbours(found[-1])
-            layer = np.array([other for other in around if level[other] == number and other not in seen], dtype=int)
+            layer = around[self._levels[around] == number]
             if len(layer) == 0:
                 break
-            seen.update(layer.tolist())
             found.append(layer)
         return found
 
@@ -157,20 +157,19 @@ class _Graph:
         """How many of the wanted layers exist behind each node of K."""
         return np.array([len(self.layers(int(node), depth)) for node in nodes])
 
+    @cached_property
     def _levels(self) -> np.ndarray:
-        """Graph distance of every node to K."""
-        if not hasattr(self, "_level"):
-            level = np.where(self.slot >= 0, 0, -1)
-            reached, distance = self.slot >= 0, 0
-            while (level < 0).any():
-                distance += 1
-                hit = reached[self.cells].any(axis=1)
-                new = np.zeros_like(reached)
-                new[self.cells[hit]] = True
-                new &= ~reached
-                if not new.any():
-                    break
-                level[new] = distance
-                reached |= new
-            self._level = level
-        return self._level
+        """Graph distance of every node to K; -1 where no path leads there."""
+        level = np.where(self.slot >= 0, 0, -1)
+        reached, distance = self.slot >= 0, 0
+        while (level < 0).any():
+            distance += 1
+            hit = reached[self.cells].any(axis=1)
+            new = np.zeros_like(reached)
+            new[self.cells[hit]] = True
+            new &= ~reached
+            if not new.any():
+                break
+            level[new] = distance
+            reached |= new
+        return level

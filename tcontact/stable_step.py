@@ -6,7 +6,7 @@ Force products M^-1 K w come from the force pass itself, as differences about th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from .terms.internal_force import InternalForce
 PRODUCTS = 20
 SAFETY = 0.98
 DIFFERENCE = 1e-6  # largest displacement of a product, over the size of the smallest cell
-
-Operator = Callable[[np.ndarray], np.ndarray]
 
 
 class StableStep:

@@ -6,8 +6,8 @@ import numpy as np
 
 from . import arrays
 from .friction_models import FrictionLayer
-from .history import PLACE, Layout
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
+from .measured import PLACE, Layout
 from .plan import SMALL, BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
@@ -124,7 +124,7 @@ class BodyState:
         return number + 1
 
     def rows(self, times: np.ndarray) -> np.ndarray:
-        """The measured rows [n, width] (history.Layout) of the last `advance`, at the given times [s]."""
+        """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
         small = self.plan.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = np.zeros((len(times), self.layout.width))
@@ -133,10 +133,8 @@ class BodyState:
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
         if self.plan.viscosity is not None:
-            rows[:, PLACE["viscous_power"]], rows[:, PLACE["viscous_rate"]] = (
-                raw[:, RAW : RAW + 1],
-                raw[:, RAW + 1 : RAW + 2],
-            )
+            rows[:, PLACE["viscous_power"]] = raw[:, RAW : RAW + 1]
+            rows[:, PLACE["viscous_rate"]] = raw[:, RAW + 1 : RAW + 2]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
         rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
         rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]

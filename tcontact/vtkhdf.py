@@ -27,8 +27,6 @@ VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
 _HISTORY_ROWS = 4096
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
-# what h5py raises for a file that is not whole, or not ours
-
 
 Blocks = Sequence[tuple[str, np.ndarray]]
 

@@ -31,7 +31,6 @@ def test_every_object_that_a_recipe_names_is_there():
         ("kernels/law_tangents.py", "PARTS"),
         ("tcontact/schemes/__init__.py", "IMPLICIT"),
         ("tests/test_implicit_tangents.py", "SCHEMES"),
-        ("kernels/internal_force.py", "node_phase"),
     ]
     assert len(pairs) > 8
     for file, name in pairs:

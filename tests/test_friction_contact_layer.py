@@ -11,7 +11,7 @@ from scenes import simulate
 import tcontact as tc
 from tcontact.cases import hot_slide
 from tcontact.friction_layer import COPPER
-from tcontact.history import LAYERS
+from tcontact.measured import LAYERS
 from tcontact.state import BodyState
 from tcontact.vtkhdf import ResultData
 

@@ -42,3 +42,19 @@ def test_only_the_relative_velocity_counts(contact, friction):
         np.testing.assert_allclose(hit.history[name], wanted, rtol=0, atol=1e-9 * np.abs(wanted).max(), err_msg=name)
     change = hit.history["momentum"] - hit.history["momentum"][0] - hit.history["impulse"]
     assert np.abs(change).max() <= 1e-9 * np.abs(hit.history["momentum"]).max()
+
+
+def test_nodes_that_a_wall_leaves_at_once_are_balanced_again():
+    # from one step to the next: its first state is in balance, but for a wall that is no longer there
+    mesh = tc.box_mesh(size=(0.1, 0.1, 0.1), cells=(2, 2, 2), kind="hex8")
+    body = tc.Body(mesh, tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0), contact="zmin")
+    dt = 3e-4
+
+    def velocity(time):
+        return (0.0, 0.0, 3.0 if time < 3.0 * dt else -3.0)
+
+    scene = tc.Scene(bodies=[body], obstacles=[tc.Plane(velocity=velocity)], duration=10 * dt)
+    history = tc.simulate(scene, scheme=tc.CentralDifference(dt=dt)).history
+    assert history["contact_nodes"].max() == 9
+    assert history["contact_nodes"][-1] == 0
+    assert history["static_residual"].max() <= 1e-4

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import arrays, runtime, validate
 from ..errors import InputError
+from ..kernels.lanes import GRAIN
 from ..launch import Prepared
 from .grid import Column, column, depths
 from .metals import Metal
@@ -83,7 +84,7 @@ class Layer:
 
         heating = plastic_heat > 0.0
         kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method))
-        self._grain = 1 if on_gpu else layer1d.GRAIN
+        self._grain = 1 if on_gpu else GRAIN
         self._launch = Prepared(kernel)
         self._names = layer1d
         count = packs * nodes * self._stride

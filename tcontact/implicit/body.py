@@ -119,11 +119,19 @@ class ImplicitBody:
         level = self._level(u, self.massive(v), np.zeros_like(v))
         if self.scheme.blend != 1.0:
             self._forces(level)
-            right = self.load - level.force
-            if self.contact is not None:
-                right[self.contact.nodes] += level.contact.sum(axis=0)
-            level.a = self.mass.solve(right)
+            level.a = self.mass.solve(-self._unbalanced(level))
         return level
+
+    def _unbalanced(self, level: Level) -> np.ndarray:
+        """f - fc - f_ext [n, 3] [N] of a level whose forces are known."""
+        result = level.force - self.load
+        if self.contact is not None:
+            result[self.contact.nodes] -= level.contact.sum(axis=0)
+        return result
+
+    def reaction(self, level: Level) -> np.ndarray:
+        """Reaction of supports [n, 3] [N] that do not accelerate, at a level whose forces are known."""
+        return np.einsum("nij,nj->ni", self.held, self._unbalanced(level))
 
     @property
     def no_contact(self) -> np.ndarray:

@@ -15,7 +15,8 @@ ROUNDING = 1e-13  # gaps below this share of the size of the body are closed
 
 
 class StepContact:
-    """nodes [k], their start [k, 3], obstacles; penalty is None for exact contact.
+    """nodes [k], their start [k, 3], obstacles; penalty is None for exact contact, exact is None for a
+    penalty and where no node can be pushed.
 
     held [k, 3, 3]: projector on the components that contact cannot move.
     """
@@ -32,7 +33,9 @@ class StepContact:
         per_area = model.stiffness if isinstance(model, PenaltyContact) else getattr(model, "penalty", None)
         self.massless = isinstance(model, MasslessContact) and len(self.nodes) > 0
         self.penalty = None if per_area is None else PenaltyForce(self.surfaces, per_area * plan.contact.areas)
-        self.exact = ExactContact(np.eye(3) - held[self.nodes], len(self.surfaces)) if per_area is None else None
+        self.exact: ExactContact | None = None
+        if per_area is None and len(self.nodes):  # supports may hold every node of the set: then gaps are all there is
+            self.exact = ExactContact(np.eye(3) - held[self.nodes], len(self.surfaces))
 
     @property
     def shape(self) -> tuple[int, int, int]:

@@ -84,9 +84,8 @@ class StepEquations:
         rows: Rows,
         load: np.ndarray,
     ) -> None:
-        self.scheme, self.cells, self.mass, self.contact, self.rows, self.load = (
-            scheme, cells, mass, contact, rows, load,
-        )  # fmt: skip
+        self.scheme, self.cells, self.mass = scheme, cells, mass
+        self.contact, self.rows, self.load = contact, rows, load
         self.contact_force = np.zeros((0, 0, 3) if contact is None else contact.shape)
         self.unbalanced = np.zeros_like(load)
 

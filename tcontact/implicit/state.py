@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import arrays
-from ..history import Layout
+from ..measured import Layout
 from ..plan import BodyPlan
 from ..scene import Scene
 from ..schemes.implicit import ImplicitScheme
@@ -122,8 +122,8 @@ class ImplicitState:
         blend = self.body.scheme.blend
         if blend != 1.0:  # v1 - v0 mixes two steps
             now = taken.contact, taken.reaction
-            if self._taken.dt == 0.0 and self.body.contact is not None:
-                self._before = self.level.contact, self._before[1]
+            if self._taken.dt == 0.0:
+                self._before = self.level.contact, self.body.reaction(self.level)
             taken.contact = blend * now[0] + (1.0 - blend) * self._before[0]
             taken.reaction = blend * now[1] + (1.0 - blend) * self._before[1]
             self._before = now

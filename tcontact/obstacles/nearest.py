@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 FEW, MANY = 8, 32  # pieces looked at for every point, and for those near the surface if nearer ones may be left
@@ -42,7 +44,10 @@ def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> 
     return found, owner
 
 
-def _portion(tree, corners, radius, positions, reach):
+def _portion(
+    tree: Any, corners: np.ndarray, radius: np.ndarray, positions: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `nearest_points`; tree: of the centres of the triangles, radius [m]: how far they reach from these."""
     best = np.full(len(positions), np.inf)
     found, owner = np.zeros_like(positions), np.zeros(len(positions), dtype=np.int64)
     rows = np.arange(len(positions))

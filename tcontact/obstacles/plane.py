@@ -39,10 +39,6 @@ class Plane(Obstacle):
         """Local axes [3, 3] in rows; the third is the normal."""
         return axes_around(self.normal)
 
-    def project(self, position: np.ndarray) -> np.ndarray:
-        """The point [3] of the plane nearest to a position [3] [m]."""
-        return np.asarray(position - ((position - self.point) @ self.normal) * self.normal)
-
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         return positions[:, 2], np.tile((0.0, 0.0, 1.0), (len(positions), 1))

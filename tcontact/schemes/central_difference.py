@@ -17,7 +17,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..history import Layout
+    from ..measured import Layout
     from ..plan import BodyPlan, Plan
     from ..scene import Scene
     from ..state import BodyState

@@ -17,7 +17,7 @@ from ..contact_models import ImpulseContact
 from ..errors import InputError
 
 if TYPE_CHECKING:
-    from ..history import Layout
+    from ..measured import Layout
     from ..plan import BodyPlan, Plan
     from ..scene import Scene
 

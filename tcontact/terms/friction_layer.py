@@ -52,10 +52,8 @@ class LayeredFriction(Friction):
             threads=None,
         )
         self._speed, self._pressure = arrays.zeros(self.layer.padded), arrays.zeros(self.layer.padded)
-        self.substeps, self.span = (
-            min(FIRST, model.substeps),
-            1,
-        )  # layer steps per mechanical step, or the other way round
+        # layer steps per mechanical step, or the other way round
+        self.substeps, self.span = min(FIRST, model.substeps), 1
         self.error = 0.0
         self._waiting = np.zeros(len(areas))  # work done and not yet given to the layers [J/m^2]
         self._push = np.zeros(len(areas))  # time integrals since the last layer step: friction [Pa s], pressure

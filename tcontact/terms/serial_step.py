@@ -29,6 +29,7 @@ class SerialStep:
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
     ) -> None:
+        from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
         from ..kernels.bundles import Kinds, Touching
         from .massless_contact import MasslessContactTerm
@@ -38,7 +39,7 @@ class SerialStep:
         self.contact = contact
         real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
         self.kinds = Kinds() if contact is None else contact.kinds
-        loads = kernels.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
+        loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
         self.sums = arrays.zeros(LOADS_AT + loads)
         parts: list[arrays.Array] = [self.sums]
         parts += (whole, real, real, real) if listed is None else listed.arguments()
@@ -52,7 +53,7 @@ class SerialStep:
         parts.append(whole if images is None else images.pairs)
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.places = kernels.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
+        self.places = raw_rows.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
         self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         self._parts = (*parts, self.control, self.raw)

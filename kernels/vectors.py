@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-MASK = 0x3FFFFFFF  # tells the compiler that the addresses of neighbouring lanes cannot overflow: one load or store
+MASK = 0x3FFFFFFF  # on an index: it tells the compiler that the next ones cannot overflow, and whole vectors are loaded
 
 
 @ti.func

@@ -1,0 +1,34 @@
+"""The state at a level of time, for frames and for the result."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .state import BodyState
+
+
+class Snapshot:
+    """The state at level n: taken before the step that starts there, complete once the step is done.
+
+    v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
+    """
+
+    def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:
+        self.states = states
+        # an implicit scheme has the velocity of the level itself
+        self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
+        self.displacements = [state.displacement() for state in states]
+        self._halves = [state.half_step_velocity() for state in states]
+        self._massless = [state.massless_velocity(before or dt) for state in states]
+
+    def velocities(self) -> list[np.ndarray]:
+        """v^n [n, 3] of every body in the user's numbering."""
+        parts = zip(self.states, self._halves, self._massless, strict=True)
+        return [
+            state.velocity(old + self.share * (state.half_step_velocity() - old), massless)
+            for state, old, massless in parts
+        ]
+
+    def fields(self) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+        """Displacements, velocities and contact forces of every body."""
+        return self.displacements, self.velocities(), [state.contact_force() for state in self.states]
