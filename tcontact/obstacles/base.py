@@ -29,8 +29,11 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         kind = type(self).__name__
-        if self.name is not None and not isinstance(self.name, str):
-            raise InputError(f"{kind}.name", self.name, "give a string or None")
+        if self.name is not None:
+            if not isinstance(self.name, str) or not self.name:
+                raise InputError(f"{kind}.name", self.name, "give a non-empty string or None")
+            if "/" in self.name or not self.name.isprintable():  # it names columns of history and result files
+                raise InputError(f"{kind}.name", self.name, "leave out '/' and characters that cannot be printed")
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
             if value is not None and not isinstance(value, Callable):  # type: ignore[arg-type]
