@@ -217,6 +217,24 @@ def test_quads_by_hand(tmp_path):
     np.testing.assert_allclose(sdf.gap(np.array([[0.0, 0.0, 0.25], [0.0, 0.0, 0.1]])), [0.05, -0.1], atol=1e-12)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_wavefront_file_with_normals_texture_and_colours_of_its_own(tmp_path, backwards):
+    """As programs write them: fewer normals than points, ids with slashes, quads beside triangles, groups."""
+    points, triangles = surfaces.box()
+    lines = ["# made by hand", "mtllib box.mtl", "o box"]
+    lines += [f"v {x} {y} {z} 1.0 0.5 0.25" for x, y, z in points] + ["vn 0 0 1", "vt 0 0", "vt 1 0", "s off"]
+    for number, corners in enumerate(triangles):
+        ids = corners - len(points) if backwards else corners + 1
+        lines += [f"g part{number}", "f " + " ".join(f"{i}//1" if number % 2 else f"{i}/2/1" for i in ids)]
+    path = tmp_path / "box.obj"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    wanted = tc.Sdf.from_surface((points, triangles), cells=12).grid
+    np.testing.assert_allclose(tc.Sdf.from_surface(path, cells=12).grid, wanted, atol=1e-12)
+    path.write_text("\n".join(lines).replace("f 1/", "f one/").replace("f -8/", "f one/"), encoding="utf-8")
+    with pytest.raises(tc.InputError, match=r"line .*one/"):
+        tc.Sdf.from_surface(path, cells=12)
+
+
 def test_orientation_and_torn_corners_do_not_matter():
     """Turned inside out, cut into single triangles, corners off by rounding: the same solid."""
     points, triangles = surfaces.torus(sectors=(12, 8))
