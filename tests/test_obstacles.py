@@ -112,6 +112,16 @@ def poses(obstacle, times, **options):
     return Motion(obstacle, **options).poses(times)
 
 
+def test_zero_rates_are_rest_as_none_is():
+    """Such a plane neither turns nor moves: normal removal, no history of its load."""
+    for options in ({}, {"velocity": (0, 0, 0), "angular_velocity": (0.0, 0.0, 0.0)}):
+        mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+        body = tc.Body(mesh, tc.NeoHookean(1e6, 0.3, 1000.0), contact="zmin")
+        planned = tc.plan(tc.Scene(body, tc.Plane(**options), duration=1e-4))
+        assert planned.bodies[0].contact.removal == "normal"
+        assert not planned.scene.tracked
+
+
 def test_obstacle_at_rest_stays():
     points, frames, velocities, spins = poses(SHAPES[-1], [0.0, 1.0])
     assert (points == PLACE).all()
