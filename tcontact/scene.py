@@ -278,6 +278,10 @@ class Scene:
                 check_obstacles(body, self.obstacles)
         if self.obstacles and self.contact is None:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
+        elif self.obstacles and all(body.contact is None for body in self.bodies):
+            warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
+        elif self.friction is not None and not self.obstacles:
+            warnings.warn("the scene has friction but no obstacles: nothing rubs", stacklevel=3)
         self._check_bodies_apart()
 
     @property

@@ -11,9 +11,9 @@ import numpy as np
 from .. import validate
 from ..errors import InputError
 from ..mesh_file import MeshFileError
+from .polygons import read_polygons
 from .wavefront import read_wavefront
 
-FORMATS = {".stl": "stl", ".obj": "obj", ".ply": "ply"}
 FIELD = "surface"
 LARGEST = 1e60  # [m]
 CLOSE = 1e-6  # points nearer than this part of the size are one, where equal points alone leave gaps
@@ -154,7 +154,7 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     if suffix not in FORMATS:
         raise InputError(FIELD, str(file), f"unknown extension; convert to one of {', '.join(FORMATS)}")
     try:
-        points, corners = read_wavefront(file) if suffix == ".obj" else _from_meshio(file, FORMATS[suffix])
+        points, corners = FORMATS[suffix](file)
     except MeshFileError as error:
         raise InputError(FIELD, str(file), str(error)) from error
     except Exception as error:  # readers stumble over broken files in many ways
@@ -167,18 +167,15 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     return points, corners
 
 
-def _from_meshio(file: Path, file_format: str) -> tuple[np.ndarray, np.ndarray]:
+def _from_stl(file: Path) -> tuple[np.ndarray, np.ndarray]:
     from ..mesh_meshio import read_file
 
-    mesh = read_file(file, file_format)
-    triangles = [np.zeros((0, 3), dtype=np.int64)]
-    for block in mesh.cells:
-        cells = np.asarray(block.data)
-        if cells.ndim == 2 and block.type.startswith(("triangle", "quad", "polygon")):
-            # fans; corners of second order come after the straight ones
-            corners = {"triangle6": 3, "quad8": 4, "quad9": 4}.get(block.type) or cells.shape[1]
-            triangles += [cells[:, [0, i, i + 1]].astype(np.int64) for i in range(1, corners - 1)]
-    return np.asarray(mesh.points, dtype=np.float64), np.concatenate(triangles)
+    mesh = read_file(file, "stl")
+    triangles = [np.asarray(block.data, dtype=np.int64) for block in mesh.cells if block.type == "triangle"]
+    return np.asarray(mesh.points, dtype=np.float64), np.concatenate([np.zeros((0, 3), dtype=np.int64), *triangles])
+
+
+FORMATS = {".stl": _from_stl, ".obj": read_wavefront, ".ply": read_polygons}
 
 
 def _name(given: Any) -> Any:
