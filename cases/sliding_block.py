@@ -72,8 +72,15 @@ def scene(
     choices.positive(height=height, gravity=gravity, density=density, cells=cells)
     if not 0.0 <= angle < 90.0:
         raise tc.InputError("angle", angle, "give degrees from 0 to below 90")
-    if motion == "stop" and not (friction * speed > 0.0 and np.tan(np.radians(angle)) < friction):
+    steep = np.tan(np.radians(angle))
+    if motion == "stop" and not (friction * speed > 0.0 and steep < friction):
         raise tc.InputError("friction", friction, "a block stops if it moves down with friction above tan(angle)")
+    if motion == "hold" and not steep < friction:
+        remedy = f"a block holds with friction above tan(angle), {steep:.4g} here; or take motion=slide"
+        raise tc.InputError("friction", friction, remedy)
+    if motion == "slide" and not friction < steep:
+        remedy = f"a block slides off with friction below tan(angle), {steep:.4g} here; or take motion=hold"
+        raise tc.InputError("friction", friction, remedy)
     material = choices.material(
         "linear", STIFFNESS * density * gravity * height if young is None else young, poisson, density
     )

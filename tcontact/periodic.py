@@ -201,6 +201,6 @@ def check_obstacles(body: Body, obstacles: Sequence[Obstacle]) -> None:
         return
     for obstacle in obstacles:
         along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS
-        if not along or obstacle.angular_velocity is not None:
+        if not along or obstacle.turns:
             remedy = "a periodic body can touch planes along its periodic directions only, which do not turn"
             raise InputError("Scene.obstacles", obstacle, f"{remedy} (Body.periodic = {body.periodic!r})")

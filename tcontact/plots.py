@@ -129,10 +129,14 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
 
 
 def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
-    """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}."""
+    """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}.
+
+    A panel with the labels of the one before it goes without a legend of its own.
+    """
     figure, drawn = _figure(len(rows), title)
     end = max(float(times[-1]) for curves in rows.values() for times, _ in curves.values())
     span, mark = si_scale(end)
+    explained: list[str] = []
     for axes, ((name, unit), curves) in zip(drawn, rows.items(), strict=True):
         largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for _, values in curves.values())
         factor, prefix = si_scale(largest if unit != "-" else 1.0)
@@ -140,7 +144,9 @@ def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") 
             color, style = ((BLUE, "-"), (RED, "--"), (GREEN, ":"), (ORANGE, "-."))[number % 4]
             axes.plot(times / span, values / factor, color=color, lw=1.0, ls=style, label=label)
         axes.set_ylabel(f"{name} [{_greek(prefix)}{unit}]")
-    drawn[0].legend(loc="best", frameon=False)
+        if list(curves) != explained:
+            axes.legend(loc="best", frameon=False)
+            explained = list(curves)
     _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
 
 

@@ -35,7 +35,7 @@ def choose_removal(scene: Scene, body: Body) -> str:
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
-    if not all(obstacle.shape == "plane" and obstacle.angular_velocity is None for obstacle in scene.obstacles):
+    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in scene.obstacles):
         return "full"
     normals = np.array([obstacle.frame[2] for obstacle in scene.obstacles])
     if (np.abs(normals @ normals[0]) < PARALLEL).any():

@@ -269,8 +269,8 @@ class Scene:
             )
         if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
-        _check_names("Body.name", "bodies", self.bodies)
-        _check_names("Obstacle.name", "obstacles", self.obstacles)
+        _check_names("Body.name", "bodies", self.bodies, self.label)
+        _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, self) for body in self.bodies))
         if self.touching:
             for index, body in enumerate(self.bodies):
@@ -278,6 +278,10 @@ class Scene:
                 check_obstacles(body, self.obstacles)
         if self.obstacles and self.contact is None:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
+        elif self.obstacles and all(body.contact is None for body in self.bodies):
+            warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
+        elif self.friction is not None and not self.obstacles:
+            warnings.warn("the scene has friction but no obstacles: nothing rubs", stacklevel=3)
         self._check_bodies_apart()
 
     @property
@@ -336,8 +340,11 @@ class Scene:
         return self.bodies[index].name or f"body-{index}"
 
 
-def _check_names(field: str, owners: str, named: Sequence[Any]) -> None:
+def _check_names(field: str, owners: str, named: Sequence[Any], label: Callable[[int], str]) -> None:
     names = [one.name for one in named if one.name is not None]
     for name in names:
         if names.count(name) > 1:
             raise InputError(field, name, f"used by several {owners}; give each its own name")
+    for index, one in enumerate(named):
+        if one.name is None and label(index) in names:
+            raise InputError(field, label(index), f"so is number {index} called, which has no name; give it one")

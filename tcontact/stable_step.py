@@ -39,7 +39,7 @@ class StableStep:
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
         self.penalty = None if stiffness is None or contact is None else stiffness * contact.areas
-        fixed = all(obstacle.shape == "plane" and obstacle.angular_velocity is None for obstacle in obstacles)
+        fixed = all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles)
         self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
         self.start: np.ndarray | None = None
         self.elastic = np.inf  # the last estimate without viscosity

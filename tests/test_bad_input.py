@@ -239,3 +239,17 @@ def test_what_is_no_scene_is_refused_by_the_plan_too():
 def test_progress_is_true_or_false():
     with pytest.raises(tc.InputError, match="progress"):
         run(progress="bar")
+
+
+@pytest.mark.parametrize(
+    ("contact", "options", "text"),
+    [
+        ("zmin", {"obstacles": tc.Plane((0, 0, -1)), "contact": None}, "contact=None"),
+        (None, {"obstacles": tc.Plane((0, 0, -1))}, "no Body.contact"),
+        ("zmin", {"friction": tc.Coulomb(0.3)}, "no obstacles"),
+    ],
+)
+def test_what_cannot_act_is_warned_about(contact, options, text):
+    body = tc.Body(tc.box_mesh((1, 1, 1), (2, 2, 2)), tc.NeoHookean(1e6, 0.3, 1000.0), contact=contact)
+    with pytest.warns(UserWarning, match=text):
+        tc.Scene(body, duration=1e-3, **options)

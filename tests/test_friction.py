@@ -197,6 +197,16 @@ def test_sliding_block_meets_its_checks(parameters):
     assert not [check for check in found if not check.passed]
 
 
+@pytest.mark.parametrize(
+    "parameters",
+    [{"motion": "hold", "friction": 0.36}, {"motion": "slide", "friction": 0.37}, {"motion": "stop", "angle": 17.0}],
+    ids=str,
+)
+def test_sliding_block_refuses_a_motion_that_its_friction_does_not_give(parameters):
+    with pytest.raises(tc.InputError, match=r"friction = .*tan\(angle\)"):
+        sliding_block.scene(**parameters)
+
+
 def held(steps, removal="normal", slip_speed=None):
     """Largest motion of any node over `steps` steps after the block has settled on the incline, over its length."""
     scene = sliding_block.scene(motion="hold", removal=removal, slip_speed=slip_speed)

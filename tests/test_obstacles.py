@@ -112,6 +112,16 @@ def poses(obstacle, times, **options):
     return Motion(obstacle, **options).poses(times)
 
 
+def test_zero_rates_are_rest_as_none_is():
+    """Such a plane neither turns nor moves: normal removal, no history of its load."""
+    for options in ({}, {"velocity": (0, 0, 0), "angular_velocity": (0.0, 0.0, 0.0)}):
+        mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+        body = tc.Body(mesh, tc.NeoHookean(1e6, 0.3, 1000.0), contact="zmin")
+        planned = tc.plan(tc.Scene(body, tc.Plane(**options), duration=1e-4))
+        assert planned.bodies[0].contact.removal == "normal"
+        assert not planned.scene.tracked
+
+
 def test_obstacle_at_rest_stays():
     points, frames, velocities, spins = poses(SHAPES[-1], [0.0, 1.0])
     assert (points == PLACE).all()
@@ -239,6 +249,9 @@ def test_function_that_gives_no_vector_is_named_with_the_time(wrong):
         ("Box.axes", lambda: tc.Box(axes=np.ones((3, 3)))),
         ("Box.axes", lambda: tc.Box(axes=np.diag([1.0, 1.0, -1.0]))),
         ("Plane.velocity", lambda: tc.Plane(velocity="fast")),
+        ("Plane.name", lambda: tc.Plane(name="")),
+        ("Sphere.name", lambda: tc.Sphere(name="die/upper")),
+        ("Box.name", lambda: tc.Box(name="two\nlines")),
     ],
 )
 def test_bad_input_names_the_field(field, make):
@@ -267,4 +280,7 @@ def test_scene_refuses_a_body_inside_and_names_used_twice():
         scene(tc.Sphere((0.5, 0.5, 0.5), 1.0, name="ball"))
     with pytest.raises(tc.InputError, match="several obstacles"):
         scene([tc.Plane(name="wall"), tc.Plane((0, 0, -1), name="wall")])
+    with pytest.raises(tc.InputError, match="which has no name"):
+        scene([tc.Plane(name="obstacle-1"), tc.Plane((0, 0, -1))])
     assert len(scene([tc.Plane(), tc.Plane((0, 0, -1))]).obstacles) == 2
+    assert len(scene([tc.Plane(name="obstacle-0"), tc.Plane((0, 0, -1))]).obstacles) == 2

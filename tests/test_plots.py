@@ -81,3 +81,13 @@ def test_a_run_that_blew_up_is_still_drawn(history, drawn, tmp_path):
     plots.energy(tmp_path / "e.png", history)
     plots.contact_force(tmp_path / "f.png", history, UP)
     assert len(drawn) == 2
+
+
+def test_panels_explain_their_lines_wherever_these_mean_something_else(drawn, tmp_path):
+    time = np.linspace(0.0, 1.0, 5)
+    first, second = {"computed": (time, time), "rigid": (time, 0 * time)}, {"work": (time, time), "heat": (time, time)}
+    plots.panels(tmp_path / "p.png", {("path", "m"): first, ("speed", "m/s"): first, ("energy", "J"): second})
+    found = [
+        axes.get_legend() and [text.get_text() for text in axes.get_legend().get_texts()] for axes in drawn[0].axes
+    ]
+    assert found == [["computed", "rigid"], None, ["work", "heat"]]

@@ -1,5 +1,7 @@
 """Obstacles from sampled distances and from closed surfaces, against brute force over the triangles."""
 
+import struct
+
 import numpy as np
 import pytest
 import surfaces
@@ -215,6 +217,51 @@ def test_quads_by_hand(tmp_path):
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     sdf = tc.Sdf.from_surface(str(path), cells=12)
     np.testing.assert_allclose(sdf.gap(np.array([[0.0, 0.0, 0.25], [0.0, 0.0, 0.1]])), [0.05, -0.1], atol=1e-12)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_wavefront_file_with_normals_texture_and_colours_of_its_own(tmp_path, backwards):
+    """As programs write them: fewer normals than points, ids with slashes, quads beside triangles, groups."""
+    points, triangles = surfaces.box()
+    lines = ["# made by hand", "mtllib box.mtl", "o box"]
+    lines += [f"v {x} {y} {z} 1.0 0.5 0.25" for x, y, z in points] + ["vn 0 0 1", "vt 0 0", "vt 1 0", "s off"]
+    for number, corners in enumerate(triangles):
+        ids = corners - len(points) if backwards else corners + 1
+        lines += [f"g part{number}", "f " + " ".join(f"{i}//1" if number % 2 else f"{i}/2/1" for i in ids)]
+    path = tmp_path / "box.obj"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    wanted = tc.Sdf.from_surface((points, triangles), cells=12).grid
+    np.testing.assert_allclose(tc.Sdf.from_surface(path, cells=12).grid, wanted, atol=1e-12)
+    path.write_text("\n".join(lines).replace("f 1/", "f one/").replace("f -8/", "f one/"), encoding="utf-8")
+    with pytest.raises(tc.InputError, match=r"line .*one/"):
+        tc.Sdf.from_surface(path, cells=12)
+
+
+@pytest.mark.parametrize("order", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("corners", ["vertex_indices", "vertex_index"])
+def test_a_ply_file_with_more_in_it_than_points_and_corners(tmp_path, order, corners):
+    """Triangles beside quads, numbers and lists beside the corners, edges, and numbers beside the coordinates."""
+    points, _ = surfaces.box()
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    faces = quads[:4] + [part for quad in quads[4:] for part in (quad[:3], [quad[0], quad[2], quad[3]])]
+    head = ["ply", f"format {order} 1.0", "comment by hand", "element vertex 8"]
+    head += [f"property double {axis}" for axis in "xyz"] + ["property ushort flags", f"element face {len(faces)}"]
+    head += [f"property list uchar uint {corners}", "property int flags", "property list uchar float texcoord"]
+    head += ["element edge 1", "property int vertex1", "property int vertex2", "end_header", ""]
+    rows = [("dddH", [*point, 9]) for point in points]
+    rows += [(f"B{len(f)}IiB{i % 3}f", [len(f), *f, 3, i % 3] + [0.5] * (i % 3)) for i, f in enumerate(faces)]
+    rows += [("ii", [0, 1])]
+    if order == "ascii":
+        body = "\n".join(" ".join(map(repr, map(float, values))).replace(".0", "") for _, values in rows).encode()
+    else:
+        body = b"".join(struct.pack(("<" if "little" in order else ">") + kinds, *values) for kinds, values in rows)
+    path = tmp_path / "box.ply"
+    path.write_bytes("\n".join(head).encode() + body)
+    wanted = tc.Sdf.from_surface(surfaces.box(), cells=12).grid
+    np.testing.assert_allclose(tc.Sdf.from_surface(path, cells=12).grid[..., 0], wanted[..., 0], atol=1e-12)
+    path.write_bytes("\n".join(head).encode() + body[:-80])
+    with pytest.raises(tc.InputError, match="ends too early"):
+        tc.Sdf.from_surface(path, cells=12)
 
 
 def test_orientation_and_torn_corners_do_not_matter():

@@ -29,8 +29,11 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         kind = type(self).__name__
-        if self.name is not None and not isinstance(self.name, str):
-            raise InputError(f"{kind}.name", self.name, "give a string or None")
+        if self.name is not None:
+            if not isinstance(self.name, str) or not self.name:
+                raise InputError(f"{kind}.name", self.name, "give a non-empty string or None")
+            if "/" in self.name or not self.name.isprintable():  # it names columns of history and result files
+                raise InputError(f"{kind}.name", self.name, "leave out '/' and characters that cannot be printed")
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
             if value is not None and not isinstance(value, Callable):  # type: ignore[arg-type]
@@ -39,11 +42,12 @@ class Obstacle:
     @property
     def moves(self) -> bool:
         """Whether a velocity or an angular velocity is prescribed that is not zero."""
-        return any(callable(value) or (value is not None and value.any()) for value in self._rates)
+        return self.turns or _not_zero(self.velocity)
 
     @property
-    def _rates(self) -> tuple[Any, Any]:
-        return self.velocity, self.angular_velocity
+    def turns(self) -> bool:
+        """Whether an angular velocity is prescribed that is not zero."""
+        return _not_zero(self.angular_velocity)
 
     @property
     def reference(self) -> np.ndarray:
@@ -79,6 +83,10 @@ class Obstacle:
 
     def _local_coordinates(self, positions: np.ndarray) -> np.ndarray:
         return np.asarray((np.asarray(positions, dtype=np.float64) - self.reference) @ self.frame.T)
+
+
+def _not_zero(rate: Any) -> bool:
+    return callable(rate) or (rate is not None and bool(rate.any()))
 
 
 def direction(field: str, value: Any, remedy: str) -> np.ndarray:

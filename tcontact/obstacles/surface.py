@@ -11,8 +11,9 @@ import numpy as np
 from .. import validate
 from ..errors import InputError
 from ..mesh_file import MeshFileError
+from .polygons import read_polygons
+from .wavefront import read_wavefront
 
-FORMATS = {".stl": "stl", ".obj": "obj", ".ply": "ply"}
 FIELD = "surface"
 LARGEST = 1e60  # [m]
 CLOSE = 1e-6  # points nearer than this part of the size are one, where equal points alone leave gaps
@@ -147,33 +148,34 @@ def _from_arrays(given: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
-    from ..mesh_meshio import read_file
-
     file = Path(given)
     validate.file_exists(FIELD, file, "no such file; check the name and the working directory")
-    if file.suffix.lower() not in FORMATS:
+    suffix = file.suffix.lower()
+    if suffix not in FORMATS:
         raise InputError(FIELD, str(file), f"unknown extension; convert to one of {', '.join(FORMATS)}")
     try:
-        mesh = read_file(file, FORMATS[file.suffix.lower()])
+        points, corners = FORMATS[suffix](file)
     except MeshFileError as error:
         raise InputError(FIELD, str(file), str(error)) from error
     except Exception as error:  # readers stumble over broken files in many ways
         reason = " ".join(f"{type(error).__name__} {error}".split())
         raise InputError(FIELD, str(file), f"cannot be read ({reason}); save it again") from error
-    triangles = [np.zeros((0, 3), dtype=np.int64)]
-    for block in mesh.cells:
-        cells = np.asarray(block.data)
-        if cells.ndim == 2 and block.type.startswith(("triangle", "quad", "polygon")):
-            # fans; corners of second order come after the straight ones
-            corners = {"triangle6": 3, "quad8": 4, "quad9": 4}.get(block.type) or cells.shape[1]
-            triangles += [cells[:, [0, i, i + 1]].astype(np.int64) for i in range(1, corners - 1)]
-    points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InputError(FIELD, str(file), "its points are not three finite numbers each; save it again")
-    corners = np.concatenate(triangles)
     if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
         raise InputError(FIELD, str(file), "triangles refer to points that it does not hold; save it again")
     return points, corners
+
+
+def _from_stl(file: Path) -> tuple[np.ndarray, np.ndarray]:
+    from ..mesh_meshio import read_file
+
+    mesh = read_file(file, "stl")
+    triangles = [np.asarray(block.data, dtype=np.int64) for block in mesh.cells if block.type == "triangle"]
+    return np.asarray(mesh.points, dtype=np.float64), np.concatenate([np.zeros((0, 3), dtype=np.int64), *triangles])
+
+
+FORMATS = {".stl": _from_stl, ".obj": read_wavefront, ".ply": read_polygons}
 
 
 def _name(given: Any) -> Any:
