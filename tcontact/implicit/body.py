@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,6 +68,8 @@ class ImplicitBody:
         self.reproject = self.massless and wanted
         self.statics = self._statics() if self.massless else None
         self.depth, self.good = 0, 0
+        # contact force and reaction of the step before, of which v1 - v0 takes a share under some schemes
+        self.before = self.no_contact, np.zeros((count, 3))
 
     def _rows(self, cells: Cells, held: np.ndarray, place: np.ndarray | None) -> Rows:
         where = np.zeros(0, dtype=np.int64) if place is None else place
@@ -114,15 +116,21 @@ class ImplicitBody:
 
     def start(self, u: np.ndarray, v: np.ndarray) -> Level:
         """The level of the start [n, 3]. Raises `NotConverged`."""
-        if self.massless and (self.reproject or self.scheme.balances_the_end):
+        looks_back = self.scheme.blend != 1.0
+        if self.massless and (self.reproject or self.scheme.balances_the_end or looks_back):
             u = self.equilibrium(u)
         level = self._level(u, self.massive(v), np.zeros_like(v))
-        if self.scheme.blend != 1.0:
+        if looks_back:
             self._forces(level)
             right = self.load - level.force
             if self.contact is not None:
                 right[self.contact.nodes] += level.contact.sum(axis=0)
             level.a = self.mass.solve(right)
+            reaction = self.mass.times(level.a) - right
+            if self.contact is not None and self.contact.exact is not None and len(self.contact.nodes):
+                level.contact = self.contact.closed(reaction, level.u)
+                reaction[self.contact.nodes] -= level.contact.sum(axis=0)
+            self.before = level.contact, np.einsum("nij,nj->ni", self.held, reaction)
         return level
 
     @property
@@ -158,6 +166,16 @@ class ImplicitBody:
         taken = Taken(dt, equations.contact_force.copy(), reaction, solution.iterations, solution.residual)
         return self._level(u, self.massive(v), self.massive(a)), taken
 
+    def _blended(self, taken: Taken) -> Taken:
+        """The step with the forces of its impulse."""
+        share = self.scheme.blend
+        if share == 1.0:
+            return taken
+        now, (contact, reaction) = (taken.contact, taken.reaction), self.before
+        self.before = now
+        mixed = share * now[0] + (1.0 - share) * contact, share * now[1] + (1.0 - share) * reaction
+        return replace(taken, contact=mixed[0], reaction=mixed[1])
+
     def advance(self, level: Level, dt: float) -> tuple[Level, Taken]:
         """dt [s] in as many halves as Newton's method needs. Raises `NotConverged` where none is short enough."""
         done, parts = 0, []
@@ -173,7 +191,7 @@ class ImplicitBody:
                     raise NotConverged(f"also with a step of {dt * share / full:.3g} s: {error}") from error
                 self.depth, self.good = self.depth + 1, 0
                 continue
-            parts.append(taken)
+            parts.append(self._blended(taken))
             done += share
             self.good += 1
             if self.good >= RECOVER and self.depth:

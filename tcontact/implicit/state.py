@@ -80,7 +80,6 @@ class ImplicitState:
         self._taken = Taken(0.0, self.body.no_contact, zero, 0, 0.0)
         self._last = displacement[order]
         self._shown = self._taken  # of the last row
-        self._before = self._taken.contact, self._taken.reaction
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
 
@@ -119,14 +118,6 @@ class ImplicitState:
         except NotConverged as error:
             self.contact.trouble = f"Newton's method found no end of the step: {error}; {REMEDY}"
             return 1
-        blend = self.body.scheme.blend
-        if blend != 1.0:  # v1 - v0 mixes two steps
-            now = taken.contact, taken.reaction
-            if self._taken.dt == 0.0 and self.body.contact is not None:
-                self._before = self.level.contact, self._before[1]
-            taken.contact = blend * now[0] + (1.0 - blend) * self._before[0]
-            taken.reaction = blend * now[1] + (1.0 - blend) * self._before[1]
-            self._before = now
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
         self.level, self._taken = level, taken
@@ -176,7 +167,7 @@ class ImplicitState:
         for part, taken in (("taken", self._taken), ("shown", self._shown)):
             found |= {f"{part}.{name}": value for name, value in vars(taken).items()}
         found |= {"v": self._v, "last": self._last, "row": self._row, "massless": self._massless}
-        found |= {"before.0": self._before[0], "before.1": self._before[1]}
+        found |= {"before.0": self.body.before[0], "before.1": self.body.before[1]}
         found |= {"depth": self.body.depth, "good": self.body.good, "trouble": self.contact.trouble}
         contact = self.body.contact
         if contact is not None and contact.exact is not None:
@@ -193,7 +184,7 @@ class ImplicitState:
         self.level, self._taken, self._shown = part(Level, "level"), part(Taken, "taken"), part(Taken, "shown")
         arrays.set_values(self.u, self.level.u)
         self._v, self._last, self._row, self._massless = (saved[key] for key in ("v", "last", "row", "massless"))
-        self._before = saved["before.0"], saved["before.1"]
+        self.body.before = saved["before.0"], saved["before.1"]
         self.body.depth, self.body.good, self.contact.trouble = saved["depth"], saved["good"], saved["trouble"]
         if self.body.contact is not None and self.body.contact.exact is not None:
             self.body.contact.exact.active = saved["active"]
