@@ -36,7 +36,7 @@ class ImplicitScheme:
 
     dt: float | None = None
     cfl: float | None = None
-    rtol: float = 1e-11
+    rtol: float = 1e-12
     iterations: int = 15
     mass: str = "lumped"
     reproject: bool | None = None
