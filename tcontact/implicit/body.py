@@ -91,8 +91,10 @@ class ImplicitBody:
         held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
         rows = self._rows(cells, held, np.arange(len(contact.nodes)))
         material = plan.body.material
-        least = 1e-6 * material.density * material.wave_speed**2 * float(plan.contact.areas.mean())
-        equations = StaticEquations(cells, contact, rows, self.load[contact.nodes], least)
+        equations = StaticEquations(
+            cells, contact, rows, self.load[contact.nodes],
+            material.density * material.wave_speed**2, float(plan.contact.areas.mean()),
+        )  # fmt: skip
         kind = choose(3 * len(contact.nodes), material.lame_lambda / material.lame_mu, self.scheme.solver)
         return equations, make_solver(kind, cells.sparsity)
 
