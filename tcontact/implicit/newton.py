@@ -71,7 +71,7 @@ def _iterate(
         if size <= settings.rtol * scale or stuck:
             return Solution(d, iteration, size / max(scale, 1e-300))
         goal = 0.01 * settings.rtol * scale / size
-        forcing = max(goal, min(1e-2, 0.01 * (size / before) ** 2)) if iteration else max(goal, 1e-2)
+        forcing = max(goal, min(1e-3, 0.01 * (size / before) ** 2)) if iteration else max(goal, 1e-3)
         step = solver.solve(equations.tangent(d), -residual, forcing)
         before, share = size, 1.0
         for _ in range(HALVINGS if search else 1):
@@ -80,7 +80,7 @@ def _iterate(
             if size < before or not search:
                 break
             share *= 0.5
-        d, scale = d + share * step, max(scale, here)
+        d, scale = d + share * step, here
         if not np.isfinite(size) or size > GROWN * max(first, scale):
             raise NotConverged("the iteration diverged")
     if size <= settings.rtol * scale:
