@@ -131,7 +131,9 @@ def checks(result: tc.Result) -> list[ck.Check]:
     coarse = max(1.0, 16.0 / n)
     balance = 1e-4 if material.poisson > 0.4 else 1e-5 if not flat else 1e-8 if material.linear else 1e-6
     found = [ck.finished(result), ck.momentum_balance(result, balance), ck.pushing(result)]
-    if isinstance(scene.contact, tc.MasslessContact):
+    if isinstance(result.scheme, tc.Dissipative | tc.PaperImplicit):  # lose energy, and are there for it
+        found.append(ck.no_gain(result, 1e-6))
+    elif isinstance(scene.contact, tc.MasslessContact):
         usual = n >= 16 and material.poisson >= 0.3 and result.dt <= 0.95 * result.dt_limit
         found.append(ck.energy(result, (5e-3 if not flat else 1e-2 if usual else 1.5e-2) * coarse))
     if choices.is_exact(scene):

@@ -103,6 +103,14 @@ def energy(result: Result, bound: float) -> Check:
     return at_most("energy error", float(np.abs(result.history["energy_error"]).max()), bound)
 
 
+def no_gain(result: Result, bound: float) -> Check:
+    """Largest rise of the energy above its start, relative to the largest kinetic + elastic energy."""
+    history = result.history
+    largest = float((history["kinetic"] + history["elastic"]).max())
+    gain = float((history["energy"] - history["energy"][0]).max())
+    return at_most("energy gained", gain / max(largest, 1e-300), bound)
+
+
 def mass(result: Result) -> float:
     """Total mass of the bodies [kg], from their reference volumes."""
     return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)

@@ -77,6 +77,7 @@ def simulate(
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
+    _check_laws(scene, scheme.implicit)
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
@@ -120,6 +121,20 @@ def carry_out(
     if result.reason != "interrupted":
         store.remove(folder)
     return result
+
+
+def _check_laws(scene: Scene, implicit: bool) -> None:
+    """Refuse a material whose law the kernels do not have. Raises `InputError`."""
+    from .kernels import implicit_laws, laws  # they import Taichi
+
+    for index, body in enumerate(scene.bodies):
+        law = body.material.law
+        if law not in laws.LAWS:
+            remedy = "the kernels have " + ", ".join(laws.LAWS) + "; CONTRIBUTING.md says how to add a law"
+            raise InputError(f"Scene.bodies[{index}].material.law", law, remedy)
+        if implicit and law not in implicit_laws.PARTS:
+            remedy = "implicit schemes have " + ", ".join(implicit_laws.PARTS) + "; use scheme='central-difference'"
+            raise InputError(f"Scene.bodies[{index}].material.law", law, remedy)
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:

@@ -88,3 +88,11 @@ def test_description_names_the_solver_and_why():
     assert "lambda/mu = 1e+03 is 100 or more" in stiff.describe(scheme)
     assert "as asked for" in large.describe(tc.DiscreteGradient(dt=1e-4, solver="direct"))
     assert "points(neo_hookean, discrete)" in small.describe(scheme)
+
+
+@pytest.mark.parametrize("options", ["scheme=paper-implicit", "scheme=dissipative chi=0.3"])
+def test_a_cube_that_is_meant_to_lose_energy_passes_where_it_gains_none(options, tmp_path):
+    arguments = [part for option in [*options.split(), "cells=4", "dt=1e-4"] for part in ("--set", option)]
+    assert main(["run", "cube-impact", *arguments, "--quiet", "--out", str(tmp_path / "run")]) == 0
+    checks = json.loads((tmp_path / "run" / "summary.json").read_text())["checks"]
+    assert "energy gained" in [check["name"] for check in checks]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,13 +34,19 @@ class Level:
 @dataclass
 class Taken:
     """A step: its length [s], the mean contact force of every obstacle [p, k, 3] and reaction of supports [n, 3] [N],
-    Newton iterations, the residual left."""
+    force and moment on every obstacle [p, 6], Newton iterations, the residual left."""
 
     dt: float
     contact: np.ndarray
     reaction: np.ndarray
+    loads: np.ndarray
     iterations: int
     residual: float
+
+    @property
+    def forces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What makes up its impulse: contact, reaction, loads."""
+        return self.contact, self.reaction, self.loads
 
 
 class ImplicitBody:
@@ -68,6 +74,8 @@ class ImplicitBody:
         self.reproject = self.massless and wanted
         self.statics = self._statics() if self.massless else None
         self.depth, self.good = 0, 0
+        # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes
+        self.before = self.at_rest(0.0).forces
 
     def _rows(self, cells: Cells, held: np.ndarray, place: np.ndarray | None) -> Rows:
         where = np.zeros(0, dtype=np.int64) if place is None else place
@@ -89,8 +97,10 @@ class ImplicitBody:
         held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
         rows = self._rows(cells, held, np.arange(len(contact.nodes)))
         material = plan.body.material
-        least = 1e-6 * material.density * material.wave_speed**2 * float(plan.contact.areas.mean())
-        equations = StaticEquations(cells, contact, rows, self.load[contact.nodes], least)
+        equations = StaticEquations(
+            cells, contact, rows, self.load[contact.nodes],
+            material.density * material.wave_speed**2, float(plan.contact.areas.mean()),
+        )  # fmt: skip
         kind = choose(3 * len(contact.nodes), material.lame_lambda / material.lame_mu, self.scheme.solver)
         return equations, make_solver(kind, cells.sparsity)
 
@@ -114,24 +124,32 @@ class ImplicitBody:
 
     def start(self, u: np.ndarray, v: np.ndarray) -> Level:
         """The level of the start [n, 3]. Raises `NotConverged`."""
-        if self.massless and (self.reproject or self.scheme.balances_the_end):
+        looks_back = self.scheme.blend != 1.0
+        if self.massless and (self.reproject or self.scheme.balances_the_end or looks_back):
             u = self.equilibrium(u)
         level = self._level(u, self.massive(v), np.zeros_like(v))
-        if self.scheme.blend != 1.0:
+        if looks_back:
             self._forces(level)
-            level.a = self.mass.solve(-self._unbalanced(level))
+            right = self.load - level.force
+            if self.contact is not None:
+                right[self.contact.nodes] += level.contact.sum(axis=0)
+            level.a = self.mass.solve(right)
+            reaction = self.mass.times(level.a) - right
+            if self.contact is not None and self.contact.exact is not None and len(self.contact.nodes):
+                level.contact = self.contact.closed(reaction, level.u)
+                reaction[self.contact.nodes] -= level.contact.sum(axis=0)
+            reaction = np.einsum("nij,nj->ni", self.held, reaction)
+            self.before = level.contact, reaction, self._loads(level.contact, level.u)
         return level
 
-    def _unbalanced(self, level: Level) -> np.ndarray:
-        """f - fc - f_ext [n, 3] [N] of a level whose forces are known."""
-        result = level.force - self.load
-        if self.contact is not None:
-            result[self.contact.nodes] -= level.contact.sum(axis=0)
-        return result
+    def at_rest(self, dt: float) -> Taken:
+        """A step of dt [s] in which nothing pushes."""
+        loads = np.zeros((len(self.no_contact), 6))
+        return Taken(dt, self.no_contact, np.zeros((len(self.plan.reference), 3)), loads, 0, 0.0)
 
-    def reaction(self, level: Level) -> np.ndarray:
-        """Reaction of supports [n, 3] [N] that do not accelerate, at a level whose forces are known."""
-        return np.einsum("nij,nj->ni", self.held, self._unbalanced(level))
+    def _loads(self, force: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Force and moment on every obstacle [p, 6] of contact forces [p, k, 3] at u [n, 3]."""
+        return np.zeros((0, 6)) if self.contact is None else self.contact.loads(force, u)
 
     @property
     def no_contact(self) -> np.ndarray:
@@ -160,11 +178,23 @@ class ImplicitBody:
         equations.evaluate(solution.d)
         v, a = scheme.motion(dt, solution.d, level.v, level.a)
         u = level.u + solution.d
+        reaction = np.einsum("nij,nj->ni", self.held, equations.unbalanced)
+        force = equations.contact_force.copy()
+        loads = self._loads(force, 0.5 * (level.u + u))
         if self.reproject:
             u = self.equilibrium(u)
-        reaction = np.einsum("nij,nj->ni", self.held, equations.unbalanced)
-        taken = Taken(dt, equations.contact_force.copy(), reaction, solution.iterations, solution.residual)
+        taken = Taken(dt, force, reaction, loads, solution.iterations, solution.residual)
         return self._level(u, self.massive(v), self.massive(a)), taken
+
+    def _blended(self, taken: Taken) -> Taken:
+        """The step with the forces of its impulse."""
+        share = self.scheme.blend
+        if share == 1.0:
+            return taken
+        pairs = zip(taken.forces, self.before, strict=True)
+        contact, reaction, loads = (share * now + (1.0 - share) * before for now, before in pairs)
+        self.before = taken.forces
+        return replace(taken, contact=contact, reaction=reaction, loads=loads)
 
     def advance(self, level: Level, dt: float) -> tuple[Level, Taken]:
         """dt [s] in as many halves as Newton's method needs. Raises `NotConverged` where none is short enough."""
@@ -181,13 +211,13 @@ class ImplicitBody:
                     raise NotConverged(f"also with a step of {dt * share / full:.3g} s: {error}") from error
                 self.depth, self.good = self.depth + 1, 0
                 continue
-            parts.append(taken)
+            parts.append(self._blended(taken))
             done += share
             self.good += 1
             if self.good >= RECOVER and self.depth:
                 self.depth, self.good = self.depth - 1, 0
         weights = [part.dt / dt for part in parts]
-        contact = np.sum([w * part.contact for w, part in zip(weights, parts, strict=True)], axis=0)
-        reaction = np.sum([w * part.reaction for w, part in zip(weights, parts, strict=True)], axis=0)
+        forces = zip(*(part.forces for part in parts), strict=True)
+        contact, reaction, loads = (np.tensordot(weights, np.array(force), 1) for force in forces)
         iterations = sum(part.iterations for part in parts)
-        return level, Taken(dt, contact, reaction, iterations, max(part.residual for part in parts))
+        return level, Taken(dt, contact, reaction, loads, iterations, max(part.residual for part in parts))

@@ -57,6 +57,13 @@ class StepContact:
         assert self.penalty is not None
         return self.penalty.at(self.reference + u[self.nodes])
 
+    def closed(self, unbalanced: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Forces [p, k, 3] of exact contact at u [n, 3] that balance what is left [n, 3]."""
+        assert self.exact is not None
+        passages = self.ends(u)
+        self.exact.balance(unbalanced[self.nodes], passages, self.tolerance)
+        return self.exact.force(passages)
+
     def conserving(self, u0: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Penalty forces [p, k, 3] and tangent [k, 3, 3] of a step."""
         assert self.penalty is not None
@@ -77,7 +84,7 @@ class StepContact:
     def gap_min(self, u: np.ndarray) -> float:
         """Smallest gap [m] of the contact set."""
         x = self.all_reference + u[self.all_nodes]
-        return float(min(surface.obstacle.gap(x).min() for surface in self.surfaces))
+        return float(min(surface.gap(x).min() for surface in self.surfaces))
 
     @property
     def tolerance(self) -> float:

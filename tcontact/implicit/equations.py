@@ -20,6 +20,8 @@ from .surfaces import Passage
 if TYPE_CHECKING:
     from ..schemes.implicit import ImplicitScheme
 
+ROUNDED = 1e-3  # share of modulus times area below which forces of a static solve need not be told from rounding
+
 
 class Rows:
     """Rows of held components and of exact contact in a tangent.
@@ -147,16 +149,22 @@ class StepEquations:
 class StaticEquations:
     """Balance of massless nodes with everything else fixed: f_K(x) - f_ext,K = lambda nu (paper eqs 15-17).
 
-    cells: those that have such nodes, their unknowns the contact nodes in order; load [k, 3]; least [N]: what forces
-    are measured by where there are none (METHOD 2).
+    cells: those that have such nodes, their unknowns the contact nodes in order; load [k, 3]; modulus [Pa], area [m^2]:
+    of a node, whose product gives the forces that rounding leaves.
     """
 
-    def __init__(self, cells: Cells, contact: StepContact, rows: Rows, load: np.ndarray, least: float) -> None:
-        self.cells, self.contact, self.rows, self.load, self.least = cells, contact, rows, load, least
+    def __init__(
+        self, cells: Cells, contact: StepContact, rows: Rows, load: np.ndarray, modulus: float, area: float
+    ) -> None:
+        self.cells, self.contact, self.rows, self.load = cells, contact, rows, load
+        self.modulus, self.area = modulus, area
 
     def prepare(self, u: np.ndarray) -> None:
         """From displacement u [n, 3]."""
         self.u = u
+        # strains are rounded to about 1e-16, and to that of u over the size of a cell where u is larger
+        far = float(np.abs(u).max()) / self.area**0.5
+        self.least = ROUNDED * self.modulus * self.area * max(1.0, far)
 
     def moved(self, d: np.ndarray) -> np.ndarray:
         """The displacement [n, 3] with the contact nodes moved by d [k, 3]."""

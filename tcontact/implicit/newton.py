@@ -32,7 +32,7 @@ class Equations(Protocol):
 class Settings:
     """rtol: of the forces; iterations: most of them; verbose: print every residual."""
 
-    rtol: float = 1e-11
+    rtol: float = 1e-12
     iterations: int = 15
     verbose: bool = False
 
@@ -70,8 +70,8 @@ def _iterate(
         stuck = iteration > 2 and size > 0.5 * before and size <= FLOOR * scale
         if size <= settings.rtol * scale or stuck:
             return Solution(d, iteration, size / max(scale, 1e-300))
-        goal = 0.3 * settings.rtol * scale / size
-        forcing = max(goal, min(1e-2, (size / before) ** 2)) if iteration else max(goal, 1e-2)
+        goal = 0.01 * settings.rtol * scale / size
+        forcing = max(goal, min(1e-3, 0.01 * (size / before) ** 2)) if iteration else max(goal, 1e-3)
         step = solver.solve(equations.tangent(d), -residual, forcing)
         before, share = size, 1.0
         for _ in range(HALVINGS if search else 1):
@@ -80,7 +80,7 @@ def _iterate(
             if size < before or not search:
                 break
             share *= 0.5
-        d, scale = d + share * step, max(scale, here)
+        d, scale = d + share * step, here
         if not np.isfinite(size) or size > GROWN * max(first, scale):
             raise NotConverged("the iteration diverged")
     if size <= settings.rtol * scale:

@@ -63,7 +63,7 @@ class PenaltyForce:
         """Energy [J] and number of nodes inside at positions x [k, 3]."""
         energy, closed = 0.0, np.zeros(len(x), dtype=bool)
         for surface in self.surfaces:
-            depth = np.maximum(0.0, -surface.obstacle.gap(x))
+            depth = np.maximum(0.0, -surface.gap(x))
             energy += 0.5 * float(self.stiffness @ depth**2)
             closed |= depth > 0.0
         return energy, int(closed.sum())

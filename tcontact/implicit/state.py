@@ -74,13 +74,10 @@ class ImplicitState:
         self.start_velocity = velocity[order]
         self.internal_force = ElasticForce(self.body)
         self.contact = Contact()
-        zero = np.zeros_like(displacement)
         self.level: Level | None = None
         self._v = self.body.massive(self.start_velocity)
-        self._taken = Taken(0.0, self.body.no_contact, zero, 0, 0.0)
-        self._last = displacement[order]
+        self._taken = self.body.at_rest(0.0)
         self._shown = self._taken  # of the last row
-        self._before = self._taken.contact, self._taken.reaction
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
 
@@ -119,14 +116,6 @@ class ImplicitState:
         except NotConverged as error:
             self.contact.trouble = f"Newton's method found no end of the step: {error}; {REMEDY}"
             return 1
-        blend = self.body.scheme.blend
-        if blend != 1.0:  # v1 - v0 mixes two steps
-            now = taken.contact, taken.reaction
-            if self._taken.dt == 0.0:
-                self._before = self.level.contact, self.body.reaction(self.level)
-            taken.contact = blend * now[0] + (1.0 - blend) * self._before[0]
-            taken.reaction = blend * now[1] + (1.0 - blend) * self._before[1]
-            self._before = now
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
         self.level, self._taken = level, taken
@@ -162,11 +151,9 @@ class ImplicitState:
             put("contact", contact.energy(level.u))
             put("contact_nodes", int((np.abs(force).max(axis=1) > 0.0).sum()) if len(contact.nodes) else 0)
             put("gap_min", contact.gap_min(level.u))
-            loads = contact.loads(taken.contact, 0.5 * (self._last + level.u))
-            for name, load in zip(self.layout.obstacles, loads, strict=False):
+            for name, load in zip(self.layout.obstacles, taken.loads, strict=False):
                 put(f"obstacle_force:{name}", load[:3])
                 put(f"obstacle_moment:{name}", load[3:])
-        self._last = level.u
         return row
 
     def checkpoint(self) -> dict[str, Any]:
@@ -175,8 +162,8 @@ class ImplicitState:
         found: dict[str, Any] = {f"level.{name}": value for name, value in vars(self.level).items()}
         for part, taken in (("taken", self._taken), ("shown", self._shown)):
             found |= {f"{part}.{name}": value for name, value in vars(taken).items()}
-        found |= {"v": self._v, "last": self._last, "row": self._row, "massless": self._massless}
-        found |= {"before.0": self._before[0], "before.1": self._before[1]}
+        found |= {"v": self._v, "row": self._row, "massless": self._massless}
+        found |= {f"before.{number}": array for number, array in enumerate(self.body.before)}
         found |= {"depth": self.body.depth, "good": self.body.good, "trouble": self.contact.trouble}
         contact = self.body.contact
         if contact is not None and contact.exact is not None:
@@ -192,8 +179,8 @@ class ImplicitState:
 
         self.level, self._taken, self._shown = part(Level, "level"), part(Taken, "taken"), part(Taken, "shown")
         arrays.set_values(self.u, self.level.u)
-        self._v, self._last, self._row, self._massless = (saved[key] for key in ("v", "last", "row", "massless"))
-        self._before = saved["before.0"], saved["before.1"]
+        self._v, self._row, self._massless = (saved[key] for key in ("v", "row", "massless"))
+        self.body.before = saved["before.0"], saved["before.1"], saved["before.2"]
         self.body.depth, self.body.good, self.contact.trouble = saved["depth"], saved["good"], saved["trouble"]
         if self.body.contact is not None and self.body.contact.exact is not None:
             self.body.contact.exact.active = saved["active"]

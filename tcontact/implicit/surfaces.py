@@ -4,7 +4,9 @@
     sphere, cylinder  nu* = (y0 + y1)/(|y0| + |y1|), y = x - centre without its part along the axis: no torque about it
     any other         nu* = nu(x_m) + [dg - nu(x_m).dx] dx/(dx.dx), dropped for tiny dx
 
-Derivatives of gap and normal of the last kind are central differences: nothing else is known of such an obstacle.
+Derivatives of gap and normal of the last kind are central differences: nothing else is known of such an obstacle. Of
+a sampled distance they are those of its cubic interpolation, and its normal is the gradient of that: with a gap that
+has kinks, as the trilinear one of the explicit steps, [...]/|dx| above would not vanish with dx.
 """
 
 from __future__ import annotations
@@ -13,6 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
+from ..obstacles.cubic import smooth_distance
 
 TINY = 1e-9  # |dx| over the size of the body below which the last normal is not corrected
 
@@ -29,11 +33,19 @@ class Passage:
     turning: np.ndarray
 
 
-class Flat:
-    """A plane."""
+class Surface:
+    """An obstacle at rest."""
 
     def __init__(self, obstacle: Any) -> None:
         self.obstacle = obstacle
+
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """Gaps [k] [m] at x [k, 3]."""
+        return np.asarray(self.obstacle.gap(x))
+
+
+class Flat(Surface):
+    """A plane."""
 
     def at(self, x: np.ndarray) -> Passage:
         """A passage that stays at x [k, 3]."""
@@ -45,11 +57,11 @@ class Flat:
         return replace(self.at(x1), before=self.obstacle.gap(x0))
 
 
-class Round:
+class Round(Surface):
     """A sphere or a cylinder, touched from outside or from within."""
 
     def __init__(self, obstacle: Any) -> None:
-        self.obstacle = obstacle
+        super().__init__(obstacle)
         self.side = -1.0 if obstacle.inside else 1.0
         self.across = np.eye(3)
         if obstacle.shape == "cylinder":
@@ -79,11 +91,12 @@ class Round:
         return Passage(*gaps, self.side * y1 / r1[:, None], self.side * unit, self.side * turning)
 
 
-class Curved:
+class Curved(Surface):
     """Any obstacle with `gap` and `normal_at`; size [m]: of the body, for the steps of the differences."""
 
     def __init__(self, obstacle: Any, size: float) -> None:
-        self.obstacle, self.size = obstacle, size
+        super().__init__(obstacle)
+        self.size = size
 
     def _differences(self, function: Any, x: np.ndarray) -> np.ndarray:
         step = 1e-5 * self.size
@@ -93,18 +106,25 @@ class Curved:
             columns.append((function(x + off) - function(x - off)) / (2.0 * step))
         return np.stack(columns, axis=-1)
 
+    def end(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gap [k] and its gradient [k, 3]; the normal need not be the same to the last digit."""
+        return self.gap(x), self._differences(self.obstacle.gap, x)
+
+    def normal(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normal [k, 3] and its derivative [k, 3, 3]."""
+        return self.obstacle.normal_at(x), self._differences(self.obstacle.normal_at, x)
+
     def at(self, x: np.ndarray) -> Passage:
-        """As of a plane; the normal need not be the gradient of the gap to the last digit."""
-        gap, gradient = self.obstacle.gap(x), self._differences(self.obstacle.gap, x)
-        return Passage(gap, gap, gradient, self.obstacle.normal_at(x), self._differences(self.obstacle.normal_at, x))
+        """As of a plane."""
+        gap, gradient = self.end(x)
+        return Passage(gap, gap, gradient, *self.normal(x))
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
-        """As of a plane."""
-        before, after = self.obstacle.gap(x0), self.obstacle.gap(x1)
-        gradient = self._differences(self.obstacle.gap, x1)
+        """From x0 to x1, both [k, 3]."""
+        before, (after, gradient) = self.gap(x0), self.end(x1)
         middle, dx = 0.5 * (x0 + x1), x1 - x0
-        normal = self.obstacle.normal_at(middle)
-        turning = 0.5 * self._differences(self.obstacle.normal_at, middle)
+        normal, turning = self.normal(middle)
+        turning = 0.5 * turning
         square = np.einsum("ki,ki->k", dx, dx)
         moved = square > (TINY * self.size) ** 2
         square = np.where(moved, square, 1.0)
@@ -115,10 +135,32 @@ class Curved:
         return Passage(before, after, gradient, normal + share[:, None] * dx, turning)
 
 
+class Sampled(Curved):
+    """A sampled distance between its nodes: smooth, so that normals turn without jumps; of the length of grad g."""
+
+    def _smooth(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        obstacle = self.obstacle
+        return smooth_distance(obstacle.grid[..., 0], obstacle.origin, obstacle.spacing, x)
+
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """As of every surface."""
+        return self._smooth(x)[0]
+
+    def end(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As of any obstacle."""
+        return self._smooth(x)[:2]
+
+    def normal(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As of any obstacle."""
+        return self._smooth(x)[1:]
+
+
 def surface_of(obstacle: Any, size: float) -> Flat | Round | Curved:
     """The obstacle as the steps see it; size [m]: of the body."""
     if obstacle.shape == "plane":
         return Flat(obstacle)
     if obstacle.shape in ("sphere", "cylinder"):
         return Round(obstacle)
+    if obstacle.shape == "sdf":
+        return Sampled(obstacle, size)
     return Curved(obstacle, size)

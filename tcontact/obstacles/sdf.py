@@ -28,7 +28,8 @@ class Sdf(Obstacle):
     center: the point it turns about [m], None for the middle of the grid; surface: (points [k, 3], triangles [m, 3])
     for pictures, or None.
     Distance and gradient are interpolated trilinearly, the gradient then made a unit normal; beyond the grid both go
-    on linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive.
+    on linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive. Implicit
+    schemes interpolate the distance cubically and push along the gradient of that (`cubic.py`).
     Raises `InputError`, also for fewer than four nodes along an axis and for numbers that are not finite.
     """
 

@@ -36,7 +36,7 @@ class ImplicitScheme:
 
     dt: float | None = None
     cfl: float | None = None
-    rtol: float = 1e-11
+    rtol: float = 1e-12
     iterations: int = 15
     mass: str = "lumped"
     reproject: bool | None = None
@@ -61,15 +61,16 @@ class ImplicitScheme:
             )
         for field in ("dt", "cfl", "rtol"):
             if getattr(self, field) is not None:
-                validate.number(field, getattr(self, field), low=0.0)
+                validate.number(field, getattr(self, field), low=0.0, high=1e-2 if field == "rtol" else None)
         if self.dt is not None and self.cfl is not None:
             raise InputError("dt", self.dt, f"cfl = {self.cfl:g} is given too; give one of the two")
         validate.whole("iterations", self.iterations, 1)
         validate.choice("mass", self.mass, ("lumped", "consistent"))
         validate.choice("solver", self.solver, ("auto", "direct", "krylov"))
-        for field in ("reproject", "verbose"):
-            if getattr(self, field) not in (None, True, False):
-                raise InputError(field, getattr(self, field), "use True or False")
+        for field, default in (("reproject", None), ("verbose", False)):
+            value = getattr(self, field)
+            if value is not default and not isinstance(value, (bool, np.bool_)):
+                raise InputError(field, value, "use True or False")
 
     def step_size(self, dt_limit: float) -> float:
         """The step [s] for a stable step dt_limit [s]."""
