@@ -68,8 +68,8 @@ class ImplicitScheme:
         validate.choice("mass", self.mass, ("lumped", "consistent"))
         validate.choice("solver", self.solver, ("auto", "direct", "krylov"))
         for field in ("reproject", "verbose"):
-            if getattr(self, field) not in (None, True, False):
-                raise InputError(field, getattr(self, field), "use True or False")
+            if getattr(self, field) is not None:
+                validate.flag(field, getattr(self, field))
 
     def step_size(self, dt_limit: float) -> float:
         """The step [s] for a stable step dt_limit [s]."""
