@@ -62,6 +62,7 @@ class ImplicitScheme:
         for field in ("dt", "cfl", "rtol"):
             if getattr(self, field) is not None:
                 validate.number(field, getattr(self, field), low=0.0)
+        validate.number("rtol", self.rtol, high=1.0)
         if self.dt is not None and self.cfl is not None:
             raise InputError("dt", self.dt, f"cfl = {self.cfl:g} is given too; give one of the two")
         validate.whole("iterations", self.iterations, 1)
