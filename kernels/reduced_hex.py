@@ -65,6 +65,16 @@ def hex_slopes(mode_x):
 
 
 @ti.func
+def mean_gradient(mode_x, mode_u):
+    """[D, slopes s_m, H] of a hex8 from the modes of its corners and of their displacements."""
+    geometry = hex_slopes(mode_x)
+    d, slopes = geometry[0], geometry[1]
+    inverse = 1.0 / d
+    turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
+    return [d, slopes, [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]]
+
+
+@ti.func
 def reduced_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
 
@@ -72,11 +82,9 @@ def reduced_force(x, u, moduli, law: ti.template()):
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
-    geometry = hex_slopes(mode_x)
-    d, slopes = geometry[0], geometry[1]
+    gradient = mean_gradient(mode_x, mode_u)
+    d, slopes, h = gradient[0], gradient[1], gradient[2]
     inverse = 1.0 / d
-    turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
-    h = [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]
     scaled = [modulus * (1.0 / 64.0) for modulus in moduli]
     answer = law(h, scaled)
 

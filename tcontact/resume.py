@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from . import runtime
+from . import runtime, validate
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Keeper, start_of
@@ -47,8 +47,7 @@ def resume(
     started = perf_counter()
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give the tcontact.Scene that was run")
-    if not isinstance(progress, bool):
-        raise InputError("progress", progress, "use True or False")
+    validate.flag("progress", progress)
     scheme, options = scheme_of(scheme), checked(checkpoint, folder)
     path = checked_folder(folder)
     with locked(path):
@@ -86,11 +85,8 @@ def resume(
 
 def checked_folder(folder: Any) -> Path:
     """The folder of a run. Raises `InputError`."""
-    try:
-        path = Path(folder)
-    except TypeError as error:
-        raise InputError("folder", folder, "give the folder of a run") from error
-    if "\0" in str(path) or not path.is_dir():
+    path = validate.path("folder", folder, "give the folder of a run")
+    if not validate.is_folder(path):
         raise InputError("folder", str(path), "no such folder; give the folder of a run that stopped")
     return path
 

@@ -65,8 +65,7 @@ def simulate(
     validate.whole("frames", frames, 0, 10**6)
     validate.whole("history_every", history_every, 1)
     for name, value in (("progress", progress), ("pressures", pressures)):
-        if not isinstance(value, bool):
-            raise InputError(name, value, "use True or False")
+        validate.flag(name, value)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     folder = None if out is None else check_folder(out)

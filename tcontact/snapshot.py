@@ -28,7 +28,3 @@ class Snapshot:
             state.velocity(old + self.share * (state.half_step_velocity() - old), massless)
             for state, old, massless in parts
         ]
-
-    def fields(self) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
-        """Displacements, velocities and contact forces of every body."""
-        return self.displacements, self.velocities(), [state.contact_force() for state in self.states]

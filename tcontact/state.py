@@ -170,7 +170,7 @@ class BodyState:
 
     def displacement(self) -> np.ndarray:
         """Displacement [n, 3] in the user's numbering."""
-        return self._to_user(np.array(arrays.get(self.u)).reshape(-1, 3))
+        return self.plan.to_user(arrays.get(self.u).reshape(-1, 3))
 
     def half_step_velocity(self) -> np.ndarray:
         """Velocity [n, 3] of the components with mass, internal numbering, as it stands."""
@@ -187,16 +187,18 @@ class BodyState:
             result[self.plan.contact.nodes] += massless
         if self.plan.images is not None:
             result = self.plan.images.follow(result)
-        return self._to_user(result)
+        return self.plan.to_user(result)
 
     def contact_force(self) -> np.ndarray:
         """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
-        result = np.zeros((len(self.plan.reference), 3))
-        if self.plan.contact is not None:
-            result[self.plan.contact.nodes] = self.contact_node_force()
-        if self.plan.images is not None:
-            result = self.plan.images.shared(result)
-        return self._to_user(result)
+        result, contact = np.zeros((len(self.plan.reference), 3)), self.plan.contact
+        if contact is None:
+            return result
+        if self.plan.images is None:
+            result[self.plan.node_order[contact.nodes]] = self.contact_node_force()
+            return result
+        result[contact.nodes] = self.contact_node_force()
+        return self.plan.to_user(self.plan.images.shared(result))
 
     def contact_node_force(self) -> np.ndarray:
         """Contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
@@ -223,7 +225,7 @@ class BodyState:
             fields["layer_shear"][self.plan.contact.nodes] = self.contact.friction.shear()
         if self.plan.images is not None:
             fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
-        return {name: self._to_user(values) for name, values in fields.items()}
+        return {name: self.plan.to_user(values) for name, values in fields.items()}
 
     def contact_areas(self) -> np.ndarray:
         """Area weight [n] [m^2] of every node; 0 off the contact set."""
@@ -232,12 +234,7 @@ class BodyState:
             result[self.plan.contact.nodes] = self.plan.contact.areas
         if self.plan.images is not None:
             result = self.plan.images.shared(result)
-        return self._to_user(result)
-
-    def _to_user(self, values: np.ndarray) -> np.ndarray:
-        result = np.empty_like(values)
-        result[self.plan.node_order] = values
-        return result
+        return self.plan.to_user(result)
 
     def memory(self) -> dict[str, int]:
         """Bytes by term."""

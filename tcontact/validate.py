@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,46 @@ def file_exists(field: str, path: Path, remedy: str) -> None:
     except (OSError, ValueError) as error:
         raise InputError(field, str(path), f"{remedy} ({error})") from error
     raise InputError(field, str(path), remedy)
+
+
+def path(field: str, value: Any, remedy: str) -> Path:
+    """A name that a file or folder can have, and that says which."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InputError(field, value, remedy)
+    try:
+        found = Path(value)
+    except TypeError as error:  # of bytes
+        raise InputError(field, value, remedy) from error
+    if "\0" in str(found):
+        raise InputError(field, value, f"{remedy} without null characters")
+    return found
+
+
+def flag(field: str, value: Any) -> bool:
+    """True or False."""
+    if not isinstance(value, bool):
+        raise InputError(field, value, "use True or False")
+    return value
+
+
+def words(field: str, value: Any, known: Iterable[str]) -> tuple[str, ...]:
+    """A list of known words."""
+    there = tuple(known)
+    remedy = f"give a list of names out of {', '.join(there)}"
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise InputError(field, value, remedy)
+    for one in value:
+        if not isinstance(one, str) or one not in there:
+            raise InputError(field, one, remedy)
+    return tuple(value)
+
+
+def is_folder(given: Path) -> bool:
+    """Whether there is a folder of this name; no for names that nothing can have."""
+    try:
+        return given.is_dir()
+    except (OSError, ValueError):
+        return False
 
 
 def choice(field: str, value: Any, known: Iterable[str]) -> str:

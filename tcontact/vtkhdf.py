@@ -279,7 +279,7 @@ class _Column:
             dataset = group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(chunk, *shape))
         self._id = dataset.id
         self._dtype = dataset.dtype
-        self._rows = len(dataset)
+        self._rows, self._chunk = len(dataset), dataset.chunks
 
     def cut(self, rows: int) -> None:
         """Keep the first rows only."""
@@ -290,6 +290,10 @@ class _Column:
         rows = np.ascontiguousarray(value, dtype=self._dtype).reshape(-1, *self.shape)
         end = self._rows + len(rows)
         self._id.set_extent((end, *self.shape))
+        if rows.shape == self._chunk and self._rows % len(rows) == 0:  # past cache, conversion and selection
+            self._id.write_direct_chunk((self._rows, *(0 for _ in self.shape)), rows)
+            self._rows = end
+            return
         space = self._id.get_space()
         space.select_hyperslab((self._rows, *(0 for _ in self.shape)), rows.shape)
         self._id.write(h5py.h5s.create_simple(rows.shape), space, rows)

@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from . import validate
 from .atomic_file import AtomicFile, read_undo
 from .errors import InputError
 
@@ -60,7 +61,7 @@ class ResultData:
     @classmethod
     def open(cls, path: Path | str) -> ResultData:
         """Open a file that `ResultFile` wrote; raises `InputError` if it is missing, foreign or cut short."""
-        path = Path(path)
+        path = validate.path("path", path, "give the name of a result.vtkhdf")
         with _opened(path) as file:
             try:
                 root = file["VTKHDF"]
@@ -133,8 +134,7 @@ def _rows(root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
     """The file to read from, as it was before a write that was cut short."""
-    if not path.is_file():
-        raise InputError("path", str(path), "no such file; give a result.vtkhdf that a run wrote")
+    validate.file_exists("path", path, "no such file; give a result.vtkhdf that a run wrote")
     disk = AtomicFile(path, "r") if read_undo(path) is not None else None
     try:
         file = h5py.File(path, "r", locking=False) if disk is None else h5py.File(disk, "r")

@@ -65,7 +65,7 @@ def test_a_shorter_series_leaves_nothing_of_a_longer_one(data, tmp_path):
 
 def test_export_refuses_what_it_cannot_do(data, tmp_path):
     for wrong, word in (
-        ({"format": "stl"}, "vtu, xdmf"),
+        ({"format": "stl"}, "'vtu', 'xdmf'"),
         ({"fields": ["heat"]}, "von_mises"),
         ({"every": 0}, "whole number"),
         ({"every": True}, "whole number"),

@@ -65,6 +65,7 @@ SCENES = {
     "penalty": lambda: scene(contact=tc.PenaltyContact(1e9), friction=tc.RegularizedCoulomb(0.2, 0.1)),
     "impulse": lambda: scene(contact=tc.ImpulseContact()),
     "nothing": lambda: scene(contact=None, obstacles=[]),
+    "rubber": lambda: scene(body=tc.Body(BOX, material("mooney"), contact="zmin")),
     "layer": lambda: scene(friction=tc.FrictionLayer(friction_layer.COPPER, points=8, reload=False), duration=1e-5),
 }
 

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from . import words
+from .folder import result_file
 
 
 def add(subparsers: Any) -> None:
@@ -32,9 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..export import export
     from ..vtkhdf import ResultData
 
-    path = arguments.file / "result.vtkhdf" if arguments.file.is_dir() else arguments.file
-    if not path.is_file():
-        raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
+    path = result_file(arguments.file)
     out = arguments.out or path.parent / "export"
     written = export(ResultData.open(path), out, arguments.to, arguments.fields, arguments.every)
     size = sum(file.stat().st_size for file in written)

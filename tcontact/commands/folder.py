@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
+from .. import validate
 from ..errors import InputError
 from ..folder_lock import locked
 
+NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
 OURS = (
     "summary.json",
     "history.csv",
@@ -42,6 +44,13 @@ OURS = (
     "study.csv",
     "study.png",
 )
+
+
+def result_file(given: Path) -> Path:
+    """The result file that a word names: itself, or that of a folder. Raises `InputError` where there is none."""
+    path = given / "result.vtkhdf" if validate.is_folder(given) else given
+    validate.file_exists("file", path, NO_RESULT)
+    return path
 
 
 def our_files(folder: Path) -> list[Path]:

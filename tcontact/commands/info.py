@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import validate
 from ..errors import InputError
+from .folder import NO_RESULT
 
 if TYPE_CHECKING:
     from ..vtkhdf import ResultData
@@ -28,9 +30,9 @@ def run(arguments: argparse.Namespace) -> int:
     from .. import report
     from .run import show
 
-    path = arguments.file
-    folder = path if path.is_dir() else path.parent
-    data = _summary(folder / "summary.json") if path.is_dir() or path.name == "result.vtkhdf" else None
+    path, whole = arguments.file, validate.is_folder(arguments.file)
+    folder = path if whole else path.parent
+    data = _summary(folder / "summary.json") if whole or path.name == "result.vtkhdf" else None
     if data is not None and "runs" in data:
         for name in data["runs"]:
             part = _summary(folder / name / "summary.json")
@@ -41,14 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
         settings = ", ".join(f"{key}={_short(value)}" for key, value in data["parameters"].items())
         made = ", ".join(f"{key} {value}" for key, value in data["versions"].items())
         show([*(_wrapped("set", settings) if settings else []), *_wrapped("made by", made)])
-    if path.is_dir():
+    if whole:
         path = path / "result.vtkhdf"
         if not path.is_file() and data is None:
             raise InputError("file", str(folder), "holds no run: neither summary.json nor result.vtkhdf")
+    if data is None:
+        validate.file_exists("file", path, NO_RESULT)
     if path.is_file():
         show(contents(path))
-    elif data is None:
-        raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
     return 0
 
 

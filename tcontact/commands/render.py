@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from . import words
+from .folder import result_file
 
 
 def add(subparsers: Any) -> None:
@@ -44,9 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
     from ..render import Camera, Clip, render_frames, render_picture
 
-    path = arguments.file / "result.vtkhdf" if arguments.file.is_dir() else arguments.file
-    if not path.is_file():
-        raise InputError("file", str(path), "no such file; give a result.vtkhdf or the folder of a run")
+    path = result_file(arguments.file)
     out = arguments.out or path.parent
     given = {name: getattr(arguments, name) for name in ("field", "size", "view", "colours", "range")}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}

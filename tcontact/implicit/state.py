@@ -192,7 +192,7 @@ class ImplicitState:
 
     def displacement(self) -> np.ndarray:
         """Displacement [n, 3] in the user's numbering."""
-        return self._to_user(np.array(arrays.get(self.u)).reshape(-1, 3) if self.level is None else self.level.u)
+        return self.plan.to_user(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
 
     def half_step_velocity(self) -> np.ndarray:
         """Velocity [n, 3] of the level, internal numbering."""
@@ -207,14 +207,14 @@ class ImplicitState:
         result = massive.copy()
         if massless is not None and self.plan.contact is not None:
             result[self.plan.contact.nodes] += massless
-        return self._to_user(result)
+        return self.plan.to_user(result)
 
     def contact_force(self) -> np.ndarray:
         """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result = np.zeros((len(self.plan.reference), 3))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self._shown.contact.sum(axis=0)
-        return self._to_user(result)
+        return self.plan.to_user(result)
 
     def contact_node_force(self) -> np.ndarray:
         """Contact force [k, 3] [N] of the last row on the contact nodes alone."""
@@ -236,12 +236,7 @@ class ImplicitState:
         result = np.zeros(len(self.plan.reference))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.plan.contact.areas
-        return self._to_user(result)
-
-    def _to_user(self, values: np.ndarray) -> np.ndarray:
-        result = np.empty_like(values)
-        result[self.plan.node_order] = values
-        return result
+        return self.plan.to_user(result)
 
     def memory(self) -> dict[str, int]:
         """Bytes by term."""

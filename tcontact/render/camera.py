@@ -7,18 +7,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
+from ..obstacles.base import direction as unit_of
 from .triangles import Triangles
+
+PARALLEL = 1e-9  # sine of the angle between two directions that are one
 
 
 @dataclass(frozen=True)
 class Camera:
     """Where to look from: `direction` points from the body to the eye, `up` is upward on the picture (any length).
 
-    The distance follows from what must be visible.
+    The distance follows from what must be visible. Raises `InputError` for directions that are zero or parallel.
     """
 
     direction: tuple[float, float, float]
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        remedy = "give three finite numbers that are not all zero"
+        ways = [unit_of(f"Camera.{name}", getattr(self, name), remedy) for name in ("direction", "up")]
+        if np.linalg.norm(np.cross(ways[0], ways[1])) < PARALLEL:
+            raise InputError("Camera.up", self.up, f"must not be parallel to the direction {self.direction}")
 
 
 @dataclass(frozen=True)

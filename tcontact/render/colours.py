@@ -58,7 +58,7 @@ def colour_map(field: str, wish: str | None = None) -> str:
     if wish is not None:
         import matplotlib
 
-        if wish != "pressure" and wish not in matplotlib.colormaps:
+        if not isinstance(wish, str) or (wish != "pressure" and wish not in matplotlib.colormaps):
             raise InputError("colours", wish, "use the name of a colour map of matplotlib, such as viridis or coolwarm")
         return wish
     return FIELDS[field][2] if field in FIELDS else "viridis"

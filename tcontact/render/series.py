@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .. import validate
 from ..errors import InputError
 from ..vtkhdf import ResultData
 from .animation import animate, can_film, film
-from .camera import Camera
+from .camera import Camera, Eye
 from .colours import colour_map
 from .studio import Studio
 from .surface import Clip
+
+SIZE = "give width and height in pixels, 160 to 8192"
 
 
 def render_frames(
@@ -52,30 +55,32 @@ def render_frames(
     it writes.
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
-    if fps is not None and not (math.isfinite(fps) and fps > 0):
-        raise InputError("fps", fps, "give a positive number of frames per second")
-    if video and not can_film():
+    out = validate.path("out", out, "give the name of a folder")
+    if fps is not None:
+        fps = validate.number("fps", validate.number("fps", fps, low=0.01, strict=False), high=1000.0, strict=False)
+    validate.flag("animation", animation)
+    if video is not None and validate.flag("video", video) and not can_film():
         raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
-    eye = studio.camera(view, camera)
-    out = Path(out)
+    eye = _eye(studio, view, camera)
     folder = out / "frames"
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for index, _ in enumerate(data.times):
-        path = folder / f"frame-{index:04d}.png"
-        studio.picture(data.frame(index), field, limits, eye).save(path, compress_level=3)
-        written.append(path)
-    for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
-        stale.unlink()  # of an earlier, longer series
-    if animation:
-        speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
-        written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
-        if can_film() if video is None else video:
-            written.append(film(pictures, out / "animation.mp4", speed))
-    if clip:
-        return written  # an opened body has no whole contact face
-    return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
+    with written_to(out):
+        folder.mkdir(parents=True, exist_ok=True)
+        written = []
+        for index, _ in enumerate(data.times):
+            path = folder / f"frame-{index:04d}.png"
+            studio.picture(data.frame(index), field, limits, eye).save(path, compress_level=3)
+            written.append(path)
+        for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
+            stale.unlink()  # of an earlier, longer series
+        if animation:
+            speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
+            written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
+            if can_film() if video is None else video:
+                written.append(film(pictures, out / "animation.mp4", speed))
+        if clip:
+            return written  # an opened body has no whole contact face
+        return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
 
 
 def render_picture(
@@ -99,15 +104,27 @@ def render_picture(
     options are those of `render_frames`.
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
-    if time is not None and not math.isfinite(time):
-        raise InputError("time", time, "give a time in seconds, or None for the last frame")
+    path = _picture_name(path)
+    if time is not None:
+        time = validate.number("time", time)
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
-    eye = studio.camera(view, camera)
+    eye = _eye(studio, view, camera)
     index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    studio.picture(data.frame(index), field, limits, eye).save(path)
+    picture = studio.picture(data.frame(index), field, limits, eye)
+    with written_to(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        picture.save(path)
     return path
+
+
+@contextmanager
+def written_to(place: Path) -> Iterator[None]:
+    """Raise `InputError` where the disk or the name does not let a picture be written."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError("out", str(place), f"cannot be written ({reason}); make room or name another place") from error
 
 
 def _opened(
@@ -124,15 +141,43 @@ def _opened(
     """A studio for these wishes and the ends of the colours. Raises `InputError` for those that cannot be met."""
     if len(data) == 0:
         raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
-    if not (len(size) == 2 and all(isinstance(n, (int, np.integer)) and 160 <= n <= 8192 for n in size)):
-        raise InputError("size", size, "give width and height as whole numbers of pixels, 160 to 8192")
-    if range is not None and not (len(range) == 2 and all(map(math.isfinite, range)) and range[0] < range[1]):
-        raise InputError("range", range, "give two finite values, the lower one first")
-    known = (*data.point_fields, *data.cell_fields)
-    if field not in known:
-        raise InputError("field", field, f"the file holds {', '.join(known)}")
-    if not all(isinstance(one, Clip) for one in clip):
+    if validate.shape_of("size", size, SIZE) != (2,):
+        raise InputError("size", size, SIZE)
+    size = (validate.whole("size", size[0], 160, 8192), validate.whole("size", size[1], 160, 8192))
+    if range is not None:
+        low, high = (float(end) for end in validate.floats("range", range, (2,)))
+        if not low < high:
+            raise InputError("range", range, "give two values, the lower one first")
+        range = (low, high)
+    validate.choice("field", field, (*data.point_fields, *data.cell_fields))
+    if not isinstance(clip, (list, tuple)) or not all(isinstance(one, Clip) for one in clip):
         raise InputError("clip", clip, "give a list of tcontact.render.Clip(point, normal)")
+    if obstacles is not None and (
+        not isinstance(obstacles, (list, tuple)) or not all(isinstance(one, Mapping) for one in obstacles)
+    ):
+        raise InputError("obstacles", obstacles, 'give a list of dictionaries such as {"kind": "plane", ...}')
+    if title is not None and not isinstance(title, str):
+        raise InputError("title", title, "give a text, or None for that of the file")
+    validate.number("deformation_scale", deformation_scale)
     colour_map(field, colours)
     studio = Studio(data, size, deformation_scale, obstacles, title, clip, colours)
     return studio, range or studio.limits(field)
+
+
+def _eye(studio: Studio, view: str, camera: Camera | None) -> Eye:
+    """The camera placed. Raises `InputError`."""
+    validate.choice("view", view, ("above", "below"))
+    if camera is not None and not isinstance(camera, Camera):
+        raise InputError("camera", camera, "give a tcontact.render.Camera(direction, up), or None")
+    return studio.camera(view, camera)
+
+
+def _picture_name(path: Any) -> Path:
+    """The name of a picture, of a kind that can be written. Raises `InputError`."""
+    from PIL import Image
+
+    remedy = "give the name of a picture, such as picture.png"
+    found = validate.path("path", path, remedy)
+    if Image.registered_extensions().get(found.suffix.lower()) not in Image.SAVE:
+        raise InputError("path", str(found), remedy)
+    return found

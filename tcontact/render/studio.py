@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import runtime
 from ..errors import InputError
+from ..obstacles.base import direction as unit_of
 from ..vtkhdf import Frame, ResultData
 from .camera import Camera, Eye, fitted
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
@@ -140,9 +141,8 @@ class Studio:
                 ),
             )
         else:
-            direction, up = np.array(camera.direction, float), np.array(camera.up, float)
-            if not np.linalg.norm(np.cross(direction, up)) > 0:
-                raise InputError("camera", camera, "direction and up must be finite, not zero and not parallel")
+            remedy = "give a tcontact.render.Camera"
+            direction, up = unit_of("camera", camera.direction, remedy), unit_of("camera", camera.up, remedy)
         back = direction / np.linalg.norm(direction)
         right = np.cross(up, back)
         right /= np.linalg.norm(right)

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import validate
 from ..errors import InputError
 from ..mesh_geometry import FACES
+from ..obstacles.base import direction as unit_of
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,9 @@ class Clip:
     normal: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        for name in ("point", "normal"):
-            value = np.array(getattr(self, name), dtype=np.float64)
-            if value.shape != (3,) or not np.isfinite(value).all() or (name == "normal" and not value.any()):
-                raise InputError(f"Clip.{name}", getattr(self, name), "give three finite numbers, a normal not zero")
+        validate.vector("Clip.point", self.point)
+        unit = unit_of("Clip.normal", self.normal, "give three finite numbers that are not all zero")
+        object.__setattr__(self, "normal", tuple(unit.tolist()))
 
 
 def clipped_surface(points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]], clips: Sequence[Clip]) -> Surface:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import validate
 from ..errors import InputError
 from ..mesh import Mesh
 from ..mesh_box import box_mesh
@@ -30,9 +31,9 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
-    if not isinstance(path, (str, os.PathLike)):
+    file = validate.path("path", path, "give the name of a TOML file")
+    if not file.name:
         raise InputError("path", path, "give the name of a TOML file")
-    file = Path(path)
     writer = Writer(file.with_suffix(".npz").name)
     data = writer.scene(scene, run)
     text = to_toml(data)

@@ -67,10 +67,9 @@ class ImplicitScheme:
         validate.whole("iterations", self.iterations, 1)
         validate.choice("mass", self.mass, ("lumped", "consistent"))
         validate.choice("solver", self.solver, ("auto", "direct", "krylov"))
-        for field, default in (("reproject", None), ("verbose", False)):
-            value = getattr(self, field)
-            if value is not default and not isinstance(value, (bool, np.bool_)):
-                raise InputError(field, value, "use True or False")
+        validate.flag("verbose", self.verbose)
+        if self.reproject is not None:
+            validate.flag("reproject", self.reproject)
 
     def step_size(self, dt_limit: float) -> float:
         """The step [s] for a stable step dt_limit [s]."""

@@ -98,7 +98,10 @@ def tangent(quad, law, u):
 
 def von_mises(nodes, cells, kind, law, u):
     """Von Mises norm of the Cauchy stress at the cell centres [m] [Pa]."""
-    H = displacement_gradient(quadrature(nodes, cells, kind, centre=True), u)[:, 0]
-    cauchy = law.cauchy(H)
+    return equivalent(law.cauchy(displacement_gradient(quadrature(nodes, cells, kind, centre=True), u)[:, 0]))
+
+
+def equivalent(cauchy):
+    """Von Mises norm of stresses [m, 3, 3]."""
     deviator = cauchy - np.trace(cauchy, axis1=-2, axis2=-1)[:, None, None] / 3 * np.eye(3)
     return np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1)))

@@ -6,7 +6,17 @@ kappa = share (lam + 2 mu) V (G:G) / 8
 
 import numpy as np
 
-from oracle.cells import HEX_CORNERS, Quadrature, assemble, cell_force, cell_tangent, energy, quadrature
+from oracle.cells import (
+    HEX_CORNERS,
+    Quadrature,
+    assemble,
+    cell_force,
+    cell_tangent,
+    displacement_gradient,
+    energy,
+    equivalent,
+    quadrature,
+)
 
 r, s, t = HEX_CORNERS.T
 HOURGLASS_MODES = np.array([r * s, r * t, s * t, r * s * t])
@@ -43,6 +53,10 @@ class ReducedHex:
         """Internal force of each cell on its nodes [m, 8, 3] [N]."""
         stiff = self.kappa[:, None, None] * self.hourglass(u)
         return cell_force(self.point, self.law, u) + np.einsum("mha,mhi->mai", self.gamma, stiff)
+
+    def von_mises(self, u):
+        """Von Mises norm of the Cauchy stress of the mean gradient [m] [Pa]."""
+        return equivalent(self.law.cauchy(displacement_gradient(self.point, u)[:, 0]))
 
     def force(self, u):
         """f(u) = dW/du [n, 3] [N]."""
