@@ -12,8 +12,9 @@ import taichi as ti
 
 from . import laws, tensor3
 from .arguments import ARRAY, INDEX
+from .cell_phase import gather
 from .cells import geometry, hex_modes, tet_derivatives
-from .internal_force import gather, keep_vectors
+from .compile_options import KEEP_VECTORS, compiled_with
 from .lanes import WIDTHS
 from .reduced_hex import mean_gradient
 
@@ -86,4 +87,4 @@ def make_von_mises(kind: str, law: str):
             for lane in ti.static(range(width)):
                 stress_out[pack * width + lane] = ti.sqrt(square[lane])
 
-    return keep_vectors(von_mises)
+    return compiled_with(von_mises, **KEEP_VECTORS)

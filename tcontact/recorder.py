@@ -14,11 +14,11 @@ from .folder_lock import check_free
 from .frame_fields import LAYERS
 from .obstacles.description import describe
 from .scene import Scene
+from .snapshot import Snapshot
 from .state import BodyState
 from .vtkhdf import ResultData, ResultFile
 
 if TYPE_CHECKING:
-    from .loop import Snapshot
     from .stress import VonMises
 
 FILE = "result.vtkhdf"
