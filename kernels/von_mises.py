@@ -12,6 +12,7 @@ import taichi as ti
 
 from . import laws, tensor3
 from .arguments import ARRAY, INDEX
+from .bundles import Body
 from .cell_phase import gather
 from .cells import geometry, hex_modes, tet_derivatives
 from .compile_options import KEEP_VECTORS, compiled_with
@@ -76,9 +77,10 @@ def make_von_mises(kind: str, law: str):
 
     @ti.kernel
     def von_mises(connectivity: INDEX, position: ARRAY, moduli: ARRAY, u: ARRAY, stress_out: ARRAY):
+        body = ti.static(Body(connectivity, None, None, position, None, moduli, u, *(None,) * 5))
         for pack in range(connectivity.shape[0] // (corners * width)):
             start = pack * (corners * width)
-            corner = [gather(connectivity, position, u, start + k * width, width) for k in range(corners)]
+            corner = [gather(body, start + k * width, width) for k in range(corners)]
             x = [[corner[k][c] for k in range(corners)] for c in range(3)]
             y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
             h = gradient_of(x, y)
