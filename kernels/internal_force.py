@@ -20,7 +20,7 @@ from .arguments import ARRAY, INDEX
 from .bundles import Body
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lanes import CHUNKS, GRAIN, WIDTHS
+from .lanes import GRAIN, WIDTHS
 from .node_phase import node_phase
 
 
@@ -73,29 +73,3 @@ def make_step(kind: str, law: str, width: int | None = None, damped: bool = Fals
         node_phase(body, ranges, GRAIN, damped)
 
     return compiled_with(step, **KEEP_VECTORS)
-
-
-@functools.cache
-def make_measure(kind: str, law: str):
-    """The cells that own their rows alone, on one thread: for few cells, which are not worth waking others."""
-    cell_phase = make_cell_phase(kind, law, WIDTHS[kind])
-
-    @ti.kernel
-    def measure(
-        connectivity: INDEX,
-        chunk_table: INDEX,
-        node_info: INDEX,
-        position: ARRAY,
-        params: ARRAY,
-        u: ARRAY,
-        v: ARRAY,
-        rows: ARRAY,
-        cell_sums_out: ARRAY,
-    ):
-        index = ti.static((connectivity, chunk_table, node_info))
-        body = ti.static(Body(*index, position, None, params, u, v, rows, None, None, cell_sums_out))
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            cell_phase(CHUNKS, 2 * CHUNKS, body, 1)
-
-    return compiled_with(measure, **KEEP_VECTORS)

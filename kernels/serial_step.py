@@ -4,11 +4,11 @@
     boundary   contact load; then friction, reactions, kick and drift of the boundary nodes, a raw row of sums
     place      massless nodes: predicted, then measured and solved until they are in equilibrium
 
-A large body starts at `boundary` after its parallel pass and does one row; where a measure is due it ends, and starts
-again at `measured` after one more parallel pass, over the contact cells. A small body starts at `pass` and does many
-rows: one loop over cells serves passes and measures, every turn of the outer loop is one of the two and what follows
-it. The loop ends early at a row that a guard has to look at. With friction layers it also ends after the contact load,
-for them to take their step, and starts again at `kick`.
+A large body starts at `boundary` after its parallel pass and does one row. Its contact cells are measured here too
+where they are few; where they are many it ends at a measure, and starts again at `measured` after one more parallel
+pass, over them. A small body starts at `pass` and does many rows: one loop over cells serves passes and measures, every
+turn of the outer loop is one of the two and what follows it. The loop ends early at a row that a guard has to look at.
+With friction layers it also ends after the contact load, for them to take their step, and starts again at `kick`.
 
 `control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
@@ -56,6 +56,7 @@ def make_serial_step(
     listed_nodes: bool,
     supports: bool,
     passes: bool,
+    measures: bool,
     damped: bool = False,
     viscous: bool = False,
     tied: bool = False,
@@ -63,7 +64,8 @@ def make_serial_step(
     """Kernel for a kind and law with these terms, memoised.
 
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
-    supports: whether there are any; passes: with the loop over cells, for small bodies;
+    supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
+    contact cells, where they are few;
     damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
@@ -71,7 +73,7 @@ def make_serial_step(
     rubs = loads and kinds.friction != ""
     kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
-    cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes else None
+    cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes or measures else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
@@ -298,10 +300,11 @@ def make_serial_step(
             control[WANTS_MEASURE] = 0.0
             control[WANTS_LAYERS] = 0.0
             while state != STOP:
-                if ti.static(passes):
+                if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         chunk = ti.select(state == MEASURED, CHUNKS, 0)
                         cell_phase(chunk, chunk + CHUNKS, body, 1)
+                if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, CHUNKS, 1, damped)
                 if state == PASS or state == BOUNDARY:
@@ -336,7 +339,7 @@ def make_serial_step(
                         follow(u, v, boundary_nodes, images)
                 if again == 1:
                     state = MEASURED
-                    if ti.static(not passes):
+                    if ti.static(not measures):
                         control[FIRST] = float(first)
                         control[WANTS_MEASURE] = 1.0
                         state = STOP

@@ -91,9 +91,9 @@ class BodyPlan:
 
     @property
     def few_contact_cells(self) -> bool:
-        """Whether one thread does the contact cells of a larger body."""
+        """Whether there are massless contact cells, and so few that one thread does them."""
         graph = None if self.contact is None else self.contact.graph
-        return graph is not None and not self.small and len(graph.cells) <= SMALL[self.element]
+        return graph is not None and len(graph.cells) <= SMALL[self.element]
 
     @property
     def mass(self) -> np.ndarray:

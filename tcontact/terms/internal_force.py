@@ -25,7 +25,7 @@ class InternalForce:
     name = "internal-force"
 
     def __init__(self, plan: BodyPlan) -> None:
-        from ..kernels.internal_force import make_measure, make_step
+        from ..kernels.internal_force import make_step
 
         kind, material = plan.variant, plan.body.material
         packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
@@ -35,10 +35,7 @@ class InternalForce:
             packs = self.surface.packs
         self.step = make_step(kind, material.law, **plan.options)
         self.kernel: Callable[..., None] = Prepared(self.step)
-        self._parallel_measure: Prepared | None = Prepared(self.step)
-        if plan.few_contact_cells:
-            self._parallel_measure = None
-            self._measure = Prepared(make_measure(kind, material.law))
+        self._measure = Prepared(self.step)
         self.gravity = plan.gravity
         self.moduli = (*material.moduli, *[0.0] * (MODULI - len(material.moduli)))
         self.connectivity = arrays.put(packs.connectivity)
@@ -72,11 +69,7 @@ class InternalForce:
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
         """Corner forces dW/du of the massless contact cells at u, into their own rows; nothing moves."""
-        if self._parallel_measure is not None:
-            self._parallel_measure(CHUNKS, 2 * CHUNKS, 0, *self.arguments(u, v))
-            return
-        first = (self.connectivity, self.chunks, self.info, self.reference, self.parameters)
-        self._measure(*first, u, v, self.rows, self.cell_sums)
+        self._measure(CHUNKS, 2 * CHUNKS, 0, *self.arguments(u, v))
 
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""

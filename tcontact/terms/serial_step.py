@@ -66,6 +66,7 @@ class SerialStep:
             listed is not None,
             supports is not None,
             plan.small,
+            plan.few_contact_cells,
             tied=images is not None,
             **plan.options,
         )
