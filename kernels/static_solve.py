@@ -110,7 +110,11 @@ def summed(pairs: ti.template(), e, block: ti.template()):
     """Entry e of K_KK."""
     total = ti.Matrix.zero(ti.f64, block, block)
     for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
-        total += block_of(pairs.values, pairs.entry_pairs[i], block)
+        pair = pairs.entry_pairs[i]
+        if pair >= 0:
+            total += block_of(pairs.values, pair, block)
+        else:
+            total += block_of(pairs.values, -1 - pair, block).transpose()
     return total
 
 

@@ -15,9 +15,10 @@ class ContactGraph:
     """Contact nodes are numbered 0..k-1 colour by colour; an entry is a block (row node, column node) of K_KK.
 
     nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: contact-touching cells;
-    pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: per cell its pairs of corners in K and their numbers;
-    row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1], entry_pairs [p]: the
-    pairs that add up to an entry; corner_start [k+1], corners [..]: the cell corners (cell * width + corner) of a node.
+    pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: per cell its pairs of corners in K, the lower one first,
+    and their numbers; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1],
+    entry_pairs: the pairs that add up to an entry, -1 - p for the transposed of pair p; corner_start [k+1], corners:
+    the cell corners (cell * width + corner) of a node.
     """
 
     nodes: np.ndarray
@@ -51,12 +52,14 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     local = slot[cells[touched]]  # [c, corners]
     width = cells.shape[1]
 
-    first, second = np.meshgrid(np.arange(width), np.arange(width), indexing="ij")
-    both = (local[:, first.ravel()] >= 0) & (local[:, second.ravel()] >= 0)  # [c, width^2]
-    cell, pair = np.nonzero(both)
-    corners = np.stack([first.ravel()[pair], second.ravel()[pair]], axis=1)
+    first, second = np.triu_indices(width)
+    cell, pair = np.nonzero((local[:, first] >= 0) & (local[:, second] >= 0))
+    corners = np.stack([first[pair], second[pair]], axis=1)
     numbers = np.stack([local[cell, corners[:, 0]], local[cell, corners[:, 1]]], axis=1)
-    key = numbers[:, 0] * (len(nodes) + 1) + np.where(numbers[:, 0] == numbers[:, 1], 0, numbers[:, 1] + 1)
+    two = np.flatnonzero(corners[:, 0] != corners[:, 1])  # they are in K_KK twice
+    ends = np.concatenate([numbers, numbers[two, ::-1]])
+    source = np.concatenate([np.arange(len(numbers)), -1 - two])
+    key = ends[:, 0] * (len(nodes) + 1) + np.where(ends[:, 0] == ends[:, 1], 0, ends[:, 1] + 1)
     unique, entry = np.unique(key, return_inverse=True)
     row, shifted = np.divmod(unique, len(nodes) + 1)
     corner_cell, corner = np.nonzero(local >= 0)
@@ -72,7 +75,7 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
         row_start=_starts(row, len(nodes)),
         column=np.where(shifted == 0, row, shifted - 1),
         entry_start=_starts(entry.reshape(-1), len(unique)),
-        entry_pairs=np.argsort(entry.reshape(-1), kind="stable"),
+        entry_pairs=source[np.argsort(entry.reshape(-1), kind="stable")],
         corner_start=_starts(corner_node, len(nodes)),
         corners=(corner_cell * width + corner)[by_node],
     )

@@ -108,7 +108,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
             size += len(body.heirs[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
-            size += len(graph.pair_nodes) * (5 * WHOLE + REAL * block * block)
+            size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
             size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE
             size += 8 * body.cells.shape[1] * 3 * REAL
         result[plan.contact_term or "contact"] = size

@@ -54,8 +54,10 @@ def contact_stiffness(body, removal, u):
     kernel(*map(arrays.put, before), values, arrays.put(basis))
     matrix = np.zeros((count, block, count, block))
     pair_values = np.array(arrays.get(values)).reshape(-1, block, block)
-    for (row, column), value in zip(graph.pair_nodes.reshape(-1, 2), pair_values, strict=True):
+    for (row, column), corners, value in zip(graph.pair_nodes, graph.pair_corners, pair_values, strict=True):
         matrix[row, :, column] += value
+        if corners[0] != corners[1]:
+            matrix[column, :, row] += value.T
     return matrix.reshape(count * block, -1), plan.node_order[plan.contact.nodes], basis
 
 
