@@ -41,13 +41,14 @@ def test_no_two_nodes_of_a_colour_share_a_cell(kind, names):
 
 @pytest.mark.parametrize(("kind", "names"), SETS)
 def test_entries_add_up_to_the_dense_matrix(kind, names):
-    """Random cell matrices, assembled densely by node ids and through the lists."""
+    """Random symmetric cell matrices of 2 x 2 blocks, assembled densely by node ids and through the lists."""
     graph, cells, nodes, count = graph_of(kind, names)
     touched = np.isin(cells, nodes).any(axis=1)
     assert np.array_equal(graph.cells, np.flatnonzero(touched))
     width = cells.shape[1]
-    values = np.random.default_rng(2).normal(size=(len(cells), width, width))
-    dense = np.zeros((count, count))
+    values = np.random.default_rng(2).normal(size=(len(cells), width, width, 2, 2))
+    values += values.transpose(0, 2, 1, 4, 3)
+    dense = np.zeros((count, count, 2, 2))
     for cell, matrix in zip(cells, values, strict=True):
         dense[np.ix_(cell, cell)] += matrix
     wanted = dense[np.ix_(graph.nodes, graph.nodes)]
@@ -63,11 +64,12 @@ def test_entries_add_up_to_the_dense_matrix(kind, names):
     for row in range(len(nodes)):
         assert graph.column[graph.row_start[row]] == row, "the diagonal entry comes first"
         for entry in range(graph.row_start[row], graph.row_start[row + 1]):
-            assert found[row, graph.column[entry]] == 0.0, "every entry once"
+            assert not found[row, graph.column[entry]].any(), "every entry once"
             members = graph.entry_pairs[graph.entry_start[entry] : graph.entry_start[entry + 1]]
-            found[row, graph.column[entry]] = sum(pairs[pair] for pair in members)
+            found[row, graph.column[entry]] = sum(pairs[p] if p >= 0 else pairs[-1 - p].T for p in members)
     assert np.allclose(found, wanted, rtol=1e-13, atol=1e-13)
-    assert len(graph.entry_pairs) == len(pairs)
+    alone = (graph.pair_corners[:, 0] == graph.pair_corners[:, 1]).sum()
+    assert len(graph.entry_pairs) == 2 * len(pairs) - alone
 
 
 @pytest.mark.parametrize(("kind", "names"), SETS)
