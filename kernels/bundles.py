@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 
 class Body(NamedTuple):
-    """The force pass (internal_force.py): index arrays of the packs, reference position, mass, state and sums."""
+    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums."""
 
     connectivity: Any
     chunk_table: Any

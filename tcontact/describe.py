@@ -67,7 +67,11 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         load = {"penalty-contact": "penalty load", "impulse-contact": "impulse load"}.get(
             plan.contact_term or "", "gaps"
         )
-        beside.append("massless load, prediction, static solve" if massless else load)
+        beside.append("massless load, prediction" if massless else load)
+        if body.few_contact_cells and not body.small:  # else a pass of the other kernel or of this one
+            beside.append("contact cells")
+        if massless:
+            beside.append("static solve")
         if plan.scene.friction is not None and len(body.contact.nodes):
             beside.append("friction")
     if len(body.support_rows):

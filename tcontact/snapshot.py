@@ -10,7 +10,8 @@ from .state import BodyState
 class Snapshot:
     """The state at level n: taken before the step that starts there, complete once the step is done.
 
-    v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step.
+    v^n lies between the half steps: v^{n-1/2} now, v^{n+1/2} after the step. before, after [s]: the steps
+    that end and start here; dt [s]: the step of a run, where none has ended; whole: the velocity is that of the level.
     """
 
     def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:

@@ -15,8 +15,8 @@ class VonMises:
     """Von Mises norm of the Cauchy stress of a body, as often as its displacement is handed in.
 
     Made only where somebody wants to see it: it compiles a kernel of its own and keeps the connectivity, the
-    displacement and the answer, 40 to 48 bytes a cell and 24 a node. Taichi must be running (`runtime.start`).
-    Raises `InputError` for a law that the kernels do not have.
+    positions, the displacement and the answer, 24 (tet4) or 40 (hex8) bytes a cell and 48 a node. Taichi must be
+    running (`runtime.start`). Raises `InputError` for a law that the kernels do not have.
     """
 
     def __init__(self, body: Body) -> None:

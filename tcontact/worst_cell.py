@@ -24,7 +24,7 @@ def _mean_gradient(mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
 
 
 def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") -> tuple[int, float]:
-    """The cell with the smallest det F at its integration points, and that value."""
+    """The cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m]."""
     if formulation == "reduced":
         with np.errstate(all="ignore"):
             found = np.linalg.det(np.eye(3) + _mean_gradient(mesh, displacement))

@@ -311,7 +311,18 @@ def test_surfaces_that_bound_no_solid_are_refused(surface, remedy):
         tc.Sdf.from_surface(surface, cells=12)
 
 
-@pytest.mark.parametrize(("name", "text"), [("part.stl", "no surface"), ("part.ply", ""), ("part.step", "solid")])
+EMPTY_ROWS = "ply\nformat ascii 1.0\nelement vertex 99999999999999\nend_header\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("part.stl", "no surface"),
+        ("part.ply", ""),
+        ("part.step", "solid"),
+        pytest.param("part.ply", EMPTY_ROWS, id="rows"),
+    ],
+)
 def test_broken_files_are_refused(tmp_path, name, text):
     (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(tc.InputError, match=name):

@@ -1,5 +1,7 @@
 """Many steps per launch give what one step per launch gives: rows, frames, stops (kernels/serial_step)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import simulate, thrown
@@ -49,12 +51,22 @@ def test_rows_and_end_state_are_the_same(name, small):
     assert np.abs(many.velocity - one.velocity).max() <= 1e-6 * np.abs(one.velocity).max()
 
 
-def test_few_contact_cells_on_one_thread_give_the_same(small):
-    scene = thrown("neo", "hex8", cells=4, contact=tc.MasslessContact(removal="full"))
+FEW = {
+    "full removal": lambda: thrown("neo", "hex8", cells=4, contact=tc.MasslessContact(removal="full")),
+    "normal removal, viscosity": lambda: replace(
+        thrown("neo", "hex8", cells=4, contact=tc.MasslessContact(removal="normal")), viscosity=tc.BulkViscosity()
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ["full removal", pytest.param("normal removal, viscosity", marks=pytest.mark.slow)])
+def test_few_contact_cells_on_one_thread_give_the_same(name, small):
+    scene = FEW[name]()
     results = []
     for most in (0, 16):  # 64 cells, 16 of them at the wall
         small(most)
         assert plan(scene).bodies[0].few_contact_cells is (most == 16)
+        assert ("prediction, contact cells" in plan(scene).describe()) is (most == 16)
         results.append(simulate(scene))
     one, other = results
     assert np.abs(one.history["contact_force"]).max() > 0.0

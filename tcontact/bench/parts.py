@@ -20,7 +20,7 @@ from ..schemes.central_difference import CentralDifference
 # part -> path of the method from the body's state or from the run; what does not exist in a scene has no part
 OF_A_BODY = {
     "force and update": "internal_force.advance",
-    "contact cells": "internal_force.measure_surface",
+    "contact cells": "internal_force.measure_surface",  # where they are few the static solve has them
     "boundary nodes and static solve": "serial.run",
     "history row": "rows",
 }

@@ -75,7 +75,7 @@ def _text(body: bytes, elements: list[Element]) -> Iterator[tuple[Element, dict[
     words, at = body.split(), 0
     for element in elements:
         columns: dict[str, Any] = {name: [] for name in element.properties}
-        for _ in range(element.rows):
+        for _ in range(element.rows if columns else 0):  # a header may promise any number of empty rows
             for name, types in element.properties.items():
                 if at >= len(words):
                     raise ValueError("the file ends too early")

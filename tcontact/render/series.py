@@ -57,7 +57,7 @@ def render_frames(
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     out = validate.path("out", out, "give the name of a folder")
     if fps is not None:
-        fps = validate.number("fps", validate.number("fps", fps, low=0.01, strict=False), high=1000.0, strict=False)
+        fps = validate.number("fps", fps, low=0.01, high=1000.0, strict=False)
     validate.flag("animation", animation)
     if video is not None and validate.flag("video", video) and not can_film():
         raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")

@@ -43,7 +43,7 @@ class BarImpact:
 
 
 def bar_metrics(exact, time, force, dt, momentum_end):
-    """Figures of the issue's table; force [s] along the bar's axis, momentum_end away from the wall [N s]."""
+    """What a bar run is judged by; force [s] [N] along the bar's axis, momentum_end away from the wall [N s]."""
     mean = exact.mean_force(time, dt)
     running = np.concatenate([[0.0], np.cumsum((force[1:] + force[:-1]) * dt / 2)])
     share = (time - exact.touch) / (exact.release - exact.touch)
