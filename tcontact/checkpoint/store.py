@@ -14,7 +14,7 @@ import numpy as np
 from ..atomic_file import part_of, replaced
 
 FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
-FORMAT = 1
+FORMAT = 2
 HEAD = "head"
 
 
