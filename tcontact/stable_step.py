@@ -91,17 +91,29 @@ class StableStep:
             product = self.plan.images.mean(product.reshape(-1, 3), self.plan.lumped).reshape(-1)
         return product
 
+    def _first(self, here: np.ndarray) -> np.ndarray:
+        """Where the search begins, of length 1: the mode found last, and the acceleration [3n], which is large where
+        the body has stiffened since; at first random, where cells are small."""
+        if self.start is not None:
+            found = self._unit(self.start) + self._unit(here)
+            return self._unit(found if found.any() else self.start)
+        generator = np.random.default_rng(20071)
+        relative = np.repeat(self.bound / self.bound.max(), 3)
+        found = generator.uniform(-1.0, 1.0, here.size) * relative**4
+        if self.plan.images is not None:
+            found = self.plan.images.follow(found.reshape(-1, 3)).reshape(-1)
+        return self._unit(found)
+
+    def _unit(self, vector: np.ndarray) -> np.ndarray:
+        """The vector with a kinetic energy of 1/2; one without any stays."""
+        length = np.sqrt(dot(vector, self.mass, vector))
+        return vector / length if length > 0.0 else vector
+
     def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
         """The stable step [s] of the body at displacement u [3n]; the next call starts from the mode that was found."""
         mass = self.mass
-        if self.start is None:
-            generator = np.random.default_rng(20071)
-            relative = np.repeat(self.bound / self.bound.max(), 3)
-            self.start = generator.uniform(-1.0, 1.0, u.size) * relative**4
-            if self.plan.images is not None:
-                self.start = self.plan.images.follow(self.start.reshape(-1, 3)).reshape(-1)
-        current = self.start / np.sqrt(dot(self.start, mass, self.start))
         here = self._acceleration(u)
+        current = self._first(here)
         before = np.zeros_like(current)
         keep = [current.astype(np.float32)]  # only to start the next estimate from
         alphas: list[float] = []
