@@ -87,15 +87,19 @@ class StableStep:
             for normal in self.normals:
                 stiff = (self.penalty * (part @ normal) / self.plan.lumped[nodes])[:, None] * normal
                 product.reshape(-1, 3)[nodes] += stiff
-        if self.plan.images is not None:  # the modes of the tied body are among those of the free one
-            product = self.plan.images.mean(product.reshape(-1, 3), self.plan.lumped).reshape(-1)
-        return product
+        return self._tied(product)
+
+    def _tied(self, acceleration: np.ndarray) -> np.ndarray:
+        """The acceleration [3n] of a periodic body; its modes are among those of the free one."""
+        if self.plan.images is None:
+            return acceleration
+        return self.plan.images.mean(acceleration.reshape(-1, 3), self.plan.lumped).reshape(-1)
 
     def _first(self, here: np.ndarray) -> np.ndarray:
         """Where the search begins, of length 1: the mode found last, and the acceleration [3n], which is large where
         the body has stiffened since; at first random, where cells are small."""
         if self.start is not None:
-            found = self._unit(self.start) + self._unit(here)
+            found = self._unit(self.start) + self._unit(self._tied(here))
             return self._unit(found if found.any() else self.start)
         generator = np.random.default_rng(20071)
         relative = np.repeat(self.bound / self.bound.max(), 3)

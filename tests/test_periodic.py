@@ -9,6 +9,8 @@ from scenes import material, simulate
 import tcontact as tc
 from tcontact.describe import memory
 from tcontact.plan import SMALL
+from tcontact.stable_step import StableStep
+from tcontact.terms.internal_force import InternalForce
 
 H, COUNT = 0.4, 40
 FLOOR = tc.Plane()
@@ -282,6 +284,24 @@ def test_the_stable_step_is_that_of_the_tied_body():
     limits = [simulate(tc.Scene([body], duration=1e-7, contact=None)).dt_limit for body in slabs]
     assert 0.97 * limits[0] <= limits[1] <= 2.0 * limits[0]
     assert 0.97 * limits[1] <= limits[2]
+
+
+def test_a_search_that_goes_on_stays_in_the_tied_body():
+    """Few products from the mode of the body at rest, far from equilibrium: close to a search from scratch."""
+    body = tc.Body(wavy(1, "tet4")[0], material(), periodic="xy")
+    planned = tc.plan(tc.Scene([body], duration=1.0, contact=None)).bodies[0]
+    noise = np.random.default_rng(4).uniform(-0.03, 0.03, (len(planned.reference), 3)) * body.mesh.size
+    moved = planned.images.follow(noise * np.linspace(0.0, 1.0, len(noise))[:, None] / 10).reshape(-1)
+    found = []
+    for before, products in ((True, 8), (False, 80)):
+        estimator = StableStep(planned, InternalForce(planned), [], None)
+        if before:
+            estimator.estimate(np.zeros_like(moved))
+        found.append(estimator.estimate(moved, products=products))
+        assert np.allclose(
+            estimator.start, planned.images.follow(estimator.start.reshape(-1, 3)).reshape(-1), atol=1e-5
+        )
+    assert 0.9 <= found[0] / found[1] <= 1.05
 
 
 def test_memory_and_plan_name_the_images_and_a_plain_body_has_none():
