@@ -10,11 +10,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from .commands import bench, doctor, export, info, listing, render, resume, run, study
+from .commands import bench, doctor, export, info, listing, numbers, render, resume, run, study
 from .errors import InputError, OutputError
 from .report import versions
 
-COMMANDS = (listing, run, resume, study, info, render, export, bench, doctor)
+COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, doctor)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -52,6 +52,8 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
+    if "contact_force" in result.history:
+        data["contact_force_max"] = float(np.linalg.norm(result.history["contact_force"], axis=1).max())
     if "hourglass" in result.history:
         data["hourglass_share_max"] = hourglass_share(result.history)
     data["memory_bytes"] = dict(result.memory)

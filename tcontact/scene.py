@@ -70,7 +70,8 @@ class Body:
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
     displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
-    supported components too are held or driven from where it puts them;
+    supported components too are held or driven from where it puts them, and contact nodes without mass are put in
+    equilibrium before the first row, so that the strain energy of their cells may be less than that of the field given;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
     a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).

@@ -108,3 +108,14 @@ def test_bodies_apart_when_displaced_are_apart():
     with pytest.warns(tc.OverlapWarning):
         tc.Scene(bodies=[bar(), bar()], duration=1.0, contact=None)
     tc.Scene(bodies=[bar(), bar(displacement=(1.0, 0.0, 0.0))], duration=1.0, contact=None)
+
+
+def test_contact_nodes_without_mass_start_in_equilibrium_so_the_last_cell_of_a_strained_bar_is_relaxed():
+    """The static solve at t = 0 leaves a free end free of stress: of n equally strained cells n - 1 keep their energy."""
+    n, strain = 10, 1e-4
+    body = bar(n, displacement=lambda x: strain * x * [0.0, 0.0, 1.0], contact="zmin")
+    scene = tc.Scene(bodies=[body], obstacles=[tc.Plane(point=(0, 0, -1.0))], duration=1e-6)
+    first = simulate(scene).history
+    whole = 0.5 * body.material.young * strain**2 * 0.01
+    assert first["elastic"][0] == pytest.approx((1.0 - 1.0 / n) * whole, rel=1e-9)
+    assert first["energy_error"][0] == 0.0

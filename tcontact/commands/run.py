@@ -198,7 +198,10 @@ def _compare(
             plots.comparison(picture, histories, normals)
     figures = {
         label: {
+            "reason": result.reason,
+            "time": result.time,
             "steps": result.steps,
+            "energy_end": float(result.history["energy"][-1] / max(result.history["energy"][0], 1e-300)),
             "force_changes": plots.unrest(plots.force_component(result.history, normals)),
             "energy_error_max": float(np.abs(result.history["energy_error"]).max()),
             **smoothness.of(result),

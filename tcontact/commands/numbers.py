@@ -1,0 +1,69 @@
+"""`tcontact numbers`: make the figures of README.md and docs/NUMBERS.md again, compare or replace them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from . import words
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "numbers",
+        help="make the figures of the documents again",
+        description="Run every command whose figures stand in README.md and docs/NUMBERS.md (some minutes) and print"
+        " their tables. --check compares those that every machine makes alike with the documents, --write replaces"
+        " them, speeds and pictures too.",
+    )
+    parser.add_argument("--only", metavar="A,B", type=words.names, help="tables by name; a wrong name lists them")
+    parser.add_argument("--check", action="store_true", help="compare with the documents; exit code 1 if they differ")
+    parser.add_argument("--write", action="store_true", help="replace tables and pictures in the documents")
+    parser.add_argument("--docs", metavar="DIR", type=Path, default=Path("."), help="folder of README.md and docs/ (.)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, default=Path("runs/numbers"), help="folder of the runs (runs/numbers)"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make the tables and print, compare or write them; returns the exit code."""
+    from ..numbers import pages, pictures
+    from ..numbers.reports import Reports
+    from ..numbers.tables import TABLES
+
+    if arguments.check and arguments.write:
+        raise InputError("--check, --write", True, "give one of them")
+    if unknown := sorted(set(arguments.only or ()) - set(TABLES)):
+        raise InputError("--only", unknown[0], "use some of " + ", ".join(TABLES))
+    stated = pages.tables(arguments.docs) if arguments.check or arguments.write else {}
+    wanted = [name for name in arguments.only or TABLES if TABLES[name].repeats or not arguments.check]
+    reports = Reports(arguments.out, lambda text: print(f"  {text}", flush=True))
+    new = {name: TABLES[name].lines(reports) for name in wanted}
+    if arguments.check:
+        return _compare(stated, new)
+    if arguments.write:
+        changed = pages.replace(arguments.docs, new)
+        if arguments.only is None:
+            changed += pictures.draw(arguments.docs, reports)
+        print(*(f"changed: {path}" for path in changed), sep="\n")
+        return 0
+    for name, lines in new.items():
+        print("", f"{name}:", *lines, sep="\n")
+    return 0
+
+
+def _compare(stated: dict[str, list[str]], new: dict[str, list[str]]) -> int:
+    """Print the lines that differ; 1 if there are any."""
+    from ..numbers.pages import different
+
+    found = [(name, pair) for name, lines in new.items() for pair in different(stated.get(name, []), lines)]
+    for name, (old, present) in found:
+        print(f"{name}:\n  stated {old}\n  now    {present}")
+    print(
+        "all figures as stated" if not found else f"{len(found)} lines differ; `tcontact numbers --write` replaces them"
+    )
+    return 1 if found else 0
