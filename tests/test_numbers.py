@@ -96,7 +96,7 @@ def test_figures_are_taken_from_where_the_register_says():
         "run x", "three", "{:.2f}; {:.1e}; {:.0e}", ("checks > rebound / speed", "energy_error_max", "runs > a")
     )
     assert row.figures(report) == "0.99; nan; 2e-15"
-    assert rows.short_exponents("4.40e-02 1e+03 e-05") == "4.40e-2 1e3 e-5"
+    assert rows.short_exponents("4.40e-02 1e+03 e-05 1.8e+00") == "4.40e-2 1e3 e-5 1.8"
     with pytest.raises(ValueError, match="has no 'gone'"):
         rows.Row("run x", "none", "{}", ("checks > gone",)).figures(report)
 

@@ -62,5 +62,5 @@ def _number(value: Any) -> Any:
 
 
 def short_exponents(text: str) -> str:
-    """The text with exponents such as e-03 written as e-3."""
-    return EXPONENT.sub(lambda match: f"e{match[1] if match[1] == '-' else ''}{match[2]}", text)
+    """The text with exponents such as e-03 written as e-3, and without e+00."""
+    return EXPONENT.sub(lambda match: f"e{match[1].strip('+')}{match[2]}", text.replace("e+00", ""))
