@@ -58,7 +58,7 @@ def test_a_node_that_is_far_from_equilibrium_goes_back_in_steps_that_its_tangent
 
 @pytest.mark.parametrize("slots", [2, 3])
 def test_walls_that_touch_without_a_force_never_pull(slots):
-    """At the solution all walls touch and one alone presses: the multipliers of the others are rounding, not below 0."""
+    """All walls touch, one alone presses: the multipliers of the others are rounding, not less than 0."""
     free, normals, gaps, inverse, compliance = problems(3, slots, 400, 31, False)
     pressing = 10.0 ** np.random.default_rng(4).uniform(-3.0, 6.0, len(free))
     one = np.einsum("kij,kj->ki", inverse, normals[:, 0]) * pressing[:, None]
