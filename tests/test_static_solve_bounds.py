@@ -1,8 +1,9 @@
 """Bounds inside the static solve: what a sweep reports, how far a linearisation moves a node, multipliers that push."""
 
 import numpy as np
+import oracle
 import pytest
-from scenes import block, material, wall
+from scenes import block, material, simulate, thrown, wall
 from test_local_contact import problems, solve
 from test_static_solve import problem, solved
 
@@ -36,6 +37,23 @@ def test_the_defect_of_a_sweep_is_the_residual_before_it_with_a_stiff_penalty_to
     assert stats[names.SWEEPS] == 1.0
     assert residual > 0.1
     assert residual * (1.0 - 1e-6) <= stats[names.RESIDUAL] <= 1.5 * residual
+
+
+def test_a_penalty_on_massless_nodes_stores_what_its_overlap_says():
+    """1/2 kappa A g^2 of every node that overlaps, from the positions alone; it is what `energy` lacks without it."""
+    stiffness = 10.0 * material().young / 0.06
+    contact = tc.MasslessContact(removal="full", penalty=stiffness, tolerance=1e-10)
+    scene = thrown("neo", "hex8", duration=0.8, speed=0.04, contact=contact, gravity=False)
+    result = simulate(scene)
+    body, plane = scene.bodies[0], scene.obstacles[0]
+    areas = oracle.face_area_weights(np.array(body.mesh.nodes), np.array(body.contact_faces))
+    overlap = np.maximum(-plane.gap(result.position), 0.0)
+    stored = 0.5 * stiffness * (areas * overlap**2).sum()
+    history = result.history
+    assert history["contact"][-1] == pytest.approx(stored, rel=1e-6)
+    assert stored > 0.01 * history["energy"][0]
+    force = stiffness * (areas * overlap).sum() * plane.normal
+    assert history["contact_force"][-1] == pytest.approx(force, rel=1e-6, abs=1e-6 * np.abs(force).max())
 
 
 def test_a_node_that_is_far_from_equilibrium_goes_back_in_steps_that_its_tangent_is_good_for():
