@@ -57,7 +57,7 @@ def test_a_rigid_body_decays_exponentially_to_second_order(removal):
 
 @pytest.mark.parametrize("contact", [tc.MasslessContact(removal="full", tolerance=1e-13), tc.PenaltyContact(1e9),
                                      tc.ImpulseContact()], ids=["massless", "penalty", "impulse"])  # fmt: skip
-def test_momentum_with_supports_and_every_contact_model(contact):
+def test_momentum_with_supports_and_every_contact_model(contact, parallel_path):
     """Driven supports feel the damping too: change of momentum = all impulses, row by row."""
     supports = [tc.Support("ymax", "y"), tc.Support("xmax", "xz", velocity=0.01)]
     scene = damped(thrown("neo", turn=np.eye(3), contact=contact, supports=supports), 60.0)
