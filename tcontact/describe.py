@@ -12,8 +12,6 @@ from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .plan import BodyPlan, Plan
 
 REAL, WHOLE = 8, 4  # bytes of a number
@@ -80,7 +78,7 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         beside.append("damping of the boundary nodes")
     if len(body.boundary):
         beside.append("kick and drift of the boundary nodes")
-    layers = isinstance(plan.scene.friction, FrictionLayer) and body.contact is not None and len(body.contact.nodes) > 0
+    layers = _layered(plan, body)
     if body.small:
         parts = ", ".join([*body.options, "force pass", *beside]) + ("" if layers else "; many steps a launch")
         names = [f"serial_step({body.variant}, {law}: {parts})"]
@@ -94,7 +92,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
     """Bytes by term that the body will take, as in `Result.memory`."""
     nodes = len(body.reference)
     listed = len(body.boundary)
-    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(body, body.cells, nodes)}
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(body, nodes, _layered(plan, body))}
     if listed:
         result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(body.support_rows):
@@ -124,6 +122,12 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
     return result
 
 
+def _layered(plan: Plan, body: BodyPlan) -> bool:
+    """Whether the body has friction layers, which take their step between the two parts of every row."""
+    contact = body.contact
+    return isinstance(plan.scene.friction, FrictionLayer) and contact is not None and len(contact.nodes) > 0
+
+
 def _obstacles(plan: Plan, body: BodyPlan) -> int:
     """Records of the obstacles, rows of them while they move, and grids of distances."""
     obstacles = plan.scene.obstacles
@@ -143,13 +147,13 @@ def _layers(friction: FrictionModel, count: int) -> int:
     return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
 
 
-def _force_pass(body: BodyPlan, cells: np.ndarray, nodes: int) -> int:
-    packs = pack_cells(cells, nodes, WIDTHS[body.variant])
+def _force_pass(body: BodyPlan, nodes: int, layered: bool) -> int:
+    packs = pack_cells(body.cells, nodes, WIDTHS[body.variant])
     if body.contact is not None and body.contact.graph is not None:
-        packs = append_own_rows(packs, cells[body.contact.graph.cells]).packs
+        packs = append_own_rows(packs, body.cells[body.contact.graph.cells]).packs
     rows = 0
     if body.small or len(body.boundary):
-        rows = MOST_ROWS if body.small else 1
+        rows = MOST_ROWS if body.small and not layered else 1
     viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
     return packs.nbytes + nodes * 4 * REAL + (rows * RAW + viscous) * REAL
 

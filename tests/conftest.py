@@ -31,8 +31,18 @@ def pytest_collection_modifyitems(config, items):
 def taichi():
     """Taichi on the CPU with two threads, for every test of the session."""
     from tcontact import runtime
+
+    return runtime.start("cpu", THREADS)
+
+
+@pytest.fixture
+def parallel_path(monkeypatch):
+    """Bodies of any size step one launch at a time on all threads, as only large ones do otherwise.
+
+    For tests of many laws and elements: their force pass is compiled once for all terms of a scene. That both paths do
+    the same is tested on bodies of both sizes (test_periodic.py).
+    """
     from tcontact.plan import SMALL
 
-    # bodies step one launch at a time: their force pass is compiled once for all terms; test_small_bodies compares
-    SMALL.update(dict.fromkeys(SMALL, 0))
-    return runtime.start("cpu", THREADS)
+    for element in SMALL:
+        monkeypatch.setitem(SMALL, element, 0)

@@ -154,8 +154,6 @@ import json, sys
 import numpy as np
 import scenes, tcontact as tc
 from tcontact.guards import Guards
-from tcontact.plan import SMALL
-SMALL.update(dict.fromkeys(SMALL, 0))  # kernels that other tests have compiled
 scene = scenes.thrown("neo", "hex8", contact=tc.MasslessContact(), duration=1e6)
 check, rows = Guards.check, [0]
 def watched(self, row, *rest):

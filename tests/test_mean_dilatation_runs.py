@@ -10,10 +10,10 @@ from scenes import simulate, thrown
 
 import tcontact as tc
 from tcontact.cases import bar_impact, cube_impact
-from tcontact.plan import SMALL
 from tcontact.terms.static_solve import TOLERANCE
 
 MEAN = "mean-dilatation"
+pytestmark = pytest.mark.usefixtures("parallel_path")  # both paths: test_periodic.py
 
 
 def with_mean(scene, **changes):
@@ -47,19 +47,6 @@ def test_static_solve_meets_its_residual_with_an_exact_tangent(removal):
     result = simulate(scene)
     assert result.history["contact_force"][:, 2].max() > 0.0
     assert result.history["static_residual"].max() <= 1e-9
-
-
-@pytest.mark.slow
-def test_many_steps_per_launch_give_the_same(monkeypatch):
-    """The serial step of small bodies against the parallel pass."""
-    scene = cube_impact.scene(cells=3, poisson=0.49, formulation=MEAN, removal="normal", duration=8e-4)
-    ends = []
-    for most in (0, 10**6):
-        monkeypatch.setitem(SMALL, "hex8-mean-dilatation", most)
-        assert tc.plan(scene).bodies[0].small is (most > 0)
-        ends.append(simulate(scene))
-    assert np.abs(ends[0].history["contact_force"]).max() > 0.0
-    assert np.abs(ends[0].position - ends[1].position).max() <= 1e-9 * 0.1
 
 
 def test_bar_impact():

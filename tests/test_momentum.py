@@ -9,6 +9,7 @@ from scenes import LAWS, bar_speed, block, material, simulate, thrown, twin, wal
 import tcontact as tc
 
 KINDS = ["hex8", "tet4"]
+pytestmark = pytest.mark.usefixtures("parallel_path")  # every law and element; both paths: test_periodic.py
 
 
 def free(body, duration, contact=None, normal=(0.0, 0.0, 1.0), gravity=None, **options):

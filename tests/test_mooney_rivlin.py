@@ -16,6 +16,7 @@ from tcontact.stress import VonMises
 
 C1, C2, BULK = 1.7e6, 0.6e6, 2.9e7
 RUBBER = tc.MooneyRivlin(C1, C2, BULK, 1100.0)
+pytestmark = pytest.mark.usefixtures("parallel_path")  # one law in every element; both paths: test_periodic.py
 
 
 def energy_density(f):

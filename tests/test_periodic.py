@@ -1,5 +1,6 @@
 """Bodies whose opposite sides share their degrees of freedom: exact waves, and independence of where they are cut."""
 
+import dataclasses
 from functools import cache
 
 import numpy as np
@@ -125,7 +126,7 @@ WIDTHS = (L, 0.8 * L, 0.7 * L)
 
 
 def wavy(periods, kind):
-    """A slab of one or two periods along x whose nodes are shaken alike in every period; and which node is which."""
+    """A slab of some periods along x whose nodes are shaken alike in every period; and which node is which."""
     nx, ny, nz = CELLS
     box = tc.box_mesh((periods * WIDTHS[0], *WIDTHS[1:]), (periods * nx, ny, nz), kind)
     x, y, z = box.nodes.T / np.array(WIDTHS)[:, None]
@@ -147,8 +148,9 @@ def uneven(nodes):
 
 SUMS = ("contact_force", "momentum", "kinetic", "elastic", "external_work", "support_force", "friction_work")
 HELD = [tc.Support("zmax", "x", velocity=0.1)]
+NORMAL, FULL = (tc.MasslessContact(removal, tolerance=1e-12) for removal in ("normal", "full"))
 CUTS = {
-    "normal removal": ("hex8", "neo", {"contact": tc.MasslessContact("normal", tolerance=1e-12)}, {}),
+    "normal removal": ("hex8", "neo", {"contact": NORMAL}, {}),
     "full removal, tets, damping": (
         "tet4",
         "neo",
@@ -158,80 +160,77 @@ CUTS = {
     "one-point hexes, viscosity, gravity": (
         "hex8",
         "neo",
-        {
-            "contact": tc.MasslessContact("full", tolerance=1e-12),
-            "viscosity": tc.BulkViscosity(),
-            "gravity": (30.0, 0.0, -900.0),
-        },
+        {"contact": FULL, "viscosity": tc.BulkViscosity(), "gravity": (30.0, 0.0, -900.0)},
         {"formulation": "reduced"},
     ),
-    "normal removal, friction": (
+    "normal removal, friction, moving wall": (
         "hex8",
         "linear",
-        {"contact": tc.MasslessContact("normal", tolerance=1e-12), "friction": tc.Coulomb(0.3)},
+        {"contact": NORMAL, "friction": tc.Coulomb(0.3), "velocity": (0.3, -0.2, 0.1)},
         {},
     ),
-    "full removal, friction": (
-        "hex8",
-        "linear",
-        {"contact": tc.MasslessContact("full", tolerance=1e-12), "friction": tc.Coulomb(0.3)},
-        {},
-    ),
+    "full removal, friction": ("hex8", "linear", {"contact": FULL, "friction": tc.Coulomb(0.3)}, {}),
+    "friction layers": ("hex8", "linear", {"contact": NORMAL, "friction": tc.FrictionLayer()}, {}),
     "penalty, supports": ("tet4", "linear", {"contact": tc.PenaltyContact(3e9)}, {"supports": HELD}),
     "impulse": ("hex8", "linear", {"contact": tc.ImpulseContact()}, {}),
+    "mean dilatation": ("hex8", "neo", {"contact": FULL}, {"formulation": "mean-dilatation"}),
 }
 
 
 def slab(name, periods):
+    """The scene of a name in CUTS with a body of so many periods along x; and which node is which."""
     kind, law, scene, body = CUTS[name]
     mesh, names = wavy(periods, kind)
     body = tc.Body(mesh, material(law), velocity=uneven, contact="zmin", periodic="xy", **body)
-    if isinstance(scene["contact"], tc.MasslessContact):
-        scene = {
-            **scene,
-            "contact": tc.MasslessContact(scene["contact"].removal, None, scene["contact"].depth, 10, 1e-12),
-        }
-    return tc.Scene([body], [tc.Plane((0, 0, -0.002 * L))], duration=4e-3, **scene), names
+    floor = tc.Plane((0, 0, -0.002 * L), velocity=scene.get("velocity"))
+    terms = {term: value for term, value in scene.items() if term != "velocity"}
+    return tc.Scene([body], [floor], duration=4e-3, **terms), names
 
 
-@pytest.mark.parametrize("name", CUTS)
-def test_one_period_is_what_two_periods_are(name):
-    """Nothing knows where the body was cut: uneven cells and velocities, every term; sums double."""
-    scene, _ = slab(name, 1)
-    dt = 0.5 * tc.simulate(tc.Scene(scene.bodies, duration=1e-9, contact=None)).dt_limit
-    (one, names), (two, again) = ((simulate(slab(name, p)[0], dt=dt), slab(name, p)[1]) for p in (1, 2))
+def enough_for_large(name):
+    """Periods of a body that is too large to take many steps per launch on one thread."""
+    body = slab(name, 1)[0].bodies[0]
+    return SMALL[body.element] // len(body.mesh.cells) + 1
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "mean dilatation")) for name in CUTS]
+)
+def test_one_period_is_what_many_periods_are(name):
+    """Nothing knows where the body was cut, nor how large it is: uneven cells and velocities, every term; sums add up.
+
+    One period is a small body, which takes many steps per launch on one thread. So many periods are a large one, which
+    takes a step per launch on all threads, and its few contact cells on one.
+    """
+    scene, names = slab(name, 1)
+    periods = enough_for_large(name)
+    large, again = slab(name, periods)
+    assert [tc.plan(one).bodies[0].small for one in (scene, large)] == [True, False]
+    dt = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-9)).dt_limit
+    one, many = (simulate(whole, dt=dt) for whole in (scene, large))
     assert np.abs(one.history["contact_force"][:, 2]).max() > 0.0
-    for column in (
-        "contact_force",
-        "momentum",
-        "kinetic",
-        "elastic",
-        "external_work",
-        "support_force",
-        "friction_work",
-    ):
+    for column in SUMS:
         scale = np.abs(one.history[column]).max()
-        assert np.abs(two.history[column] / 2 - one.history[column]).max() <= 1e-8 * scale, column
+        assert np.abs(many.history[column] / periods - one.history[column]).max() <= 1e-8 * scale, column
     for field in (lambda r: r.position - r.scene.bodies[0].mesh.nodes, lambda r: r.velocity):
         ours = np.empty((names.max() + 1, 3))
         ours[names] = field(one)
         assert np.abs(ours[names] - field(one)).max() <= 1e-15 * L  # images move as one
-        assert np.abs(ours[again] - field(two)).max() <= 1e-8 * np.abs(ours).max()
+        assert np.abs(ours[again] - field(many)).max() <= 1e-8 * np.abs(ours).max()
 
 
-def test_many_steps_a_launch_give_the_same(monkeypatch):
-    results = []
-    for most in (0, 10**6):
-        for kind in SMALL:
-            monkeypatch.setitem(SMALL, kind, most)
-        body = column(law="neo", velocity=(0.3, 0, -0.5), contact="zmin", count=12)
-        scene, speed = impact(body, tc.MasslessContact(removal="full", tolerance=1e-12))
-        assert ("many steps a launch" in tc.plan(scene).describe()) is (most > 0)
-        results.append(simulate(scene, dt=0.8 * H / 12 / speed))
-    one, many = results
-    for name in ("contact_force", "momentum", "energy"):
-        assert np.abs(many.history[name] - one.history[name]).max() <= 1e-9 * np.abs(one.history[name]).max()
-    assert np.abs(many.position - one.position).max() <= 1e-10 * H
+def test_many_contact_cells_are_measured_by_all_threads_alike():
+    """A body with more contact cells than one thread takes between two steps: the same as one period of it."""
+    scene, _ = slab("normal removal", 1)
+    nx, ny, _ = CELLS
+    periods = SMALL["hex8"] // (nx * ny) + 1
+    large, _ = slab("normal removal", periods)
+    assert [tc.plan(one).bodies[0].few_contact_cells for one in (scene, large)] == [True, False]
+    dt = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-9)).dt_limit
+    one, many = (simulate(dataclasses.replace(whole, duration=2e-3), dt=dt) for whole in (scene, large))
+    force = one.history["contact_force"][:, 2]
+    assert force.max() > 0.0
+    assert np.abs(many.history["contact_force"][:, 2] / periods - force).max() <= 1e-8 * force.max()
 
 
 def test_momentum_mass_and_forces_count_every_degree_of_freedom_once():

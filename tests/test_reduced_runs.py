@@ -13,7 +13,6 @@ from scenes import python, simulate, thrown
 import tcontact as tc
 from tcontact import report, runtime
 from tcontact.cases import bar_impact, cube_impact
-from tcontact.plan import SMALL
 
 
 def reduced(scene):
@@ -102,8 +101,9 @@ def test_a_plan_names_its_element():
 def digest():
     """Steps and a hash over all that a run returns."""
     contact = tc.MasslessContact(removal="full")
-    SMALL.update(dict.fromkeys(SMALL, 0))  # small bodies run on one thread anyway
-    result = simulate(reduced(thrown("neo", cells=10, duration=0.4, gap=0.001, contact=contact)))
+    scene = reduced(thrown("neo", cells=21, duration=0.4, gap=0.001, contact=contact))
+    assert not tc.plan(scene).bodies[0].small  # small bodies run on one thread anyway
+    result = simulate(scene)
     assert np.abs(result.history["contact_force"]).max() > 0.0
     found = hashlib.sha256(result.position.tobytes() + result.velocity.tobytes())
     for name in sorted(result.history):

@@ -15,7 +15,6 @@ from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files,
 import tcontact as tc
 from tcontact.checkpoint import store
 from tcontact.cli import main
-from tcontact.plan import SMALL
 from tcontact.schemes import SCHEMES
 from tcontact.vtkhdf import ResultData, ResultFile
 
@@ -67,9 +66,7 @@ def test_split_at_twenty_random_points(name, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES | MORE_SCENES)
-def test_small_bodies_that_do_many_steps_at_once(name, monkeypatch, tmp_path):
-    for kind in SMALL:
-        monkeypatch.setitem(SMALL, kind, 10**6)
+def test_bodies_that_do_one_step_at_once(name, monkeypatch, tmp_path, parallel_path):
     split(monkeypatch, tmp_path, (SCENES | MORE_SCENES)[name](), 3, tc.CentralDifference(cfl=0.02), frames=9)
 
 
@@ -120,7 +117,8 @@ quietly(tc.resume, sys.argv[1], SCENES[sys.argv[2]](), tc.CentralDifference(cfl=
 """
 
 
-def test_resumed_on_another_number_of_threads(monkeypatch, tmp_path):
+def test_resumed_on_another_number_of_threads(monkeypatch, tmp_path, parallel_path):
+    """On the path that uses the threads, which few cells do not take."""
     name = "friction in massless components"
     _, copies = copied(monkeypatch, tmp_path, SCENES[name](), FINE, 15, frames=4)
     row = sorted(copies)[1]

@@ -10,7 +10,6 @@ import tcontact as tc
 from tcontact import report, smoothness
 from tcontact.cases import cube_impact
 from tcontact.lumped_mass import node_areas
-from tcontact.plan import SMALL
 
 
 def face(n=5, kind="hex8"):
@@ -110,16 +109,13 @@ def weights(result):
 
 
 @pytest.mark.parametrize(
-    ("contact", "at_once"),
-    [
-        *((contact, False) for contact in ("massless", "penalty", "impulse")),
-        *(("massless", True), ("penalty", True), pytest.param("impulse", True, marks=pytest.mark.slow)),
-    ],
+    ("contact", "path"),
+    [("massless", "serial"), ("penalty", "serial"), ("impulse", "serial"), ("massless", "parallel_path")],
 )
-def test_the_pressures_of_every_row_are_those_of_the_history(contact, at_once, monkeypatch):
+def test_the_pressures_of_every_row_are_those_of_the_history(contact, path, request):
     """Their sum is the contact force of the row, their last row that of the result; the run is the same without."""
-    for kind in SMALL:
-        monkeypatch.setitem(SMALL, kind, 10**6 if at_once else 0)
+    if path != "serial":
+        request.getfixturevalue(path)
     scene = cube_impact.scene(cells=3, contact=contact)
     plain, result = scenes.simulate(scene), scenes.simulate(scene, pressures=True)
     assert plain.contact_pressures == ()

@@ -75,6 +75,14 @@ def test_ratio_for_random_jitter(seed):
     assert 0.9 <= share <= 1.0
 
 
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+def test_a_search_that_is_cut_short_stays_on_the_safe_side(kind):
+    """After four products the Ritz value is 5 to 20 % too small; its residual makes up for what is missing."""
+    for name, shape in SHAPES.items():
+        share, _ = ratio(tc.Body(shape(kind), material("neo")), products=4)
+        assert 0.8 <= share <= 1.0, name
+
+
 @pytest.mark.parametrize("factor", [0.1, 1.0, 10.0, 1000.0])
 def test_penalty_on_ordinary_mass_is_part_of_the_limit(factor):
     """kappa = factor E/h on every contact node, along two slanted walls at once."""

@@ -1,0 +1,44 @@
+"""Which obstacles a node knows where there are more than it can touch at once (kernels/obstacles.py)."""
+
+from collections import namedtuple
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from tcontact import arrays
+from tcontact.kernels import obstacles
+from tcontact.kernels.arguments import ARRAY, INDEX
+from tcontact.kernels.bundles import Kinds
+from tcontact.kernels.lanes import MOST_SLOTS
+
+Touching = namedtuple("Touching", "nodes obstacles near reference motion kinds")
+KINDS = Kinds(slots=MOST_SLOTS)
+
+
+@ti.kernel
+def choose(nodes: INDEX, records: ARRAY, near: INDEX, reference: ARRAY, u: ARRAY):
+    touching = ti.static(Touching(nodes, records, near, reference, records, KINDS))
+    obstacles.nearest_obstacles(touching, u)
+
+
+def chosen(gaps, known):
+    """Obstacles of a node that lies `gaps` above planes across x, y, z, x, ... and knew others before."""
+    normals = np.eye(3)[np.arange(len(gaps)) % 3]
+    records = np.zeros((len(gaps), obstacles.RECORD))
+    records[:, obstacles.FRAME + 6 : obstacles.FRAME + 9] = normals
+    records[:, obstacles.POINT : obstacles.POINT + 3] = -np.asarray(gaps)[:, None] * normals
+    near = arrays.put(np.array(known, dtype=np.int32))
+    choose(np.zeros(1, dtype=np.int32), records.reshape(-1), near, np.zeros(3), np.zeros(3))
+    return arrays.get(near).tolist()
+
+
+def test_a_node_takes_the_three_nearest_obstacles_the_nearest_first():
+    assert chosen([4.0, 0.1, 3.0, -0.2, 0.3], [0, 1, 2]) == [3, 1, 4]
+
+
+@pytest.mark.parametrize("known", [[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+@pytest.mark.parametrize("gaps", [[0.0, 1e-9, -1e-9, 1.0], [3e-3, 2e-3, 1e-3, 1.0]])
+def test_obstacles_keep_their_slots_while_they_are_the_same(gaps, known):
+    """What a node keeps of its obstacles, such as their friction of the row before, stays with them."""
+    assert chosen(gaps, known) == known
