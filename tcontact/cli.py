@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from .commands import bench, doctor, export, info, listing, render, resume, run, study
 from .errors import InputError, OutputError
+from .interrupts import Terminated, terminations
 from .report import versions
 
 COMMANDS = (listing, run, resume, study, info, render, export, bench, doctor)
@@ -38,7 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
     try:
-        return int(arguments.run(arguments))
+        with terminations():
+            return int(arguments.run(arguments))
     except InputError as error:
         print(f"tcontact: {error}", file=sys.stderr)
         return 2
@@ -48,6 +50,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone (`tcontact list | head`)
         return 0
-    except KeyboardInterrupt:
-        print("tcontact: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"tcontact: interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", file=sys.stderr)
         return 1

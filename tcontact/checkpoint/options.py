@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -31,8 +32,13 @@ class Checkpoint:
             validate.number("checkpoint.every_seconds", self.every_seconds, low=0.0)
         if self.every_steps is not None:
             validate.whole("checkpoint.every_steps", self.every_steps, 1)
+        remedy = "give a dictionary of plain data: text, numbers, lists and dictionaries of these"
         if not isinstance(self.origin, Mapping):
-            raise InputError("checkpoint.origin", self.origin, "give a dictionary of plain data")
+            raise InputError("checkpoint.origin", self.origin, remedy)
+        try:
+            json.dumps(dict(self.origin))
+        except (TypeError, ValueError, RecursionError) as error:
+            raise InputError("checkpoint.origin", self.origin, f"{remedy} ({error})") from error
 
 
 def checked(value: Any, out: Any) -> Checkpoint | None:
