@@ -21,6 +21,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from .errors import InputError
+
 PAGE = 4096
 MAGIC = b"tcontact undo 1\n"
 HEAD = struct.Struct("<QQ")  # bytes of the file before the commit; pages that follow
@@ -157,8 +159,9 @@ class AtomicFile:
             if self._pages:
                 old = {number: self._old(number) for number in sorted(self._pages)}
                 self._keep(_undo_bytes(self._end, old))
-                for stage in (*self._stages, self._pages):
+                for stage in self._stages:
                     self._bring(stage, old)
+                self._bring(self._pages, old)
                 os.fsync(self._file)
                 os.ftruncate(self._undo, 0)
         except OSError as error:
@@ -166,7 +169,7 @@ class AtomicFile:
             raise
         self._end, self._pages, self._stages = self._size, {}, []
 
-    def _bring(self, pages: Mapping[int, bytes | bytearray], there: dict[int, bytes]) -> None:
+    def _bring(self, pages: Mapping[int, bytes] | Mapping[int, bytearray], there: dict[int, bytes]) -> None:
         """Write the pages that differ from those of the disk."""
         for number, page in pages.items():
             if there[number] != page:
@@ -279,6 +282,13 @@ def unlinked(path: Path) -> Path:
     if path.is_symlink():
         path.unlink()
     return path
+
+
+def refuse_link(folder: Path) -> None:
+    """Raise `InputError` if a folder that a run makes is a symbolic link: files behind it are not ours to replace."""
+    if folder.is_symlink():
+        remedy = "is a symbolic link, which is not followed; remove it, or name another place"
+        raise InputError("out", str(folder), remedy)
 
 
 def sync_folder(folder: Path) -> None:

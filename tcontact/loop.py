@@ -132,7 +132,7 @@ class Run:
                 self._begin(frames, end)
             while True:
                 cut = interrupted()
-                if keeper is not None and keeper.due(course.row, bool(cut)):
+                if keeper is not None and keeper.due(course.row, bool(cut), course.time >= end):
                     writing = perf_counter()
                     course.wall = spent + (0.0 if first else writing - compiled - output)
                     keeper.save(self, course.row)

@@ -43,10 +43,10 @@ def resume(
     A damaged checkpoint is passed over for the older one, with a warning.
 
     Raises `InputError` if the scene differs, naming the difference, if there is nothing to go on from, or if another
-    process runs in the folder. All fields of the scene and the scheme are compared. Of a function of time no more can be
-    known than its values: it is compared at 4096 times over the duration, and at the times at which the run has asked it
-    so far (all of them up to 32768 calls, then evenly thinned ones). A function that differs between these times, for
-    less than 1/4096 of the duration, goes unnoticed.
+    process runs in the folder. All fields of the scene and the scheme are compared. Of a function of time no more can
+    be known than its values: it is compared at 4096 times over the duration, and at the times at which the run has
+    asked it so far (all of them up to 32768 calls, then evenly thinned ones). A function that differs between these
+    times alone, for less than 1/4096 of the duration, goes unnoticed.
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -63,7 +63,7 @@ def resume(
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
-        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields")}
+        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields", "keep")}
         run = Run(scene, planned, scheme, displacement, velocity, head["history_every"], head["pressures"])
         new = contents.prints(run)
         if contents.differs(stored.head["new"], new, stored.found):
@@ -79,8 +79,10 @@ def resume(
             remedy = f"was left by another version of the program ({made}); resume it with that one"
             raise InputError("folder", str(stored.path), remedy) from error
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
-        origin = dict(options.origin if options else {}) or stored.head["origin"]
-        keeper = Keeper(options, path, new, recorder, head | {"versions": versions(), "origin": origin}, start)
+        head |= {"origin": stored.head["origin"], "versions": versions()}
+        if options is not None:
+            head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
+        keeper = Keeper(options, path, new, recorder, head, start)
         keeper.restored(run.course.row)
         with ProgressBar(scene.duration, "resume", progress) as bar:
             bar.update(run.course.time)
@@ -115,5 +117,5 @@ def _nothing(folder: Path, damaged: bool) -> str:
     if not (folder / FILE).is_file():
         return "holds no run; give the folder of a run that stopped"
     if "reason" in ResultData.open(folder / FILE).attributes:
-        return "the run there has ended; there is nothing to go on with"
+        return f"the run there has ended; there is nothing to go on with (`tcontact render {folder} --plots` draws it)"
     return "holds no checkpoint: it stopped before the first one, or was run without; run again"

@@ -16,7 +16,7 @@ from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
-from .errors import InputError
+from .errors import InputError, OutputError
 from .folder_lock import locked
 from .loop import Run
 from .plan import Plan, plan
@@ -55,8 +55,8 @@ def simulate(
     step with everything kept, and so does SIGTERM unless the program handles it; the second signal has its usual effect
     at once (signals reach runs in the main thread only).
 
-    Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its `result`
-    is what was computed up to then).
+    Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
+    `result` is what was computed up to then).
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -92,7 +92,7 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
-            head |= {"origin": dict(options.origin)}
+            head |= {"origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
         with ProgressBar(scene.duration, "simulate", progress) as bar:
@@ -112,15 +112,21 @@ def carry_out(
     try:
         result = run.go(frames, recorder, bar, started, keeper)
         attributes = run_attributes(result)
-        recorder.close(result.history, attributes)
+        try:
+            recorder.close(result.history, attributes)
+        except OutputError as error:
+            error.result = result
+            raise
     finally:
         recorder.abandon()
     try:
         write_history(folder / "history.csv", result.history)
         write_json(folder / "summary.json", attributes)
     except OSError as error:
-        raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
-    if result.reason != "interrupted":
+        failed = unwritten(folder, "history.csv or summary.json", "all frames are", error)
+        failed.result = result
+        raise failed from error
+    if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
         store.remove(folder)
     return result
 

@@ -84,7 +84,7 @@ class ResultData:
             except DAMAGED as error:
                 remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
                 raise InputError("path", str(path), remedy) from error
-        return cls(path, points, blocks, times, attributes, *fields, format)
+        return cls(path, points, blocks, times, attributes, fields[0], fields[1], format)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -142,7 +142,7 @@ class ResultData:
             try:
                 return {name: stored(array, self.format) for name, array in file["tcontact/history"].items()}
             except DAMAGED as error:
-                remedy = f"the history is damaged ({error}); the frames may be whole: read them one by one, or run again"
+                remedy = f"the history is damaged ({error}); the frames may be whole: read them, or run again"
                 raise InputError("path", str(self.path), remedy) from error
 
 

@@ -35,7 +35,7 @@ class Keeper:
     """Writes the checkpoints of one run into its folder.
 
     options: when, None = only before a run stops for a signal; new: fingerprints of the arrays of the run as it was
-    made, with nothing done yet; head: what `resume` has to know: fingerprint, options and origin of the run; start:
+    made, with nothing done yet; head: what `resume` has to know: fingerprint, options, origin of the run; start:
     displacements [m] and velocities [m/s] that it was made with if those are not the ones of the scene.
     """
 
@@ -51,14 +51,18 @@ class Keeper:
         self.every_seconds = None if options is None else options.every_seconds
         self.every_steps = None if options is None else options.every_steps
         self.folder, self.recorder, self.head, self.new = folder, recorder, head, new
+        self.keep = bool(head["keep"])
         self._start = {} if start is None else {f"{START}{k}/{i}": a for k in (0, 1) for i, a in enumerate(start[k])}
         self.written = 0
         self._failed = False
         self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)
 
-    def due(self, row: int, stopping: bool) -> bool:
-        """Whether a checkpoint is wanted before the step that starts at `row`; stopping: no more steps follow."""
-        if stopping:
+    def due(self, row: int, stopping: bool, ended: bool) -> bool:
+        """Whether a checkpoint is wanted before the step that starts at `row`.
+
+        stopping: no more steps follow, for a signal; ended: because it is the last one.
+        """
+        if stopping or (ended and self.keep):
             return True
         if self.every_steps is not None and row >= self._next_row:
             return row > 0
