@@ -1,6 +1,7 @@
-"""Where a run of the command line comes from.
+"""Where a run of the command line comes from: {"case": name or scene file, "set": [KEY=VALUE], "label": name or ""}.
 
-{"case": name or scene file, "set": [KEY=VALUE], "label": of a comparison or ""}. It stands in checkpoints and in summary.json, and is enough to make the scene again.
+The label is that of a run of a comparison. All this stands in checkpoints and in summary.json, and is enough to make
+the scene again.
 """
 
 from __future__ import annotations
