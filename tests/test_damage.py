@@ -84,7 +84,7 @@ def test_a_flipped_bit_of_any_stored_number_is_found(tmp_path):
         damaged = bytearray(data)
         damaged[place] ^= 4
         path.write_bytes(damaged)
-        with h5py.File(path) as file, pytest.raises(OSError, match="error detected|filter returned failure"):
+        with h5py.File(path) as file, pytest.raises(OSError, match=r"error detected|filter returned failure"):
             file[name][()]
 
 
