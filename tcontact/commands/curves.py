@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from . import origins
+from .run_scene import is_scene
 
 if TYPE_CHECKING:
     from ..vtkhdf import ResultData
@@ -45,22 +46,27 @@ def normals_of(scene: Any) -> list[Any]:
     return [obstacle.normal for obstacle in scene.obstacles] if flat else []
 
 
-def draw_again(folder: Path, summary: Mapping[str, Any], out: Path) -> list[Path]:
+def draw_again(file: Path, summary: Mapping[str, Any], out: Path) -> list[Path]:
     """Draw the curves of a stored run, or of all runs of a comparison, into `out`; returns the folders drawn into.
 
-    summary: what its summary.json holds, {} without one. Raises `InputError` if there is no history.
+    file: its result file; summary: what the summary.json beside it holds, {} without one. Raises `InputError` if there
+    is no history.
     """
+    folder = file.parent
     from ..vtkhdf import ResultData
 
     if "runs" in summary:
-        parts = [(folder / str(name), out / str(name)) for name in summary["runs"]]
+        names = [name for name in summary["runs"] if isinstance(name, str) and name == Path(name).name]
+        if not names:
+            raise InputError("file", str(folder), "its summary.json names no runs; run the comparison again")
+        parts = [(folder / name, out / name) for name in names]
         histories = {}
-        for label, (place, target) in zip(summary.get("labels", summary["runs"]), parts, strict=False):
-            histories[str(label)] = _draw_stored(place, origins.summary(place / "summary.json"), target)
-        data = ResultData.open(parts[0][0] / "result.vtkhdf")
+        for label, (place, target) in zip(summary.get("labels", names), parts, strict=False):
+            histories[str(label)] = _draw_stored(place / file.name, origins.summary(place / "summary.json"), target)
+        data = ResultData.open(parts[0][0] / file.name)
         draw_comparison(out / "comparison.png", origins.case_of(summary), histories, _stored_normals(data))
         return [*(target for _, target in parts), out]
-    _draw_stored(folder, summary, out)
+    _draw_stored(file, summary, out)
     return [out]
 
 
@@ -74,24 +80,25 @@ def draw_comparison(path: Path, case: Any, histories: dict[str, Any], normals: l
         plots.comparison(path, histories, normals)
 
 
-def _draw_stored(folder: Path, summary: Mapping[str, Any], out: Path) -> dict[str, np.ndarray]:
+def _draw_stored(file: Path, summary: Mapping[str, Any], out: Path) -> dict[str, np.ndarray]:
     """Draw one stored run; returns its history."""
     from ..vtkhdf import ResultData
 
-    file = folder / "result.vtkhdf"
     data = ResultData.open(file)
     history = data.history
     if not history or not len(history["time"]):
-        remedy = f"it holds no history: the run has not ended; `tcontact resume {folder}` goes on with it"
+        remedy = f"it holds no history: the run has not ended; `tcontact resume {file.parent}` goes on with it"
         raise InputError("file", str(file), remedy)
     origin = origins.of(summary)
-    found = None if origin is None else origins.rebuilt(origin, folder)
+    found = None
+    if origin is not None and not is_scene(origin["case"]):  # a scene file has no curves of its own
+        found = origins.rebuilt(origin, file.parent)
     numbers = {name: (summary if name in summary else data.attributes).get(name) for name in NUMBERS}
     case = scene = scheme = None
     if found is not None:
         case, scene, scheme = found.case, found.scene, found.scheme
     result = SimpleNamespace(history=history, scene=scene, scheme=scheme, **numbers)
-    title = str(summary.get("case", folder.absolute().name))
+    title = str(summary.get("case", file.absolute().parent.name))
     out.mkdir(parents=True, exist_ok=True)
     draw(out, result, case, _stored_normals(data), caption_of(title, origin["set"] if origin else []))
     return history

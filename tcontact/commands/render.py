@@ -81,13 +81,13 @@ def _plots(arguments: argparse.Namespace) -> int:
     from . import curves, origins
 
     given = arguments.file
-    folder = given if validate.is_folder(given) else given.parent
-    summary = origins.summary(folder / "summary.json") if folder is given or given.name == "result.vtkhdf" else {}
-    out = arguments.out or folder
+    file = given / "result.vtkhdf" if validate.is_folder(given) else given
+    summary = origins.summary(file.with_name("summary.json")) if file.name == "result.vtkhdf" else {}
+    out = arguments.out or file.parent
     if "runs" not in summary:
         result_file(given)
     with written_to(out):
-        for place in curves.draw_again(folder, summary, out):
+        for place in curves.draw_again(file, summary, out):
             print(place)
     return 0
 
