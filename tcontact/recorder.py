@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .checkpoint.store import FILES as CHECKPOINTS
-from .errors import InputError, OutputError
+from .errors import FunctionError, InputError, OutputError
 from .folder_lock import check_free
 from .frame_fields import LAYERS
 from .obstacles.description import describe
@@ -132,7 +132,10 @@ class Recorder:
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
-        there = describe(self.obstacles, sorted(set(self.times)))
+        try:
+            there = describe(self.obstacles, sorted(set(self.times)))
+        except FunctionError:  # at a time that the run did not ask for: without the motion
+            there = self.attributes["obstacles"]
         try:
             self.file.write_history(history)
             self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)

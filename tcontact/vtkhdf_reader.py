@@ -96,17 +96,21 @@ class ResultData:
         index %= len(self)
         with _opened(self.path) as file:
             try:
-                parts = [
-                    {name: self._field(file["VTKHDF"], group, name, index, rows) for name in names}
-                    for group, names, rows in (
-                        ("PointData", self.point_fields, len(self.points)),
-                        ("CellData", self.cell_fields, self.cells),
-                    )
-                ]
-                if self.format > 1:
-                    self._check(file, index, parts)
+                return self._frame(file, index)
             except DAMAGED as error:
-                raise InputError("path", str(self.path), self._damaged(index, error)) from error
+                raise InputError("path", str(self.path), self._damaged(file, index, error)) from error
+
+    def _frame(self, file: h5py.File, index: int) -> Frame:
+        """A frame as it stands in the file. Raises one of `DAMAGED`."""
+        parts = [
+            {name: self._field(file["VTKHDF"], group, name, index, rows) for name in names}
+            for group, names, rows in (
+                ("PointData", self.point_fields, len(self.points)),
+                ("CellData", self.cell_fields, self.cells),
+            )
+        ]
+        if self.format > 1:
+            self._check(file, index, parts)
         return Frame(float(self.times[index]), *parts)
 
     def _field(self, root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
@@ -125,10 +129,23 @@ class ResultData:
         if checksum(f"{index} {float(self.times[index])!r}", moving) != int(file["tcontact/frames"][index]):
             raise ValueError("it is not what was written: its checksum is another one")
 
-    def _damaged(self, index: int, error: Exception) -> str:
-        """What is said of a frame that cannot be read."""
-        others = f"the other {len(self) - 1} frames may be whole: read them one by one, or run again"
-        return f"frame {index} (t = {self.times[index]:.6g} s) is damaged ({error}); {others}"
+    def _damaged(self, file: h5py.File, index: int, error: Exception) -> str:
+        """What is said of a frame that cannot be read: also which of the others can."""
+        spans: list[list[int]] = []
+        for other in range(len(self)):
+            try:
+                self._frame(file, other)
+            except DAMAGED:
+                continue
+            if spans and spans[-1][1] == other - 1:
+                spans[-1][1] = other
+            else:
+                spans.append([other, other])
+        whole = ", ".join(str(low) if low == high else f"{low} to {high}" for low, high in spans)
+        kept = (
+            f"frames {whole} are whole: `ResultData.frame` reads them, or run again" if whole else "no frame is whole"
+        )
+        return f"frame {index} (t = {self.times[index]:.6g} s) is damaged ({error}); {kept}"
 
     @property
     def cells(self) -> int:

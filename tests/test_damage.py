@@ -138,7 +138,7 @@ def test_a_damaged_frame_is_named_by_every_command(command, stopped, tmp_path, c
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert f"frame 2 (t = {time:.6g} s) is damaged" in said
-    assert "frames may be whole" in said
+    assert "frames 0 to 1, 3 to 5 are whole" in said
     if before is not None:
         assert path.read_bytes() == before
 

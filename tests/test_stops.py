@@ -15,7 +15,9 @@ import tcontact as tc
 from tcontact import render
 from tcontact.checkpoint import store
 from tcontact.cli import main
+from tcontact.errors import FunctionError
 from tcontact.interrupts import interrupts, terminations
+from tcontact.loop import Run
 from tcontact.plan import SMALL
 from tcontact.vtkhdf import ResultData, ResultFile
 
@@ -74,6 +76,23 @@ def test_a_function_that_fails_at_the_start_is_bad_input(tmp_path):
     with pytest.raises(tc.InputError, match="t = 0"):
         quietly(tc.simulate, pushed(lambda t: [np.nan] * 3), FINE, out=tmp_path / "run", frames=2)
     assert not (tmp_path / "run/result.vtkhdf").exists()
+
+
+def test_a_function_that_fails_between_the_times_of_a_run_costs_no_result(monkeypatch, tmp_path):
+    """The result file tells where obstacles were at the frames, by times of its own."""
+    from tcontact import recorder
+
+    describe = recorder.describe
+
+    def failing(obstacles, times=()):
+        if times:
+            raise FunctionError("Plane.velocity", rising, "it gave nan at a time of its own")
+        return describe(obstacles)
+
+    monkeypatch.setattr(recorder, "describe", failing)
+    assert quietly(tc.simulate, pushed(rising), FINE, out=tmp_path / "run", frames=3).ok
+    (plane,) = ResultData.open(tmp_path / "run/result.vtkhdf").attributes["obstacles"]
+    assert "motion" not in plane
 
 
 def removed(monkeypatch, folder, away, when=3):
@@ -207,6 +226,18 @@ def test_sigterm_at_the_command_line_and_resume(options, monkeypatch, tmp_path, 
         assert main(["resume", str(place), "--quiet", *options]) == 1
     assert main(["resume", str(place), "--quiet", *options]) == 0
     same_files(place, tmp_path / "straight")
+
+
+def test_sigterm_before_the_first_step_brings_older_files_back(monkeypatch, tmp_path, capsys):
+    """With --force an older run is set aside until the new one has something."""
+    tc.save_scene(SCENES["full removal"](), tmp_path / "drop.toml")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run/summary.json").write_text("older")
+    monkeypatch.setattr(Run, "__init__", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    assert main(["run", str(tmp_path / "drop.toml"), "--quiet", "--force", "--out", str(tmp_path / "run")]) == 1
+    assert capsys.readouterr().err == "tcontact: interrupted by SIGTERM\n"
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["summary.json"]
+    assert (tmp_path / "run/summary.json").read_text() == "older"
 
 
 DIES = """
