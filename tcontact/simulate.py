@@ -53,7 +53,8 @@ def simulate(
     `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
     frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
     step with everything kept, and so does SIGTERM unless the program handles it; the second signal has its usual effect
-    at once (signals reach runs in the main thread only).
+    at once (signals reach runs in the main thread only). They stop this run: a program that makes several looks at the
+    reason "interrupted" before the next one.
 
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).
