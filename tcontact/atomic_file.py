@@ -1,20 +1,27 @@
 """Files that a kill, a full disk or a crash leave either as they were or as they were meant to be.
 
 What HDF5 writes beyond the old end of an `AtomicFile` goes there at once: nothing refers to it yet. What it changes in
-place stays in memory until `commit` has written an undo file with the old content; then it goes to disk, and last the
-undo file is removed. An undo file that is found means that a commit was cut short: what it holds is the truth (rollback
-journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
+place stays in memory until `commit` has written an undo file with the old content and the device has it; then it goes
+to disk, and when the device has that too the undo file is emptied. An undo file with a content that is found means that
+a commit was cut short: what it holds is the truth (rollback journal as in SQLite,
+https://www.sqlite.org/atomiccommit.html).
+
+No symbolic link is followed to a file that is written: a link at its place is replaced, or refused where the file is to
+be gone on with.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+from .errors import InputError
 
 PAGE = 4096
 MAGIC = b"tcontact undo 1\n"
@@ -32,15 +39,19 @@ class AtomicFile:
     """
 
     def __init__(self, path: Path | str, mode: str) -> None:
-        self.path = Path(path)
+        self.path = Path(path).absolute()
         if mode == "r+":
             roll_back(self.path)
-        self._file = os.open(self.path, os.O_RDONLY if mode == "r" else os.O_RDWR | os.O_CREAT, 0o666)
+        if mode == "r":
+            self._file = os.open(self.path, os.O_RDONLY)
+        else:
+            self._file = _new(self.path) if mode == "w" else _known(self.path)
         self.failed: OSError | None = None
         self._pages: dict[int, bytearray] = {}  # changed, within the committed size
+        self._stages: list[dict[int, bytes]] = []  # earlier states of them, in the order in which they go to disk
         self._at = 0
+        self._undo = -1  # the undo file, once there is one
         if mode == "w":
-            os.ftruncate(self._file, 0)
             undo_path(self.path).unlink(missing_ok=True)
         self._end = os.fstat(self._file).st_size  # of what was committed
         undo = read_undo(self.path) if mode == "r" else None
@@ -135,21 +146,49 @@ class AtomicFile:
     def flush(self) -> None:
         """Nothing: only `commit` goes to disk."""
 
+    def stage(self) -> None:
+        """Let the next commit bring what was written so far to the file before all that is written from now on."""
+        self._stages.append({number: bytes(page) for number, page in self._pages.items()})
+
     def commit(self) -> None:
         """Bring all that was written to the file, or nothing of it. Raises `OSError`."""
         if self.failed is not None:
             raise self.failed
         try:
+            self._check_there()
             if self._pages:
                 old = {number: self._old(number) for number in sorted(self._pages)}
-                undo_path(self.path).write_bytes(_undo_bytes(self._end, old))
-                for number, page in self._pages.items():
-                    _write_at(self._file, page, number * PAGE)
-                undo_path(self.path).unlink()
+                self._keep(_undo_bytes(self._end, old))
+                for stage in self._stages:
+                    self._bring(stage, old)
+                self._bring(self._pages, old)
+                os.fsync(self._file)
+                os.ftruncate(self._undo, 0)
         except OSError as error:
             self._give_up(error)
             raise
-        self._end, self._pages = self._size, {}
+        self._end, self._pages, self._stages = self._size, {}, []
+
+    def _bring(self, pages: Mapping[int, bytes] | Mapping[int, bytearray], there: dict[int, bytes]) -> None:
+        """Write the pages that differ from those of the disk."""
+        for number, page in pages.items():
+            if there[number] != page:
+                _write_at(self._file, page, number * PAGE)
+                there[number] = bytes(page)
+
+    def _check_there(self) -> None:
+        """Raise `OSError` if the file has been removed or replaced, by itself or with its folder."""
+        mine, found = os.fstat(self._file), os.stat(self.path, follow_symlinks=False)
+        if (mine.st_dev, mine.st_ino) != (found.st_dev, found.st_ino):
+            raise FileNotFoundError(errno.ENOENT, "another file has taken its place", str(self.path))
+
+    def _keep(self, undo: bytes) -> None:
+        """Bring the undo file to the device."""
+        if self._undo < 0:
+            self._undo = _new(undo_path(self.path))
+            sync_folder(self.path.parent)
+        _write_at(self._undo, undo, 0)
+        os.fsync(self._undo)
 
     def _give_up(self, error: OSError) -> None:
         """Leave the file as the last commit did."""
@@ -164,6 +203,11 @@ class AtomicFile:
 
     def close(self) -> None:
         """Let go of the file; what was not committed is forgotten."""
+        if self._undo >= 0:
+            if os.fstat(self._undo).st_size == 0:  # else it is still needed
+                undo_path(self.path).unlink(missing_ok=True)
+            os.close(self._undo)
+            self._undo = -1
         if self._file >= 0:
             os.close(self._file)
             self._file = -1
@@ -201,11 +245,12 @@ def roll_back(path: Path) -> None:
     undo = read_undo(path)
     if undo is not None:
         end, pages = undo
-        file = os.open(path, os.O_RDWR)
+        file = _known(path)
         try:
             for number, old in pages.items():
                 _write_at(file, old, number * PAGE)
             os.ftruncate(file, end)
+            os.fsync(file)
         finally:
             os.close(file)
     undo_path(path).unlink(missing_ok=True)
@@ -220,6 +265,7 @@ def part_of(path: Path) -> Path:
 def replaced(path: Path) -> Iterator[Path]:
     """A temporary name to write to; after the block it takes the place of `path`, at once and safely on the device."""
     part = part_of(path)
+    part.unlink(missing_ok=True)  # of a run that was killed; or a link, which is not ours to follow
     try:
         yield part
         with part.open("rb") as file:
@@ -229,6 +275,46 @@ def replaced(path: Path) -> Iterator[Path]:
         with suppress(OSError):
             part.unlink(missing_ok=True)
         raise
+
+
+def unlinked(path: Path) -> Path:
+    """The path, free for a new file where it was a symbolic link: a file written there does not follow it."""
+    if path.is_symlink():
+        path.unlink()
+    return path
+
+
+def refuse_link(folder: Path) -> None:
+    """Raise `InputError` if a folder that a run makes is a symbolic link: files behind it are not ours to replace."""
+    if folder.is_symlink():
+        remedy = "is a symbolic link, which is not followed; remove it, or name another place"
+        raise InputError("out", str(folder), remedy)
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the device has the names in a folder, where folders can be waited for."""
+    with suppress(OSError):
+        file = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(file)
+        finally:
+            os.close(file)
+
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+
+
+def _new(path: Path) -> int:
+    """Open a new file in place of what is there, which goes."""
+    path.unlink(missing_ok=True)
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_LINK, 0o666)
+
+
+def _known(path: Path) -> int:
+    """Open a file that is there, to be changed. Raises `OSError`, also for a symbolic link."""
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, "a symbolic link, which is not followed; put the file itself there", str(path))
+    return os.open(path, os.O_RDWR | NO_LINK)
 
 
 def _undo_bytes(end: int, pages: dict[int, bytes]) -> bytes:

@@ -6,12 +6,13 @@ Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the m
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 
 from .commands import bench, doctor, export, info, listing, numbers, render, resume, run, study
+from .commands.streams import safe_output
 from .errors import InputError, OutputError
+from .interrupts import Terminated, terminations
 from .report import versions
 
 COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, doctor)
@@ -33,21 +34,29 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: the arguments, None = those of the process."""
+    with safe_output() as output:
+        code = _run(argv)
+        output.flush()
+        if output.error is not None:
+            print(f"tcontact: standard output cannot be written ({output.error.strerror})", file=sys.stderr)
+            code = code or 1
+    return code
+
+
+def _run(argv: Sequence[str] | None) -> int:
     try:
         arguments = parser().parse_args(argv)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
     try:
-        return int(arguments.run(arguments))
+        with terminations():
+            return int(arguments.run(arguments))
     except InputError as error:
         print(f"tcontact: {error}", file=sys.stderr)
         return 2
     except (ImportError, OutputError) as error:
         print(f"tcontact: {error}", file=sys.stderr)
         return 1
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone (`tcontact list | head`)
-        return 0
-    except KeyboardInterrupt:
-        print("tcontact: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"tcontact: interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", file=sys.stderr)
         return 1

@@ -18,8 +18,20 @@ class InputError(ValueError):
         super().__init__(f"{field} = {_short(value)}: {remedy}")
 
 
+class FunctionError(InputError):
+    """A function that the user handed in failed, or gave something else than numbers of the shape asked for.
+
+    A run in which this happens stops before the step that asked, with the reason "function-failed".
+    """
+
+
 class OutputError(OSError):
-    """A run could not write its output: what it could not write, why, what is kept and how to go on."""
+    """A run could not write its output: what it could not write, why, what is kept and how to go on.
+
+    result: the `Result` of the run up to where it stopped, or None if it has none.
+    """
+
+    result: Any = None
 
 
 def _short(value: Any, limit: int = 80) -> str:

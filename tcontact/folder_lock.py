@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,7 +25,7 @@ def locked(folder: Path) -> Iterator[None]:
 
     Raises `InputError` if another process runs there, or if the folder cannot be written.
     """
-    path = (folder / NAME).resolve()
+    path = folder.resolve() / NAME
     if fcntl is None or path in _held:
         yield
         return
@@ -41,16 +42,19 @@ def locked(folder: Path) -> Iterator[None]:
 
 def check_free(folder: Path) -> None:
     """Raise `InputError` if another process runs in the folder; changes nothing."""
-    path = (folder / NAME).resolve()
-    if fcntl is not None and path not in _held and path.is_file():
+    path = folder.resolve() / NAME
+    if fcntl is not None and path not in _held and os.path.lexists(path):
         with suppress(OSError):
             os.close(_acquire(path, folder))
 
 
 def _acquire(path: Path, folder: Path) -> int:
     while True:
+        if os.path.lexists(path) and not stat.S_ISREG(os.lstat(path).st_mode):
+            remedy = f"its {NAME} is no ordinary file, as a run makes it; remove that, or name another folder"
+            raise InputError("out", str(folder), remedy)
         try:
-            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+            file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
         except OSError as error:
             raise InputError(
                 "out", str(folder), f"cannot be written ({error.strerror}); name another folder"

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
-from .errors import InputError
+from .errors import FunctionError, InputError, OutputError
 from .guards import Guards, Stop
 from .history import History
 from .interrupts import interrupts
@@ -71,6 +71,8 @@ class Run:
             scheme.state(scene, body, u, v, planned.layout)
             for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
+        # a function of time that fails is asked by what can touch, which goes first: then nothing has moved yet
+        self._order = sorted(self.states, key=lambda state: state.contact is None)
         self.limits = []
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
@@ -121,6 +123,8 @@ class Run:
         end = self.scene.duration * (1.0 - 1e-9)
         course, first, output, compiled = self.course, True, 0.0, started
         spent = course.wall
+        failed: FunctionError | None = None
+        unwritten: OutputError | None = None
         if recorder is not None and frames > 0:
             recorder.prepare()
         with interrupts() as interrupted:
@@ -128,20 +132,25 @@ class Run:
                 self._begin(frames, end)
             while True:
                 cut = interrupted()
-                if keeper is not None and keeper.due(course.row, cut):
+                if keeper is not None and keeper.due(course.row, bool(cut), course.time >= end):
                     writing = perf_counter()
                     course.wall = spent + (0.0 if first else writing - compiled - output)
                     keeper.save(self, course.row)
                     output += perf_counter() - writing
                 time, before, row_number, due = course.time, course.before, course.row, course.due
-                final = time >= end or cut
+                final = time >= end or bool(cut)
                 after = 0.0 if final else self.dt
                 frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
                 snapshot = self._snapshot(before, after) if final or frame else None
                 many = 1
                 if snapshot is None and before == after:
                     many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
-                done = self._step(time, before, after, many)
+                try:
+                    done = self._step(time, before, after, many)
+                except FunctionError as error:  # nothing has moved yet: the run ends at this level
+                    failed, after, final, frame = error, 0.0, True, course.frames > 0
+                    snapshot = self._snapshot(before, after)
+                    done = self._step(time, before, after, 1)
                 times = np.cumsum([time, *[after] * (done - 1)])
                 rows = [state.rows(times) for state in self.states]
                 table = combined(rows, self.planned.layout)
@@ -153,7 +162,10 @@ class Run:
                 stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
-                    recorder.frame(time, snapshot)
+                    try:
+                        recorder.frame(time, snapshot)
+                    except OutputError as error:
+                        unwritten, stop = error, Stop("not-written", str(error))
                     output += perf_counter() - writing
                     course.due = [when for when in due if when - 0.5 * self.dt > time]
                 if stop is not None or final:
@@ -165,14 +177,20 @@ class Run:
         self._keep(None)
         if stop is None:
             self._warn_held(row)
+        kept = f"at t = {time:.6g} s; everything up to then is kept"
+        if stop is None and failed is not None:
+            stop = Stop("function-failed", f"{failed}; stopped {kept}")
         if stop is None and time < end:
-            kept = "everything up to then is kept"
             if keeper is not None and keeper.written:
                 kept += f"; `tcontact resume {keeper.folder}` goes on from there"
-            stop = Stop("interrupted", f"stopped by the user at t = {time:.6g} s; {kept}")
+            stop = Stop("interrupted", f"stopped by {cut} {kept}")
         if snapshot is None:
             snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
-        return self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
+        result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
+        if unwritten is not None:
+            unwritten.result = result
+            raise unwritten
+        return result
 
     def _begin(self, frames: int, end: float) -> None:
         """When frames are due, and the bodies at the start; end [s]: of the run."""
@@ -200,13 +218,16 @@ class Run:
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
         if many == 1:
-            for state in self.states:
+            for state in self._order:
                 self.scheme.step(state, time, before, after)
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
             stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE)
-        return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
+        try:
+            return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
+        except FunctionError:  # at one of these rows: go as far as the functions do
+            return self._step(time, before, after, 1)
 
     def _rows_until(self, span: float, number: int) -> int:
         """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""

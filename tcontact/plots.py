@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .atomic_file import unlinked
 from .report import si_scale
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
         grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{unit[1]}]")
-    figure.savefig(path)
+    figure.savefig(unlinked(path))
 
 
 def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
@@ -254,7 +255,7 @@ def _finish(figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str,
     end = float(time[-1]) or 1.0
     panels[-1].set_xlim(-0.01 * end, 1.01 * end)
     figure.align_ylabels(panels)
-    figure.savefig(path)
+    figure.savefig(unlinked(path))
 
 
 def _time(history: History) -> tuple[np.ndarray, tuple[float, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .checkpoint.store import FILES as CHECKPOINTS
-from .errors import InputError, OutputError
+from .errors import FunctionError, InputError, OutputError
 from .folder_lock import check_free
 from .frame_fields import LAYERS
 from .obstacles.description import describe
@@ -39,7 +40,7 @@ def check_folder(out: Any) -> Path:
     if is_file:
         raise InputError("out", str(folder), "this is a file; give a folder")
     check_free(folder)
-    if (folder / FILE).exists():
+    if os.path.lexists(folder / FILE):
         raise InputError(
             "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"
         )
@@ -131,7 +132,10 @@ class Recorder:
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
-        there = describe(self.obstacles, sorted(set(self.times)))
+        try:
+            there = describe(self.obstacles, sorted(set(self.times)))
+        except FunctionError:  # at a time that the run did not ask for: without the motion
+            there = self.attributes["obstacles"]
         try:
             self.file.write_history(history)
             self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
@@ -153,6 +157,10 @@ class Recorder:
 
 def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:
     """What is said when a file cannot be written."""
+    if not (folder / FILE).exists():
+        where = "the folder" if not folder.is_dir() else "the file"
+        text = f"{what} cannot be written: {where} was removed or renamed while the run went on; run again"
+        return OutputError(f"{folder / FILE}: {text}")
     go_on = f"then `tcontact resume {folder}`" if any((folder / name).exists() for name in CHECKPOINTS) else "run again"
     return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")
 

@@ -38,11 +38,15 @@ def resume(
     """Go on with the run that stopped in `folder` and return its `Result`, history and frames from its start included.
 
     scene, scheme: the same as before; what else `simulate` was told (frames, history, pressures) is in the checkpoint;
-    threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits).
+    threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits); checkpoint=None
+    leaves none but the one of a run that Ctrl-C or SIGTERM stops.
     A damaged checkpoint is passed over for the older one, with a warning.
 
     Raises `InputError` if the scene differs, naming the difference, if there is nothing to go on from, or if another
-    process runs in the folder.
+    process runs in the folder. All fields of the scene and the scheme are compared. Of a function of time no more can
+    be known than its values: it is compared at 4096 times over the duration, and at the times at which the run has
+    asked it so far (all of them up to 32768 calls, then evenly thinned ones). A function that differs between these
+    times alone, for less than 1/4096 of the duration, goes unnoticed.
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -59,24 +63,26 @@ def resume(
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
-        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields")}
+        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields", "keep")}
         run = Run(scene, planned, scheme, displacement, velocity, head["history_every"], head["pressures"])
-        recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
-        options = options or Checkpoint(every_steps=2**62)
-        origin = dict(options.origin) or stored.head["origin"]
-        options = Checkpoint(options.every_seconds, options.every_steps, origin)
-        keeper = Keeper(options, path, run, recorder, head | {"versions": versions()}, start)
-        if contents.differs(stored.head["new"], keeper.new, stored.found):
+        new = contents.prints(run)
+        if contents.differs(stored.head["new"], new, stored.found):
             made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"
             text = f"prepared the scene a little differently than the run did ({made}): the last digits may differ"
             warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
         try:
             contents.restore(run, stored.found, stored.values)
+        except InputError:  # a function of time is another one
+            raise
         except (KeyError, ValueError, IndexError) as error:
-            recorder.abandon()
             made = stored.head.get("versions", {})
             remedy = f"was left by another version of the program ({made}); resume it with that one"
             raise InputError("folder", str(stored.path), remedy) from error
+        recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
+        head |= {"origin": stored.head["origin"], "versions": versions()}
+        if options is not None:
+            head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
+        keeper = Keeper(options, path, new, recorder, head, start)
         keeper.restored(run.course.row)
         with ProgressBar(scene.duration, "resume", progress) as bar:
             bar.update(run.course.time)
@@ -111,5 +117,5 @@ def _nothing(folder: Path, damaged: bool) -> str:
     if not (folder / FILE).is_file():
         return "holds no run; give the folder of a run that stopped"
     if "reason" in ResultData.open(folder / FILE).attributes:
-        return "the run there has ended; there is nothing to go on with"
+        return f"the run there has ended; there is nothing to go on with (`tcontact render {folder} --plots` draws it)"
     return "holds no checkpoint: it stopped before the first one, or was run without; run again"

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from . import frame_fields, runtime, validate
-from .checkpoint import Checkpoint, store
+from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
-from .errors import InputError
+from .errors import InputError, OutputError
 from .folder_lock import locked
 from .loop import Run
 from .plan import Plan, plan
@@ -52,9 +52,12 @@ def simulate(
     wall time between checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which
     `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
     frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
-    step with everything kept.
+    step with everything kept, and so does SIGTERM unless the program handles it; the second signal has its usual effect
+    at once (signals reach runs in the main thread only). They stop this run: a program that makes several looks at the
+    reason "interrupted" before the next one.
 
-    Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.
+    Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
+    `result` is what was computed up to then).
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -90,8 +93,9 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
+            head |= {"origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
-            keeper = Keeper(options, folder, run, recorder, head, start)
+            keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -109,15 +113,21 @@ def carry_out(
     try:
         result = run.go(frames, recorder, bar, started, keeper)
         attributes = run_attributes(result)
-        recorder.close(result.history, attributes)
+        try:
+            recorder.close(result.history, attributes)
+        except OutputError as error:
+            error.result = result
+            raise
     finally:
         recorder.abandon()
     try:
         write_history(folder / "history.csv", result.history)
         write_json(folder / "summary.json", attributes)
     except OSError as error:
-        raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
-    if result.reason != "interrupted":
+        failed = unwritten(folder, "history.csv or summary.json", "all frames are", error)
+        failed.result = result
+        raise failed from error
+    if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
         store.remove(folder)
     return result
 

@@ -99,12 +99,14 @@ class BodyState:
         """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
 
         time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
-        rows done.
+        rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
         """
         force, serial = self.internal_force, self.serial
         if self.plan.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
+        if serial is not None and self.contact is not None and steps[1] > 0.0:
+            rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
             force.advance(self.u, self.v, kick_before, kick_after, drift)
             raw = self._raw[number]

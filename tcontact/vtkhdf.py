@@ -2,7 +2,11 @@
 
 The mesh is stored once (all its offsets are 0); every field grows by one block of rows a frame. ParaView (5.12 or
 newer) opens the file directly. What VTK does not know about lives in the top-level group `/tcontact`: `attributes`
-(JSON) and `history`.
+(JSON as bytes), `history` and `frames`, a checksum of every frame.
+
+Damage is found thrice: all metadata are of HDF5 1.8, with checksums of their own; all numbers pass through the filter
+Fletcher-32, which every HDF5 program checks; and what `ResultData` gives back has the CRC-32 of what was put in, since
+HDF5 1.8 does not guard the index that leads to the numbers.
 Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/vtkhdf_specifications.html
 """
 
@@ -19,13 +23,14 @@ import numpy as np
 
 from .atomic_file import AtomicFile
 from .errors import InputError
-from .vtkhdf_reader import DAMAGED, NODES_PER_CELL, VTK_TYPE, Frame, ResultData
+from .vtkhdf_reader import CHECK, DAMAGED, FORMAT, NODES_PER_CELL, VTK_TYPE, Frame, ResultData, checksum
 
 __all__ = ["VTK_TYPE", "Frame", "ResultData", "ResultFile"]
 
 VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
-_HISTORY_ROWS = 4096
+_STORED_ROWS = 2**16  # rows at most in a chunk of what is stored as a whole
+_LIBRARY = ("v108", "v108")  # metadata with checksums, yet without the "still open" mark that blocks readers
 _STATIC_OFFSETS = {"PartOffsets": (), "PointOffsets": (), "CellOffsets": (1,), "ConnectivityIdOffsets": (1,)}
 
 Blocks = Sequence[tuple[str, np.ndarray]]
@@ -53,6 +58,7 @@ class ResultFile:
         self._field_offsets = {
             key: _Column(steps[f"{key[0]}Offsets"], key[1], np.int64, (), _STEP_ROWS) for key in self._static
         }
+        self._checks = _Column(file["tcontact"], "frames", np.uint32, (), _STEP_ROWS)
         self._frames = 0
 
     @classmethod
@@ -85,42 +91,56 @@ class ResultFile:
         }
 
         disk = AtomicFile(path, "w")
-        file = h5py.File(disk, "w", libver="earliest")  # the old layout has no "still open" mark to block readers
-        root = file.create_group("VTKHDF")
-        root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
-        root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
-        sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
-        root["NumberOfPoints"] = np.array([len(points)], dtype=np.int64)
-        root["NumberOfCells"] = np.array([count], dtype=np.int64)
-        root["NumberOfConnectivityIds"] = np.array([sizes.sum()], dtype=np.int64)
-        root["Points"] = points
-        root["Connectivity"] = np.concatenate([cells.ravel() for _, cells in checked])
-        root["Offsets"] = np.concatenate([[0], np.cumsum(sizes)])
-        root["Types"] = np.concatenate([np.full(len(cells), VTK_TYPE[kind], dtype=np.uint8) for kind, cells in checked])
-        steps = root.create_group("Steps")
-        steps.attrs["NSteps"] = np.int64(0)
-        for group in ("PointData", "CellData"):
-            root.create_group(group)
-            steps.create_group(f"{group}Offsets")
-        for name, array in static.items():
-            root["CellData"][name] = array
-        own = file.create_group("tcontact")
-        own.create_group("history")
-        own.create_dataset("attributes", data="{}", dtype=h5py.string_dtype("utf-8"))
-        result = cls(disk, file, len(points), count, list(static))
-        result.write_attributes(attributes or {})
+        try:
+            file = h5py.File(disk, "w", libver=_LIBRARY)
+            root = file.create_group("VTKHDF")
+            root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+            root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
+            sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
+            types = [np.full(len(cells), VTK_TYPE[kind], dtype=np.uint8) for kind, cells in checked]
+            mesh = {
+                "NumberOfPoints": np.array([len(points)], dtype=np.int64),
+                "NumberOfCells": np.array([count], dtype=np.int64),
+                "NumberOfConnectivityIds": np.array([sizes.sum()], dtype=np.int64),
+                "Points": points,
+                "Connectivity": np.concatenate([cells.ravel() for _, cells in checked]),
+                "Offsets": np.concatenate([[0], np.cumsum(sizes)]),
+                "Types": np.concatenate(types),
+            }
+            for name, array in mesh.items():
+                _store(root, name, array)
+            steps = root.create_group("Steps")
+            steps.attrs["NSteps"] = np.int64(0)
+            for group in ("PointData", "CellData"):
+                root.create_group(group)
+                steps.create_group(f"{group}Offsets")
+            for name, array in static.items():
+                _store(root["CellData"], name, array)
+            own = file.create_group("tcontact")
+            own.attrs["format"] = np.int64(FORMAT)
+            own.create_group("history")
+            result = cls(disk, file, len(points), count, list(static))
+            result.write_attributes(attributes or {})
+        except BaseException:
+            disk.close()
+            raise
         return result
 
     @classmethod
     def reopen(cls, path: Path | str, frames: int, attributes: Mapping[str, Any] | None = None) -> ResultFile:
         """Go on with the first `frames` frames of a file; the others, and its history, are dropped.
 
-        Raises `InputError` if it is missing, foreign or holds fewer whole frames; nothing is changed then.
+        Raises `InputError` if it is missing, foreign, of an older version, damaged in one of these frames, or holds
+        fewer of them; nothing is changed then.
         """
         path = Path(path)
         data = ResultData.open(path)
+        if data.format != FORMAT:
+            raise InputError("path", str(path), "an older version of the program wrote it; run again")
         if len(data) < frames:
             raise InputError("path", str(path), f"holds {len(data)} of the {frames} frames to go on from; run again")
+        for index in range(frames):
+            data.frame(index)
         disk = AtomicFile(path, "r+")
         try:
             return cls._cut(disk, data, frames, attributes or {})
@@ -133,7 +153,7 @@ class ResultFile:
     @classmethod
     def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> ResultFile:
         """The writer of a file that keeps its first frames."""
-        file = h5py.File(disk, "r+", libver="earliest")
+        file = h5py.File(disk, "r+", libver=_LIBRARY)
         root = file["VTKHDF"]
         moving = {("PointData", name) for name in data.point_fields}
         moving |= {("CellData", name) for name in data.cell_fields if root["CellData"][name].maxshape[0] is None}
@@ -145,7 +165,8 @@ class ResultFile:
             result._fields[group, name] = _Column(root[group], name, grown.dtype, grown.shape[1:], chunk)
             offsets = root["Steps"][f"{group}Offsets"]
             result._field_offsets[group, name] = _Column(offsets, name, np.int64, (), _STEP_ROWS)
-        for column in (result._values, result._parts, *result._offsets.values(), *result._field_offsets.values()):
+        own = (result._values, result._parts, result._checks)
+        for column in (*own, *result._offsets.values(), *result._field_offsets.values()):
             column.cut(frames)
         for (group, _), column in result._fields.items():
             column.cut(frames * result._rows[group])
@@ -186,10 +207,12 @@ class ResultFile:
         for column in self._offsets.values():
             column.append(np.int64(0))
         self._parts.append(np.int64(1))
-        self._commit()  # the frame is on disk before anything counts it
+        named = {f"{group}/{name}": array for (group, name), array in arrays.items()}
+        self._checks.append(np.uint32(checksum(f"{self._frames} {float(time)!r}", named)))
+        self._stage()  # the frame is on disk before anything counts it
         self._frames += 1
         self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
-        self._commit()  # VTK's reader crashes on more times than steps, so that no kill may leave them
+        self._stage()  # VTK's reader crashes on more times than steps, so that no kill may leave them
         self._values.append(np.float64(time))
         self._commit()
 
@@ -202,22 +225,13 @@ class ResultFile:
             array = np.asarray(array)
             if array.ndim == 0:
                 raise InputError(f"history['{name}']", array, "give an array with one row per step")
-            same = name in group and group[name].shape[1:] == array.shape[1:] and group[name].dtype == array.dtype
-            if name in group and not same:
-                del group[name]
-            if same:
-                group[name].resize(len(array), axis=0)
-            else:
-                rest = array.shape[1:]
-                group.create_dataset(
-                    name, array.shape, array.dtype, maxshape=(None, *rest), chunks=(_HISTORY_ROWS, *rest)
-                )
-            group[name][...] = array
+            _store(group, name, array)
         self._commit()
 
     def write_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
-        self._file["tcontact/attributes"][()] = json.dumps(dict(attributes), default=_plain)
+        text = json.dumps(dict(attributes), default=_plain).encode()
+        _store(self._file["tcontact"], "attributes", np.frombuffer(text, dtype=np.uint8))
         self._commit()
 
     def sync(self) -> None:
@@ -236,6 +250,11 @@ class ResultFile:
                 self._disk.commit()
         finally:
             self._disk.close()
+
+    def _stage(self) -> None:
+        """Let what was written so far reach the disk before the rest."""
+        self._file.flush()
+        self._disk.stage()
 
     def _commit(self) -> None:
         """Bring everything to disk, or nothing."""
@@ -268,6 +287,21 @@ class ResultFile:
                 )
 
 
+def _store(group: h5py.Group, name: str, array: np.ndarray) -> None:
+    """Store an array as a whole with its checksum, in the place of an older one of that name."""
+    if name in group and (group[name].shape[1:] != array.shape[1:] or group[name].dtype != array.dtype):
+        del group[name]
+    if name in group:
+        group[name].resize(len(array), axis=0)
+    else:
+        rest, growing = array.shape[1:], group.name.startswith("/tcontact")
+        chunk = 4096 if growing else max(1, min(len(array), _STORED_ROWS))
+        limit = (None, *rest) if growing else None
+        group.create_dataset(name, array.shape, array.dtype, maxshape=limit, chunks=(chunk, *rest), fletcher32=True)
+    group[name][...] = array
+    group[name].attrs[CHECK] = np.uint32(checksum(group[name].name, {"": array}))
+
+
 class _Column:
     """A dataset that grows along its first axis, through the low-level calls: cheaper than `resize` and slicing."""
 
@@ -276,10 +310,11 @@ class _Column:
         if name in group:
             dataset = group[name]
         else:
-            dataset = group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(chunk, *shape))
+            options = {"maxshape": (None, *shape), "chunks": (chunk, *shape), "fletcher32": True}
+            dataset = group.create_dataset(name, (0, *shape), dtype, **options)
         self._id = dataset.id
         self._dtype = dataset.dtype
-        self._rows, self._chunk = len(dataset), dataset.chunks
+        self._rows = len(dataset)
 
     def cut(self, rows: int) -> None:
         """Keep the first rows only."""
@@ -290,10 +325,6 @@ class _Column:
         rows = np.ascontiguousarray(value, dtype=self._dtype).reshape(-1, *self.shape)
         end = self._rows + len(rows)
         self._id.set_extent((end, *self.shape))
-        if rows.shape == self._chunk and self._rows % len(rows) == 0:  # past cache, conversion and selection
-            self._id.write_direct_chunk((self._rows, *(0 for _ in self.shape)), rows)
-            self._rows = end
-            return
         space = self._id.get_space()
         space.select_hyperslab((self._rows, *(0 for _ in self.shape)), rows.shape)
         self._id.write(h5py.h5s.create_simple(rows.shape), space, rows)

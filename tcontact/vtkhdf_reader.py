@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,6 +20,8 @@ from .errors import InputError
 
 VTK_TYPE = {"tet4": 10, "hex8": 12}
 NODES_PER_CELL = {"tet4": 4, "hex8": 8}
+FORMAT = 2  # of what stands in /tcontact; 1 had no checksums
+CHECK = "crc32"  # attribute of an array that is stored as a whole
 _KIND = {number: kind for kind, number in VTK_TYPE.items()}
 
 DAMAGED = (
@@ -47,7 +50,8 @@ class Frame:
 class ResultData:
     """A result file, read back: mesh, times and attributes in memory, frames and history on demand.
 
-    points [n,3] reference positions [m]; blocks: (kind, connectivity [m,k]); times [frames] [s].
+    points [n,3] reference positions [m]; blocks: (kind, connectivity [m,k]); times [frames] [s]; format: of the file, 1
+    = without checksums. What is damaged is refused by name: the mesh, a frame, the history.
     """
 
     path: Path
@@ -57,6 +61,7 @@ class ResultData:
     attributes: dict[str, Any]
     point_fields: tuple[str, ...]
     cell_fields: tuple[str, ...]
+    format: int = FORMAT
 
     @classmethod
     def open(cls, path: Path | str) -> ResultData:
@@ -65,16 +70,21 @@ class ResultData:
         with _opened(path) as file:
             try:
                 root = file["VTKHDF"]
-                attributes = json.loads(file["tcontact/attributes"].asstr()[()])
+                own = file["tcontact"]
+                format = int(own.attrs.get("format", 1))
+                text = own["attributes"]
+                attributes = json.loads(text.asstr()[()] if format == 1 else stored(text).tobytes())
                 steps = root["Steps"]
-                times = steps["Values"][: int(steps.attrs["NSteps"])]  # the time is the last thing a frame writes
-                points, offsets, connectivity = root["Points"][()], root["Offsets"][()], root["Connectivity"][()]
-                blocks = tuple(_blocks(root["Types"][()], offsets, connectivity))
+                times = _times(steps, len(own["frames"]) if format > 1 else None, "reason" in attributes)
+                points, offsets, connectivity, types = (
+                    stored(root[name], format) for name in ("Points", "Offsets", "Connectivity", "Types")
+                )
+                blocks = tuple(_blocks(types, offsets, connectivity))
                 fields = [tuple(n for n in steps[f"{g}Offsets"] if n in root[g]) for g in ("PointData", "CellData")]
             except DAMAGED as error:
                 remedy = f"not a result file of tcontact, or damaged ({error}); give a result.vtkhdf that a run wrote"
                 raise InputError("path", str(path), remedy) from error
-        return cls(path, points, blocks, times, attributes, *fields)
+        return cls(path, points, blocks, times, attributes, fields[0], fields[1], format)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -86,18 +96,56 @@ class ResultData:
         index %= len(self)
         with _opened(self.path) as file:
             try:
-                data = [
-                    {name: _rows(file["VTKHDF"], group, name, index, rows) for name in names}
-                    for group, names, rows in (
-                        ("PointData", self.point_fields, len(self.points)),
-                        ("CellData", self.cell_fields, self.cells),
-                    )
-                ]
+                return self._frame(file, index)
             except DAMAGED as error:
-                raise InputError(
-                    "path", str(self.path), f"frame {index} cannot be read ({error}); run again"
-                ) from error
-        return Frame(float(self.times[index]), *data)
+                raise InputError("path", str(self.path), self._damaged(file, index, error)) from error
+
+    def _frame(self, file: h5py.File, index: int) -> Frame:
+        """A frame as it stands in the file. Raises one of `DAMAGED`."""
+        parts = [
+            {name: self._field(file["VTKHDF"], group, name, index, rows) for name in names}
+            for group, names, rows in (
+                ("PointData", self.point_fields, len(self.points)),
+                ("CellData", self.cell_fields, self.cells),
+            )
+        ]
+        if self.format > 1:
+            self._check(file, index, parts)
+        return Frame(float(self.times[index]), *parts)
+
+    def _field(self, root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
+        if root[group][name].maxshape[0] is not None:
+            return stored(root[group][name], self.format)  # the same in all frames
+        return _rows(root, group, name, index, rows)
+
+    def _check(self, file: h5py.File, index: int, parts: list[dict[str, np.ndarray]]) -> None:
+        """Raise `ValueError` if the fields of a frame are not those that were written."""
+        moving = {
+            f"{group}/{name}": array
+            for group, part in zip(("PointData", "CellData"), parts, strict=True)
+            for name, array in part.items()
+            if file["VTKHDF"][group][name].maxshape[0] is None
+        }
+        if checksum(f"{index} {float(self.times[index])!r}", moving) != int(file["tcontact/frames"][index]):
+            raise ValueError("it is not what was written: its checksum is another one")
+
+    def _damaged(self, file: h5py.File, index: int, error: Exception) -> str:
+        """What is said of a frame that cannot be read: also which of the others can."""
+        spans: list[list[int]] = []
+        for other in range(len(self)):
+            try:
+                self._frame(file, other)
+            except DAMAGED:
+                continue
+            if spans and spans[-1][1] == other - 1:
+                spans[-1][1] = other
+            else:
+                spans.append([other, other])
+        whole = ", ".join(str(low) if low == high else f"{low} to {high}" for low, high in spans)
+        kept = (
+            f"frames {whole} are whole: `ResultData.frame` reads them, or run again" if whole else "no frame is whole"
+        )
+        return f"frame {index} (t = {self.times[index]:.6g} s) is damaged ({error}); {kept}"
 
     @property
     def cells(self) -> int:
@@ -109,9 +157,41 @@ class ResultData:
         """Per-step arrays [steps] or [steps,k] by name, read from the file at each call; `InputError` if damaged."""
         with _opened(self.path) as file:
             try:
-                return {name: array[()] for name, array in file["tcontact/history"].items()}
+                return {name: stored(array, self.format) for name, array in file["tcontact/history"].items()}
             except DAMAGED as error:
-                raise InputError("path", str(self.path), f"the history cannot be read ({error}); run again") from error
+                remedy = f"the history is damaged ({error}); the frames may be whole: read them, or run again"
+                raise InputError("path", str(self.path), remedy) from error
+
+
+def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
+    """CRC-32 of a label and of arrays with their names, kinds and shapes, in alphabetical order."""
+    check = zlib.crc32(label.encode())
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        check = zlib.crc32(f"{name} {array.dtype.str} {array.shape}".encode(), check)
+        check = zlib.crc32(array.reshape(-1).view(np.uint8).data, check)
+    return check
+
+
+def stored(dataset: h5py.Dataset, format: int = FORMAT) -> np.ndarray:
+    """An array that was stored as a whole. Raises `ValueError` if it is not what was written."""
+    array = dataset[()]
+    if format > 1 and checksum(dataset.name, {"": array}) != int(dataset.attrs[CHECK]):
+        raise ValueError(f"{dataset.name} is not what was written: its checksum is another one")
+    return np.asarray(array)
+
+
+def _times(steps: h5py.Group, frames: int | None, ended: bool) -> np.ndarray:
+    """Times [s] of the whole frames: the time is the last thing that a frame writes.
+
+    frames: how many have a checksum, None in files without; ended: no run goes on with the file.
+    """
+    values, count = steps["Values"], int(steps.attrs["NSteps"])
+    if frames is not None:
+        in_order = len(values) == count == frames if ended else len(values) <= count <= frames <= len(values) + 1
+        if not in_order:
+            raise ValueError(f"{len(values)} times, {count} steps and {frames} checksums do not go together")
+    return np.asarray(values[:count])
 
 
 def _blocks(types: np.ndarray, offsets: np.ndarray, connectivity: np.ndarray) -> list[tuple[str, np.ndarray]]:

@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from .atomic_file import unlinked
 from .vtkhdf import VTK_TYPE
 
 TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
@@ -55,7 +56,7 @@ class VtuWriter:
                 size += 8 + len(block)
             text.append(f"</{section}>")
         text += ["</Piece>", "</UnstructuredGrid>", '<AppendedData encoding="raw">', "_"]
-        with path.open("wb") as file:
+        with unlinked(path).open("wb") as file:
             file.write("\n".join(text).encode())
             for part in raw:
                 file.write(part)
@@ -69,4 +70,5 @@ def write_collection(path: Path, times: Sequence[float], files: Sequence[Path]) 
         for time, file in zip(times, files, strict=True)
     ]
     head = '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
-    path.write_text("\n".join([head, "<Collection>", *rows, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
+    text = "\n".join([head, "<Collection>", *rows, "</Collection>", "</VTKFile>", ""])
+    unlinked(path).write_text(text, encoding="utf-8")

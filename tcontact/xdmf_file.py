@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 import h5py
 import numpy as np
 
+from .atomic_file import unlinked
 from .vtkhdf import Frame
 
 TOPOLOGY = {"hex8": ("Hexahedron", 9), "tet4": ("Tetrahedron", 6)}
@@ -22,7 +23,7 @@ def write_series(
     path: Path, points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]], frames: Iterable[Frame]
 ) -> list[Path]:
     """Write `path` (.xdmf) and the .h5 file with its numbers; returns both."""
-    store = path.with_suffix(".h5")
+    store = unlinked(path.with_suffix(".h5"))
     grids = []
     with h5py.File(store, "w", libver="earliest", locking=False) as file:
 
@@ -45,7 +46,7 @@ def write_series(
             grids += [*rows, "</Grid>"]
     text = ['<?xml version="1.0"?>', '<Xdmf Version="3.0"><Domain>']
     text += ['<Grid Name="series" GridType="Collection" CollectionType="Temporal">', *grids, "</Grid>"]
-    path.write_text("\n".join([*text, "</Domain></Xdmf>", ""]), encoding="utf-8")
+    unlinked(path).write_text("\n".join([*text, "</Domain></Xdmf>", ""]), encoding="utf-8")
     return [path, store]
 
 

@@ -143,7 +143,7 @@ def stopped(tmp_path_factory):
         ("bodies[0].material", lambda s: _body(s, material=tc.LinearElastic(2e7, 0.3, 1200.0))),
         ("bodies[0].velocity", lambda s: _body(s, velocity=(1.0, 0.5, -4.5))),
         ("bodies[0].mesh.nodes", lambda s: _body(s, mesh=tc.box_mesh((0.06, 0.06, 0.05), (3, 3, 2)))),
-        ("obstacles[0].reference", lambda s: dataclasses.replace(s, obstacles=[tc.Plane((0, 0, -1e-3))])),
+        ("obstacles[0].point", lambda s: dataclasses.replace(s, obstacles=[tc.Plane((0, 0, -1e-3))])),
         ("duration", lambda s: dataclasses.replace(s, duration=2e-3)),
         ("gravity", lambda s: dataclasses.replace(s, gravity=None)),
         ("friction", lambda s: dataclasses.replace(s, friction=tc.Coulomb(0.1))),

@@ -118,16 +118,19 @@ def test_a_killed_run_keeps_its_frames(tmp_path):
 
 
 def test_an_unfinished_frame_does_not_count(tmp_path, monkeypatch):
-    """At every commit there are at least as many steps as times (else VTK's reader crashes); all frames are whole."""
+    """After every stage there are at least as many steps as times (else VTK's reader crashes); all frames are whole.
+
+    The copies are without the undo file, as VTK sees the file.
+    """
     states = []
     file = _written(tmp_path / "r.vtkhdf", frames=2)
-    commit = AtomicFile.commit
+    bring = AtomicFile._bring
 
-    def commit_and_copy(self):
-        commit(self)
+    def bring_and_copy(self, *arguments):
+        bring(self, *arguments)
         states.append(shutil.copy(tmp_path / "r.vtkhdf", tmp_path / f"{len(states)}.vtkhdf"))
 
-    monkeypatch.setattr(AtomicFile, "commit", commit_and_copy)
+    monkeypatch.setattr(AtomicFile, "_bring", bring_and_copy)
     file.append(0.5, *_fields(2))
     file.close()
     counts = []

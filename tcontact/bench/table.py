@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..atomic_file import unlinked
 from . import layer, queries, rubbing
 
 MEANING = """\
@@ -70,7 +71,7 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """One line per row; what is nested takes columns name.part."""
     flat = [_flat(row) for row in rows]
     names = list(dict.fromkeys(name for row in flat for name in row))
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(flat)

@@ -34,40 +34,44 @@ def start_of(stored: store.Stored) -> Start | None:
 class Keeper:
     """Writes the checkpoints of one run into its folder.
 
-    run: just made, nothing done yet; head: what `resume` has to know: fingerprint, options of the run; start:
+    options: when, None = only before a run stops for a signal; new: fingerprints of the arrays of the run as it was
+    made, with nothing done yet; head: what `resume` has to know: fingerprint, options, origin of the run; start:
     displacements [m] and velocities [m/s] that it was made with if those are not the ones of the scene.
     """
 
     def __init__(
         self,
-        options: Checkpoint,
+        options: Checkpoint | None,
         folder: Path,
-        run: Run,
+        new: contents.Prints,
         recorder: Recorder,
         head: dict[str, Any],
         start: Start | None = None,
     ) -> None:
-        self.options, self.folder, self.recorder = options, folder, recorder
-        self.head = head | {"origin": dict(options.origin)}
-        self.new = contents.prints(run)
+        self.every_seconds = None if options is None else options.every_seconds
+        self.every_steps = None if options is None else options.every_steps
+        self.folder, self.recorder, self.head, self.new = folder, recorder, head, new
+        self.keep = bool(head["keep"])
         self._start = {} if start is None else {f"{START}{k}/{i}": a for k in (0, 1) for i, a in enumerate(start[k])}
         self.written = 0
         self._failed = False
-        self._next_row, self._next_time = options.every_steps or 0, self._wait(perf_counter(), 0.0)
+        self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)
 
-    def due(self, row: int, stopping: bool) -> bool:
-        """Whether a checkpoint is wanted before the step that starts at `row`; stopping: no more steps follow."""
-        options = self.options
-        if stopping:
+    def due(self, row: int, stopping: bool, ended: bool) -> bool:
+        """Whether a checkpoint is wanted before the step that starts at `row`.
+
+        stopping: no more steps follow, for a signal; ended: because it is the last one.
+        """
+        if stopping or (ended and self.keep):
             return True
-        if options.every_steps is not None and row >= self._next_row:
+        if self.every_steps is not None and row >= self._next_row:
             return row > 0
-        return options.every_seconds is not None and perf_counter() >= self._next_time
+        return self.every_seconds is not None and perf_counter() >= self._next_time
 
     def restored(self, row: int) -> None:
         """The run goes on from that row."""
-        if self.options.every_steps is not None:
-            self._next_row = row + self.options.every_steps
+        if self.every_steps is not None:
+            self._next_row = row + self.every_steps
 
     def save(self, run: Run, row: int) -> None:
         """Write one; a run goes on without it where that is impossible, with a warning."""
@@ -84,9 +88,9 @@ class Keeper:
             self._failed = True
         ended = perf_counter()
         self._next_time = self._wait(ended, ended - began)
-        if self.options.every_steps is not None:
-            self._next_row = row + self.options.every_steps
+        if self.every_steps is not None:
+            self._next_row = row + self.every_steps
 
     def _wait(self, now: float, cost: float) -> float:
         """When the next one is due [s], cost [s]: of the last one."""
-        return now + max(self.options.every_seconds or 0.0, cost / SHARE)
+        return now + max(self.every_seconds or 0.0, cost / SHARE)

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ..atomic_file import refuse_link
 from . import words
 from .folder import result_file
 
@@ -34,6 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent / "export"
+    if arguments.out is None:
+        refuse_link(out)
     written = export(ResultData.open(path), out, arguments.to, arguments.fields, arguments.every)
     size = sum(file.stat().st_size for file in written)
     print(f"{written[-1]} ({len(written)} files, {size / 1e6:.3g} MB)")

@@ -54,11 +54,21 @@ def result_file(given: Path) -> Path:
 
 
 def our_files(folder: Path) -> list[Path]:
-    """Files in the folder that a run wrote, those of the runs of a comparison included; nothing else."""
+    """Files in the folder that a run wrote, those of the runs of a comparison included; nothing else.
+
+    A symbolic link counts as itself, wherever it leads; nothing behind one to a folder is ours.
+    """
     if not folder.is_dir():
         return []
     places = [folder, *(folder / name for name in _runs(folder))]
-    return [path for place in places for pattern in OURS for path in sorted(place.glob(pattern)) if path.is_file()]
+    found = [path for place in places for pattern in OURS for path in sorted(place.glob(pattern))]
+    return [path for path in found if (path.is_file() or path.is_symlink()) and not _behind_a_link(path, folder)]
+
+
+def _behind_a_link(path: Path, folder: Path) -> bool:
+    """Whether a folder between `folder` and the file is a symbolic link."""
+    parents = path.relative_to(folder).parents
+    return any((folder / parent).is_symlink() for parent in parents if parent != Path("."))
 
 
 def _runs(folder: Path) -> list[str]:
@@ -88,6 +98,9 @@ def _replacing(folder: Path, force: bool) -> Iterator[None]:
     if old and not force:
         raise InputError("--out", str(folder), "holds another run; name another folder or add --force to replace it")
     aside = folder / ".replaced"
+    if aside.is_symlink():
+        remedy = "is a symbolic link, which is not followed; remove it, or name another folder"
+        raise InputError("--out", str(aside), remedy)
     for path in old:
         _move(path, aside / path.relative_to(folder))
     try:
@@ -100,7 +113,12 @@ def _replacing(folder: Path, force: bool) -> Iterator[None]:
     finally:
         shutil.rmtree(aside, ignore_errors=True)
         for path in old:
-            if path.parent != folder and path.parent.is_dir() and not any(path.parent.iterdir()):
+            if (
+                path.parent != folder
+                and path.parent.is_dir()
+                and not path.parent.is_symlink()
+                and not any(path.parent.iterdir())
+            ):
                 path.parent.rmdir()
 
 

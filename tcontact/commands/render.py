@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from .. import validate
 from ..errors import InputError
 from . import words
 from .folder import result_file
@@ -37,12 +38,17 @@ def add(subparsers: Any) -> None:
         action="store_true",
         help="insist on animation.mp4 (it needs imageio-ffmpeg; without this option it comes where that is installed)",
     )
+    parser.add_argument(
+        "--plots", action="store_true", help="only the curves of the run (contact force, gap, energies), from its files"
+    )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: beside the file)")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
+    if arguments.plots:
+        return _plots(arguments)
     from ..render import Camera, Clip, render_frames, render_picture
 
     path = result_file(arguments.file)
@@ -66,6 +72,23 @@ def run(arguments: argparse.Namespace) -> int:
         if picture.parent.name != "frames":
             print(picture)
     print(out / "frames")
+    return 0
+
+
+def _plots(arguments: argparse.Namespace) -> int:
+    """Draw the curves alone."""
+    from ..render.series import written_to
+    from . import curves, origins
+
+    given = arguments.file
+    file = given / "result.vtkhdf" if validate.is_folder(given) else given
+    summary = origins.summary(file.with_name("summary.json")) if file.name == "result.vtkhdf" else {}
+    out = arguments.out or file.parent
+    if "runs" not in summary:
+        result_file(given)
+    with written_to(out):
+        for place in curves.draw_again(file, summary, out):
+            print(place)
     return 0
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checkpoint import store
 from ..errors import InputError, OutputError
-from . import folder, settings, words
+from . import curves, folder, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
 
@@ -82,8 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
                 scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
                 title = f"{arguments.case} {label}".strip()
                 known = parameters | wanted.scheme
-                go = _start(arguments, scene, own, places[label], label)
-                runs[label] = finish(go, title, case, known, places[label], arguments)
+                go, origin = _start(arguments, scene, own, places[label], label)
+                runs[label] = finish(go, title, case, known, places[label], arguments, origin)
                 if runs[label][1].reason == "interrupted":
                     break
             if wanted.compare:
@@ -95,27 +96,33 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if all(passed for passed, _ in runs.values()) else 1
 
 
-def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, label: str) -> Callable[[], Result]:
-    """What runs one scene from its start."""
+def _start(
+    arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, label: str
+) -> tuple[Callable[[], Result], dict[str, Any]]:
+    """What runs one scene from its start, and its origin."""
     import tcontact as tc
 
     if arguments.frames and not arguments.quiet:
         print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
-    checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin) if arguments.checkpoint else None
-    return lambda: tc.simulate(
-        scene,
-        scheme=scheme,
-        out=out,
-        frames=arguments.frames,
-        threads=arguments.threads,
-        arch=arguments.arch,
-        progress=not arguments.quiet,
-        pressures=True,
-        history_every=getattr(arguments, "history_every", 1),
-        checkpoint=checkpoint,
-        fields=arguments.fields,
-    )
+    checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin, keep=True) if arguments.checkpoint else None
+
+    def go() -> Result:
+        return tc.simulate(
+            scene,
+            scheme=scheme,
+            out=out,
+            frames=arguments.frames,
+            threads=arguments.threads,
+            arch=arguments.arch,
+            progress=not arguments.quiet,
+            pressures=True,
+            history_every=getattr(arguments, "history_every", 1),
+            checkpoint=checkpoint,
+            fields=arguments.fields,
+        )
+
+    return go, origin
 
 
 def finish(
@@ -125,30 +132,27 @@ def finish(
     parameters: dict[str, Any],
     out: Path,
     arguments: argparse.Namespace,
+    origin: dict[str, Any],
 ) -> tuple[bool, Result]:
     """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result.
 
-    go: starts the run or goes on with it; arguments: its set, quiet and frames are used.
+    go: starts the run or goes on with it; arguments: its set, quiet and frames are used. The checkpoints of a run that
+    has ended go when the pictures are there: until then `tcontact resume` draws them.
     """
-    from .. import plots, report
+    from .. import report
 
     result = go()
     checks = case.checks(result)
-    data = report.summary(result, case=title, parameters=parameters, checks=checks)
+    data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
     report.write_json(out / "summary.json", data)
-    normals = _normals(result.scene)
-    known = case.curves(result) if hasattr(case, "curves") else None
-    caption = ", ".join([title, *(pair for pair in arguments.set if not pair.startswith("compare"))])
-    if result.scene.touching:
-        plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
-        plots.gap(out / "gap.png", result.history, caption)
-    plots.energy(out / "energy.png", result.history, caption)
-    if hasattr(case, "draw"):
-        case.draw(result, out, caption)
+    caption = curves.caption_of(title, arguments.set)
+    curves.draw(out, result, case, curves.normals_of(result.scene), caption)
     if arguments.frames:
         from ..render import render_frames
 
         render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
+    if result.reason != "interrupted":
+        store.remove(out)
     if not arguments.quiet:
         show(report.lines(data))
         print(f"  files in {out}")
@@ -171,12 +175,6 @@ def _coloured(fields: list[str] | None) -> str:
     return "von_mises" if fields is None or "von_mises" in fields else (*fields, "displacement")[0]
 
 
-def _normals(scene: Any) -> list[Any]:
-    """Normals of the obstacles where each has a single one, else none."""
-    flat = all(obstacle.shape == "plane" and not obstacle.moves for obstacle in scene.obstacles)
-    return [obstacle.normal for obstacle in scene.obstacles] if flat else []
-
-
 def _compare(
     arguments: argparse.Namespace,
     case: Any,
@@ -190,12 +188,9 @@ def _compare(
 
     picture = out / "comparison.png"
     histories = {label: result.history for label, (_, result) in runs.items()}
-    normals = _normals(next(iter(runs.values()))[1].scene)
+    normals = curves.normals_of(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
-        if hasattr(case, "draw_comparison"):
-            case.draw_comparison(picture, histories)
-        else:
-            plots.comparison(picture, histories, normals)
+        curves.draw_comparison(picture, case, histories, normals)
     figures = {
         label: {
             "reason": result.reason,

@@ -55,8 +55,8 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     case = without_checks()
     try:
         with folder.replacing(out, arguments.force):
-            go = start(arguments, scene, scheme, out, "")
-            passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments)
+            go, origin = start(arguments, scene, scheme, out, "")
+            passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments, origin)
     except OutputError:
         raise
     except OSError as error:

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import FunctionError, InputError
 from .base import Obstacle
+from .call_record import CallRecord
 
 GAUSS_3, WEIGHTS_3 = np.polynomial.legendre.leggauss(3)
 GAUSS_2 = np.polynomial.legendre.leggauss(2)[0]
@@ -48,11 +49,11 @@ class Motion:
         """Reference points [m, 3] [m], frames [m, 3, 3] (local axes in rows), velocities [m, 3] [m/s] of these points
         and spins [m, 3] [rad/s], all at the given times [m] [s].
 
-        Raises `InputError` naming the obstacle and the time where a function gives no three finite numbers.
+        Raises `FunctionError` naming the obstacle and the time where a function gives no three finite numbers.
         """
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         velocities, spins = self.velocity.at(times), self.spin.at(times)
-        if self.velocity.varies or self.spin.varies:
+        if self.varies:
             moved, turns = (np.array(part) for part in zip(*map(self._advance, times), strict=True))
         if not self.velocity.varies:
             moved = times[:, None] * velocities
@@ -61,14 +62,24 @@ class Motion:
         frames = self.obstacle.frame @ np.swapaxes(turns, 1, 2)
         return self.obstacle.reference + moved, frames, velocities, spins
 
+    @property
+    def varies(self) -> bool:
+        """Whether a function of time is asked."""
+        return self.velocity.varies or self.spin.varies
+
     def checkpoint(self) -> dict[str, np.ndarray]:
-        """The places to go on from, and the longest interval."""
+        """The places to go on from, the longest interval, and what the functions gave so far."""
         rows = [np.concatenate([[place.time], place.moved, place.turn.ravel()]) for place in self._places]
-        return {"places": np.array(rows).reshape(-1, 13), "longest": np.array([self._longest])}
+        found = {"places": np.array(rows).reshape(-1, 13), "longest": np.array([self._longest])}
+        for part, rate in (("velocity", self.velocity), ("spin", self.spin)):
+            found |= {f"{part}.{name}": array for name, array in rate.record.checkpoint().items()}
+        return found
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Go on from there."""
+        """Go on from there. Raises `InputError` if a function is not the one that the run has used so far."""
         self._longest = float(saved["longest"][0])
+        for part, rate in (("velocity", self.velocity), ("spin", self.spin)):
+            rate.restore({name: saved[f"{part}.{name}"] for name in ("calls", "counters")})
         rows = [Place(float(row[0]), row[1:4].copy(), row[4:].reshape(3, 3).copy()) for row in saved["places"]]
         self._places = deque(rows, maxlen=KEPT)
 
@@ -104,28 +115,43 @@ class Motion:
 
 
 class Rate:
-    """A velocity or a spin: a constant, or a function of time whose values are checked."""
+    """A velocity or a spin: a constant, or a function of time whose values are checked and recorded."""
 
     def __init__(self, obstacle: Obstacle, field: str) -> None:
         self.value = getattr(obstacle, field)
         self.varies = callable(self.value)
         kind = type(obstacle).__name__
         self.field = f"{kind}.{field}" if obstacle.name is None else f"{kind}.{field} of {obstacle.name!r}"
+        self.record = CallRecord()
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Values [m, 3] at times [m]."""
+        """Values [m, 3] at times [m]. Raises `FunctionError`."""
         if not self.varies:
             return np.tile(np.zeros(3) if self.value is None else self.value, (len(times), 1))
-        return np.array([self._call(float(time)) for time in times]).reshape(len(times), 3)
+        values = np.array([self._call(float(time)) for time in times]).reshape(len(times), 3)
+        self.record.add(times, values)
+        return values
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Go on from there. Raises `InputError` if the function gives other values now than it gave to the run."""
+        self.record.restore(saved)
+        for time, value in zip(self.record.times if self.varies else (), self.record.values, strict=False):
+            if not np.array_equal(now := self._call(float(time)), value):
+                remedy = (
+                    f"it gives {now.tolist()} at t = {time:.9g} s and gave {value.tolist()} to the run that is to go"
+                    " on; resume it as it was, or start a new run elsewhere"
+                )
+                raise InputError(self.field, self.value, remedy)
 
     def _call(self, time: float) -> np.ndarray:
         try:
-            result = np.asarray(self.value(time), dtype=np.float64)
+            given = np.asarray(self.value(time))
+            result = given if given.dtype.kind not in "iufO" else np.asarray(given, dtype=np.float64)
         except Exception as error:
-            raise InputError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error
-        if result.shape != (3,) or not np.isfinite(result).all():
+            raise FunctionError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error
+        if result.dtype.kind != "f" or result.shape != (3,) or not np.isfinite(result).all():
             got = np.array2string(result, threshold=6)
-            raise InputError(self.field, self.value, f"it gave {got} at t = {time:.9g}; return three finite numbers")
+            raise FunctionError(self.field, self.value, f"it gave {got} at t = {time:.9g}; return three finite numbers")
         return result
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..atomic_file import unlinked
 from ..errors import InputError
 from .colours import FIELD, INK_TABLE, OTHER_PLANES, SHADOWED, tables
 
@@ -26,7 +27,13 @@ def animate(pictures: Sequence[Path], path: Path, fps: float, colours: str = "vi
     duration = max(20, round(100 / fps) * 10)  # GIF counts hundredths of a second
     shared = bytes(palette.getpalette() or [])  # named here, it is written once and not with every frame
     frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False, palette=shared
+        unlinked(path),
+        save_all=True,
+        append_images=frames[1:],
+        duration=duration,
+        loop=0,
+        optimize=False,
+        palette=shared,
     )
     return path
 
@@ -47,7 +54,7 @@ def film(pictures: Sequence[Path], path: Path, fps: float) -> Path:
     first = np.asarray(Image.open(pictures[0]).convert("RGB"))
     height, width = first.shape[0] // 2 * 2, first.shape[1] // 2 * 2  # H.264 halves the colours in both directions
     writer = imageio_ffmpeg.write_frames(
-        str(path), (width, height), fps=fps, quality=8, macro_block_size=2, ffmpeg_log_level="error"
+        str(unlinked(path)), (width, height), fps=fps, quality=8, macro_block_size=2, ffmpeg_log_level="error"
     )
     writer.send(None)
     try:

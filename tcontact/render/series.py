@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import validate
+from ..atomic_file import refuse_link, unlinked
 from ..errors import InputError
 from ..vtkhdf import ResultData
 from .animation import animate, can_film, film
@@ -65,11 +66,12 @@ def render_frames(
     eye = _eye(studio, view, camera)
     folder = out / "frames"
     with written_to(out):
+        refuse_link(folder)
         folder.mkdir(parents=True, exist_ok=True)
         written = []
         for index, _ in enumerate(data.times):
             path = folder / f"frame-{index:04d}.png"
-            studio.picture(data.frame(index), field, limits, eye).save(path, compress_level=3)
+            studio.picture(data.frame(index), field, limits, eye).save(unlinked(path), compress_level=3)
             written.append(path)
         for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
             stale.unlink()  # of an earlier, longer series
@@ -113,7 +115,7 @@ def render_picture(
     picture = studio.picture(data.frame(index), field, limits, eye)
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        picture.save(path)
+        picture.save(unlinked(path))
     return path
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import runtime
+from ..atomic_file import unlinked
 from ..errors import InputError
 from ..obstacles.base import direction as unit_of
 from ..vtkhdf import Frame, ResultData
@@ -235,7 +236,7 @@ class Studio:
             force = f": {max(forces) / factor:.3g} {prefix}N"
         limits = limits or self.limits("contact_pressure")
         eye = self.camera("below", frames=[frame])
-        self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(path)
+        self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
         return [path]
 
     def _body(self, x: np.ndarray, values: np.ndarray, nodal: bool, limits: tuple[float, float], eye: Eye) -> Triangles:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..atomic_file import unlinked
+
 COLOURS = ("#1f5fa8", "#d98200", "#2e8b57", "#c03a2b", "#7a4fa3", "#707070", "#00939c", "#8c5a2b", "#b8860b", "#303030")
 MARKERS = "osD^vP*Xhd"
 
@@ -48,5 +50,5 @@ def draw(path: Path, report: Mapping[str, Any]) -> bool:
     hollow = "; hollow: failed" if any(row["failure"] for row in rows) else ""
     left.set_title(f"{report['case']}, a point per size{hollow}", fontsize=9, loc="left", color="#606060")
     figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8.5)
-    figure.savefig(path, dpi=130)
+    figure.savefig(unlinked(path), dpi=130)
     return True

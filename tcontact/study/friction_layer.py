@@ -13,6 +13,7 @@ from time import perf_counter
 from typing import Any
 
 from .. import runtime
+from ..atomic_file import unlinked
 from ..errors import InputError
 from ..friction_layer import METHODS
 from ..friction_layer import study as layer
@@ -78,7 +79,7 @@ def collect(
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """One row per row, empty where a kind has no such figure; the conditions that failed stand in the JSON only."""
     names = [name for name in dict.fromkeys(key for row in rows for key in row) if name != "failed"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names, restval="", extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any
 
 from .. import runtime
+from ..atomic_file import unlinked
 from ..report import plain, versions
 from .hard_cases import HardCase, evaluate
 
@@ -64,7 +65,7 @@ def collect(
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """One row per case."""
     names = [*COLUMNS, "steps", "wall_s", "detail"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with unlinked(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(names)
         writer.writerows([row.get(name, "") for name in names] for row in rows)

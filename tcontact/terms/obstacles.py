@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..errors import FunctionError
 from ..obstacles import Obstacle
 from ..scene import Scene
 
@@ -40,6 +41,7 @@ class Obstacles:
         self.records = arrays.put(self._start)
         self.motion = arrays.put(np.concatenate([np.zeros(rows), sampled]))
         self._motions: list | None = None
+        self._answers: dict[float, np.ndarray] = {}  # records of rows that `ask` has asked for, by their time [s]
         if self.moving:
             from ..obstacles.motion import Motion
 
@@ -57,7 +59,26 @@ class Obstacles:
     def move(self, times: np.ndarray) -> None:
         """Rows of records for the levels at `times` [s], the present one first."""
         if self.moving:
-            arrays.set_values(self.motion, self._poses(times))
+            records = self._answers.pop(float(times[0]), None)
+            arrays.set_values(self.motion, self._poses(times) if records is None else records)
+
+    def ask(self, time: float, step: float, rows: int) -> int:
+        """Ask the functions of time for rows from `time` [s] on, before a body moves; returns how many they answer.
+
+        Raises `FunctionError` if they fail within the first one.
+        """
+        if self._motions is None or not any(motion.varies for motion in self._motions):
+            return rows
+        self._answers = {}
+        for number in range(rows):
+            start = time + number * step
+            try:
+                self._answers[start] = self._poses(start + step * np.arange(2))
+            except FunctionError:
+                if number == 0:
+                    raise
+                return number
+        return rows
 
     def _poses(self, times: np.ndarray) -> np.ndarray:
         names = self.names

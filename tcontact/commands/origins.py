@@ -1,0 +1,92 @@
+"""Where a run of the command line comes from: {"case": name or scene file, "set": [KEY=VALUE], "label": name or ""}.
+
+The label is that of a run of a comparison. All this stands in checkpoints and in summary.json, and is enough to make
+the scene again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from . import settings
+from .run_scene import is_scene, read_scene, without_checks
+
+REMEDY = "it names no case, settings and label as `tcontact run` writes them; call tcontact.resume(folder, scene) there"
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """What `tcontact run` ran: title of the run, its case, its parameters, scene and scheme."""
+
+    title: str
+    case: Any
+    parameters: dict[str, Any]
+    scene: Any
+    scheme: Any
+
+
+def checked(origin: Any, folder: Path) -> dict[str, Any]:
+    """The origin with all its parts. Raises `InputError` if it is not one of the command line."""
+    if isinstance(origin, Mapping) and "case" not in origin:
+        remedy = "a program started this run, not the command line: call tcontact.resume(folder, scene) there"
+        raise InputError("DIR", str(folder), remedy)
+    parts = dict(origin) if isinstance(origin, Mapping) else {}
+    name, pairs, label = parts.get("case"), parts.get("set", []), parts.get("label", "")
+    well = isinstance(name, str) and isinstance(label, str) and isinstance(pairs, list)
+    if not well or not all(isinstance(pair, str) for pair in pairs):
+        raise InputError("origin", origin, f"in the checkpoints of {folder}: {REMEDY}")
+    return {"case": name, "set": pairs, "label": label}
+
+
+def of(summary: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The origin that a summary holds; None if it holds none, as that of a program."""
+    try:
+        return checked(summary.get("origin"), Path("."))
+    except InputError:
+        return None
+
+
+def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
+    """Make the scene again. Raises `InputError` if its case, scene file or settings are no longer there."""
+    from tcontact import cases
+
+    name, label = origin["case"], origin["label"]
+    if is_scene(name):
+        scene, scheme, _, given = read_scene(Path(name), origin["set"])
+        return Rebuilt(Path(name).stem, without_checks(), {"scene": name} | given, scene, scheme)
+    case = cases.load(name)
+    wanted = settings.read(name, case, origin["set"])
+    if label:
+        known = case.comparison(**wanted.scene) if hasattr(case, "comparison") else {}
+        if label not in known:
+            raise InputError("origin.label", label, f"{name} compares {', '.join(known) or 'nothing'}; run again")
+        chosen = known[label]
+    elif not hasattr(case, "scene"):
+        raise InputError("origin.case", name, f"has no mechanical scene, so that {folder} cannot be its run; run again")
+    else:
+        chosen = case.scene(**wanted.scene)
+    scene, scheme = chosen if isinstance(chosen, tuple) else (chosen, settings.scheme(wanted.scheme, case))
+    parameters = settings.defaults(case) | wanted.scene | wanted.scheme
+    return Rebuilt(f"{name} {label}".strip(), case, parameters, scene, scheme)
+
+
+def case_of(summary: Mapping[str, Any]) -> Any:
+    """The module of the case that a summary names; None if it names none that is there."""
+    from tcontact import cases
+
+    name = summary.get("case")
+    return cases.load(name) if isinstance(name, str) and name in cases.names() else None
+
+
+def summary(file: Path) -> dict[str, Any]:
+    """What a summary.json holds; {} if there is none that can be read."""
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return data if isinstance(data, dict) else {}

@@ -1,0 +1,63 @@
+"""What a function of time gave during a run: a resumed run asks its function again and compares, bit by bit.
+
+The first `MOST` calls are all kept. Then every second one is given up, and from there on only every second call is
+taken, and so on: of more calls at least `MOST / 2` are kept, evenly spread over the run. So a function that differs at
+any time which the run has asked for is found in runs of up to `MOST` calls (one to four calls a step); in longer ones
+it is found if it differs over more than two of the calls that are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+MOST = 2**15
+
+
+class CallRecord:
+    """Times [m] and values [m, 3] of the calls of one function."""
+
+    def __init__(self) -> None:
+        self._rows = np.empty((64, 4))
+        self._count, self._every, self._calls = 0, 1, 0  # rows kept; every so many calls; calls so far
+
+    def add(self, times: np.ndarray, values: np.ndarray) -> None:
+        """Take calls at times [m] with values [m, 3]."""
+        while True:
+            chosen = slice(-self._calls % self._every, None, self._every)
+            end = self._count + len(times[chosen])
+            if end <= len(self._rows):
+                break
+            if len(self._rows) < MOST:
+                self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+            else:
+                kept = self._rows[: self._count : 2].copy()
+                self._count, self._every = len(kept), 2 * self._every
+                self._rows[: self._count] = kept
+        self._rows[self._count : end, 0] = times[chosen]
+        self._rows[self._count : end, 1:] = values[chosen]
+        self._count, self._calls = end, self._calls + len(times)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times [m] [s] of the calls that are kept."""
+        return self._rows[: self._count, 0]
+
+    @property
+    def values(self) -> np.ndarray:
+        """What the function gave then [m, 3]."""
+        return self._rows[: self._count, 1:]
+
+    def checkpoint(self) -> dict[str, np.ndarray]:
+        """The calls, and how they are thinned."""
+        counters = np.array([self._every, self._calls])
+        return {"calls": self._rows[: self._count].copy(), "counters": counters}
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Go on from there."""
+        self._every, self._calls = (int(number) for number in saved["counters"])
+        self._count = len(saved["calls"])
+        size = 64
+        while size < self._count:
+            size *= 2
+        self._rows = np.empty((size, 4))
+        self._rows[: self._count] = saved["calls"]
