@@ -11,10 +11,12 @@ import numpy as np
 
 from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
+from .end_checks import end_warnings
 from .errors import InputError
 from .guards import Guards, Stop
 from .history import History
 from .interrupts import interrupts
+from .locking import locking
 from .measured import PLACE, combined
 from .plan import Plan
 from .progress import ProgressBar
@@ -24,6 +26,7 @@ from .scene import Scene
 from .schemes import Scheme
 from .snapshot import Snapshot
 from .stable_step import StableStep, largest_rate, with_viscosity
+from .warning_kinds import LockingWarning
 
 if TYPE_CHECKING:
     from .checkpoint.keeper import Keeper
@@ -67,10 +70,15 @@ class Run:
         pressures: bool = False,
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
+        self.warnings: list[str] = []
         self.states = [
             scheme.state(scene, body, u, v, planned.layout)
             for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
+        for body in planned.bodies:
+            text = locking(body.body, body.label)
+            if text is not None:
+                self.warn(text, LockingWarning)
         self.limits = []
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
@@ -84,7 +92,6 @@ class Run:
         self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
-        self.warnings: list[str] = []
         self.course = Course()
         self.guards = Guards(scene, self.states, scheme.implicit)
         self.over_limit = False
@@ -102,10 +109,10 @@ class Run:
             self.over_limit = True
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
         """Warn now and in the result."""
         self.warnings.append(text)
-        warnings.warn(text, RuntimeWarning, stacklevel=4)
+        warnings.warn(text, kind, stacklevel=4)
 
     def go(
         self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
@@ -150,7 +157,7 @@ class Run:
                 row_number += done - 1
                 if first:
                     first, compiled, output = False, perf_counter(), 0.0
-                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
+                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit, after)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     recorder.frame(time, snapshot)
@@ -266,6 +273,10 @@ class Run:
         wall_s: float,
     ) -> Result:
         cells = sum(body.mesh.cell_count for body in self.scene.bodies)
+        history = self.history.columns()
+        if stop is None:
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt):
+                self.warn(text, kind)
         memory: dict[str, int] = {}
         for state in self.states:
             for name, size in state.memory().items():
@@ -288,7 +299,7 @@ class Run:
             ),
             velocity=np.concatenate(last.velocities()),
             contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
-            history=self.history.columns(),
+            history=history,
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),

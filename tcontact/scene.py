@@ -272,7 +272,7 @@ class Scene:
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, self) for body in self.bodies))
-        if self.touching:
+        if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
                 check_obstacles(body, self.obstacles)
