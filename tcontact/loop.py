@@ -17,6 +17,7 @@ from .guards import Guards, Stop
 from .history import History
 from .interrupts import interrupts
 from .locking import locking
+from .looks import Looks
 from .measured import PLACE, combined
 from .plan import Plan
 from .progress import ProgressBar
@@ -94,6 +95,7 @@ class Run:
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.course = Course()
         self.guards = Guards(scene, self.states, scheme.implicit)
+        self.looks = Looks(self)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
@@ -158,6 +160,7 @@ class Run:
                 if first:
                     first, compiled, output = False, perf_counter(), 0.0
                 stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit, after)
+                stop = stop or self.looks.take(self, row_number, time, after)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     recorder.frame(time, snapshot)
@@ -222,7 +225,7 @@ class Run:
         rows = min(self.states[0].rows_at_once, int(span / self.dt))
         if any(self.guards.nonlinear):
             rows = min(rows, self._next_check - number + 1)
-        return max(1, rows)
+        return max(1, min(rows, self.looks.rows(number)))
 
     def _warn_held(self, row: np.ndarray) -> None:
         """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
