@@ -61,9 +61,7 @@ class BodyMeeting:
     def __init__(self, run: Run) -> None:
         self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
         self._pairs = np.array(list(itertools.combinations(range(len(self._surfaces)), 2)))
-        self._before = [
-            surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)
-        ]
+        self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self._clearance = np.zeros(len(self._pairs))
         self.due, self._seen, self._time = 0, -1, 0.0
 
@@ -95,9 +93,7 @@ class BodyMeeting:
         """How far the bodies of every pair have moved relative to each other at most since the last look [m]."""
         moves = [after - before for after, before in zip(now, self._before, strict=True)]
         means = np.array([move.mean(axis=0) for move in moves])
-        spread = np.array(
-            [np.linalg.norm(move - mean, axis=1).max() for move, mean in zip(moves, means, strict=True)]
-        )
+        spread = np.array([np.linalg.norm(move - mean, axis=1).max() for move, mean in zip(moves, means, strict=True)])
         first, second = self._pairs.T
         return np.asarray(spread[first] + spread[second] + np.linalg.norm(means[first] - means[second], axis=1))
 

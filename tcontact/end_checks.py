@@ -20,18 +20,23 @@ FAR = 5.0  # largest error of the friction layers that needs no warning, over th
 
 
 def end_warnings(
-    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float
+    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
 ) -> list[tuple[str, type[Warning]]]:
-    """Return what a finished run has to be warned of: text and kind. history: as in `Result`; dt [s]: first step."""
+    """Return what a finished run has to be warned of: text and kind.
+
+    history: as in `Result`; dt [s]: first step; rounding [J]: changes of the energy up to this are no error.
+    """
     found = [
-        (energy_warning(scene, scheme, history, dt), EnergyWarning),
+        (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
         (layer_warning(scene, history), LayerWarning),
     ]
     return [(text, kind) for text, kind in found if text is not None]
 
 
-def energy_warning(scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float) -> str | None:
-    """Say how large the energy error of the run was and what makes it smaller; None up to 5 %. dt [s]: its first step.
+def energy_warning(
+    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
+) -> str | None:
+    """Say how large the energy error of the run was and what makes it smaller; None up to 5 %.
 
     The error is that of the history: the largest change of the energy over the largest kinetic and elastic energy.
     """
@@ -40,19 +45,20 @@ def energy_warning(scene: Scene, scheme: Scheme, history: dict[str, np.ndarray],
         return None
     row = int(np.nanargmax(error))
     change = history["energy"][row] - history["energy"][0]
-    what = "gained" if change > 0.0 else "lost"
-    text = f"the energy error is {error[row]:.2g} at t = {history['time'][row]:.6g} s: the run {what} energy"
-    return f"{text} ({'; '.join(_remedies(scene, scheme, dt))})"
+    if abs(change) <= rounding:
+        return None
+    what = "above" if change > 0.0 else "below"
+    text = f"the energy error reached {error[row]:.2g} at t = {history['time'][row]:.6g} s, where the energy was {what}"
+    return f"{text} that of the start; {'; '.join(_remedies(scene, scheme, dt, change))}"
 
 
-def _remedies(scene: Scene, scheme: Any, dt: float) -> list[str]:
+def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
     if scheme.implicit:
         return _implicit(scheme, dt)
+    if scene.touching and isinstance(scene.contact, ImpulseContact) and change < 0.0:
+        remedy = "ImpulseContact loses energy in every impact by design, the less the finer the mesh"
+        return [f"{remedy}: use MasslessContact, which conserves it"]
     found = []
-    if scene.touching and isinstance(scene.contact, ImpulseContact):
-        found.append(
-            "ImpulseContact loses energy in every impact by design, the less the finer the mesh; use MasslessContact"
-        )
     if scene.touching and isinstance(scene.contact, PenaltyContact):
         found.append("a penalty on nodes with mass changes the energy near its stable step: use MasslessContact")
     if scheme.dt is None:
@@ -71,7 +77,6 @@ def _implicit(scheme: Any, dt: float) -> list[str]:
     if scheme.dissipates:
         return [f"{scheme.name} dissipates by design, the less the smaller dt is: {smaller}, or discrete-gradient"]
     return [f"{scheme.name} does not conserve energy: use discrete-gradient, or {smaller}"]
-
 
 
 def layer_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None:

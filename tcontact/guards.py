@@ -84,12 +84,13 @@ class Guards:
 
     def _against_inversion(self) -> str:
         """What helps when cells are crushed: in a shock bulk viscosity, as a smaller step does not."""
-        elsewhere = "without a shock refine the mesh there, or lower the speed"
+        elsewhere = "without a shock, refine the mesh there or lower the speed"
         if self.implicit:
             return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"
         viscosity = self.scene.viscosity
         if viscosity is None:
-            return f"in a shock give the scene viscosity=tc.BulkViscosity(), as a lower cfl does not help; {elsewhere}"
+            advice = "in a shock give the scene viscosity=tc.BulkViscosity(), which helps more than a lower cfl"
+            return f"{advice}; {elsewhere}"
         more = 2.0 * viscosity.quadratic
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 

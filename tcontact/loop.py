@@ -278,7 +278,7 @@ class Run:
         cells = sum(body.mesh.cell_count for body in self.scene.bodies)
         history = self.history.columns()
         if stop is None:
-            for text, kind in end_warnings(self.scene, self.scheme, history, dt):
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt, self.guards.floor):
                 self.warn(text, kind)
         memory: dict[str, int] = {}
         for state in self.states:

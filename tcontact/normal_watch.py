@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from .loop import Run
 
 TURNED = np.radians(5.0)  # of a body or a wall, from where it was at the start
-OFTEN, RARELY = 16, 256  # rows between looks, for what turns fast and what hardly turns
-SAMPLES = 1024  # nodes that tell how a body has turned
+OFTEN, RARELY = 8, 32  # rows between looks, for what turns fast and what hardly turns; launches of more go on
+SAMPLES = 512  # nodes that tell how a body has turned
 TIMES = 65  # at which the motion of a wall is looked at before the run
 REMEDY = (
     "normal removal takes mass along the normals of the start and loses angular momentum where they turn:"
@@ -118,7 +118,7 @@ class NormalWatch:
         run.warn(f"{text}; {REMEDY}", RotationWarning)
 
 
-def _common_normal(obstacles: tuple[Obstacle, ...]) -> np.ndarray | None:
+def _common_normal(obstacles: Sequence[Obstacle]) -> np.ndarray | None:
     """The direction that planes share, None for other obstacles and for planes that do not."""
     if not all(obstacle.shape == "plane" for obstacle in obstacles):
         return None
