@@ -19,6 +19,7 @@ from .contact_models import PenaltyContact
 from .guards import Stop
 from .obstacles import Obstacle
 from .obstacles.motion import Motion
+from .obstacles.thickness import half_thickness_of_grid
 
 if TYPE_CHECKING:
     from .loop import Run
@@ -34,16 +35,15 @@ TRACED = 100  # most steps of the search for a surface
 
 
 def half_thickness(obstacle: Obstacle) -> float:
-    """Smallest depth [m] of an obstacle's middle; infinite without a far side.
-
-    Of a sampled distance it is the spacing, as no thinner part can be told from the grid.
-    """
+    """Smallest depth [m] of an obstacle's middle; infinite without a far side."""
     if obstacle.shape in ("sphere", "cylinder"):
         radius, side = obstacle.parameters
         return radius if side > 0.0 else np.inf
     if obstacle.shape == "box":
         return min(obstacle.parameters)
-    return obstacle.parameters[3] if obstacle.shape == "sdf" else np.inf
+    if obstacle.grid is not None:
+        return half_thickness_of_grid(obstacle.grid, obstacle.parameters[3])
+    return np.inf
 
 
 class Crossing:
@@ -52,12 +52,12 @@ class Crossing:
     entry [k, 3]: normal where a node that is inside came in, 0 for nodes outside.
     """
 
-    def __init__(self, state: BodyState, obstacle: Obstacle, dt: float) -> None:
+    def __init__(self, state: BodyState, obstacle: Obstacle, half: float, dt: float) -> None:
         contact = state.plan.contact
         assert contact is not None
         self.nodes = contact.nodes
         self.reference = state.plan.reference[self.nodes]
-        self.obstacle, self.half = obstacle, half_thickness(obstacle)
+        self.obstacle, self.half = obstacle, half
         self.motion = Motion(obstacle, dt) if obstacle.moves else None
         self.before = self.positions(state, 0.0)
         gap, normal = obstacle.local(self.before)
@@ -131,11 +131,11 @@ class PathWatch:
 
     ends_launches = True
 
-    def __init__(self, run: Run, thin: list[int]) -> None:
+    def __init__(self, run: Run, halves: list[float]) -> None:
         self.due, self._seen = 0, -1
-        self._thin = thin
+        self._thin = [number for number, half in enumerate(halves) if np.isfinite(half)]
         self._crossings = [
-            [Crossing(state, run.scene.obstacles[number], run.dt) for number in thin]
+            [Crossing(state, run.scene.obstacles[number], halves[number], run.dt) for number in self._thin]
             if state.plan.contact is not None and len(state.plan.contact.nodes)
             else []
             for state in run.states
@@ -144,8 +144,10 @@ class PathWatch:
     @staticmethod
     def of(run: Run) -> PathWatch | None:
         """The looks of a run, None if nothing can touch or no obstacle has a far side."""
-        thin = [i for i, obstacle in enumerate(run.scene.obstacles) if np.isfinite(half_thickness(obstacle))]
-        return PathWatch(run, thin) if run.scene.touching and thin else None
+        if not run.scene.touching:
+            return None
+        halves = [half_thickness(obstacle) for obstacle in run.scene.obstacles]
+        return PathWatch(run, halves) if np.isfinite(halves).any() else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where a node has passed through an obstacle since the last look."""
@@ -170,11 +172,8 @@ class PathWatch:
 
 
 def _remedy(run: Run, crossing: Crossing, travel: float) -> str:
-    """What to try; travel [m]: of the fastest node in a step."""
+    """What to try; travel [m]: of the fastest node in a step. Thin parts stand for a sampled obstacle."""
     thickness = 2.0 * crossing.half
-    here = f"the obstacle is {thickness:.3g} m thick"
-    if crossing.obstacle.shape == "sdf":
-        here = f"two spacings of the obstacle's grid, which its parts may be thick, are {thickness:.3g} m"
     found = []
     if travel > FAR * thickness:
         found.append(f"use dt={FAR * thickness / travel * run.dt:.3g} or less")
@@ -182,4 +181,5 @@ def _remedy(run: Run, crossing: Crossing, travel: float) -> str:
     if isinstance(contact, PenaltyContact) or getattr(contact, "penalty", None) is not None:
         found.append("use a larger contact stiffness, or MasslessContact without a penalty")
     thicker = f"make the obstacle at least {max(travel / FAR, 2.0 * thickness):.3g} m thick"
-    return f"nodes move by {travel:.3g} m in a step and {here}: {'; '.join([*found, thicker])}"
+    now = f"nodes move by {travel:.3g} m in a step and the obstacle is {thickness:.3g} m thick"
+    return f"{now}: {'; '.join([*found, thicker])}"

@@ -8,7 +8,7 @@ from oracle import meshes
 from scenes import material
 
 import tcontact as tc
-from tcontact.path_watch import Crossing
+from tcontact.path_watch import Crossing, half_thickness
 from tcontact.plan import SMALL
 
 SOFT = material("linear")
@@ -169,7 +169,7 @@ class Held:
 def passes(obstacle, start, *ways):
     """Whether a node that goes from start to each of the ways is found to have passed through the obstacle."""
     state = Held([start])
-    crossing = Crossing(state, obstacle, 1.0)
+    crossing = Crossing(state, obstacle, half_thickness(obstacle), 1.0)
     found = []
     for way in ways:
         state.nodes = np.array([way], dtype=float)
@@ -211,3 +211,37 @@ def test_paths_against_a_sphere_agree_with_geometry():
         assert passes(ball, start, end) == wanted
         seen.add(wanted)
     assert seen == {True, False}
+
+
+def sampled(distance, spacing=0.05, count=41):
+    """A sampled solid about the origin."""
+    origin = (-0.5 * spacing * (count - 1),) * 3
+    return tc.Sdf(distance, origin=origin, spacing=spacing, nodes=(count,) * 3)
+
+
+def block_distance(half):
+    """Exact distance to a block of these half sizes."""
+    shape = tc.Box(size=2.0 * np.array(half))
+    return lambda x: shape.local(x)[0]
+
+
+def test_how_thin_a_sampled_solid_is():
+    """A plate and a ball by their exact distance, turned too; a half-space has no far side, a thick part hides none."""
+    for half in ((0.6, 0.6, 0.1), (0.12, 0.7, 0.5), (0.4, 0.4, 0.4)):
+        assert half_thickness(sampled(block_distance(half))) == pytest.approx(min(half), abs=0.05)
+        turn = meshes.rotation(4)
+        turned = sampled(lambda x, half=half, turn=turn: block_distance(half)(x @ turn.T))
+        assert half_thickness(turned) == pytest.approx(min(half), abs=0.06)
+    assert half_thickness(sampled(lambda x: np.linalg.norm(x, axis=1) - 0.7)) == pytest.approx(0.7, abs=0.1)
+    assert half_thickness(sampled(lambda x: x @ np.array([0.6, 0.0, 0.8]))) == np.inf
+    both = sampled(lambda x: np.minimum(block_distance((0.5, 0.5, 0.1))(x), np.linalg.norm(x, axis=1) - 0.4))
+    assert half_thickness(both) == pytest.approx(0.1, abs=0.06)
+    with_one_layer = sampled(block_distance((0.6, 0.6, 0.03)))
+    assert 0.025 <= half_thickness(with_one_layer) <= 0.05
+
+
+def test_thin_parts_of_a_sampled_obstacle_are_passed_through_and_thick_ones_not():
+    plate = sampled(block_distance((0.8, 0.8, 0.1)))
+    assert passes(plate, (0.3, 0.1, 0.7), (0.3, 0.1, -0.7))
+    assert not passes(plate, (0.95, 0.0, 0.7), (0.95, 0.0, -0.7))
+    assert not passes(plate, (0.3, 0.1, 0.7), (0.31, 0.1, 0.05))
