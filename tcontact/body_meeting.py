@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .state import BodyState
 
 RARELY = 64  # rows between looks at bodies that are far apart
+SOON = 16  # rows until the next look that surfaces are searched for, if they come no nearer than that
 TOUCH = 1e-6  # of the shortest edge of both surfaces: nearer than this they meet
 AHEAD = 2.0  # how much faster than now bodies may get until the next look
 MOST_PLACES = 1000  # on the way of one step
@@ -32,7 +33,8 @@ class Surface:
     """The outer faces of a body as triangles, from its state.
 
     nodes [k]: internal numbers of the surface nodes; triangles [m, 3]: rows of them, without sides that repeat;
-    closed [m, 3]: with these; edge [m]: shortest edge; period [m]: along x, y, z, 0 where nothing repeats.
+    closed [m, 3]: with these; edge, mean_edge [m]: shortest and mean edge; period [m]: along x, y, z, 0 where nothing
+    repeats.
     """
 
     def __init__(self, body: Body, state: BodyState) -> None:
@@ -45,7 +47,7 @@ class Surface:
         self.closed = _triangles(np.searchsorted(nodes, every))
         corners = self.start[self.closed]
         lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-        self.edge, self.reach = float(lengths.min()), float(lengths.mean())
+        self.edge, self.mean_edge = float(lengths.min()), float(lengths.mean())
         self.period = np.zeros(3) if body.images is None else np.array(body.images.period)
 
     def positions(self, state: BodyState) -> np.ndarray:
@@ -78,7 +80,7 @@ class BodyMeeting:
         travel = self._travel(now)
         self._clearance -= travel
         for pair in np.flatnonzero(self._clearance <= 0.0):
-            part = self._measure(int(pair), now, float(travel[pair]))
+            part = self._measure(int(pair), now, float(travel[pair]), row - self._seen)
             if part is not None:
                 first, second = (run.scene.label(int(number)) for number in self._pairs[pair])
                 return _met(first, second, self._time + part * (time + step - self._time), self._seen < 0 and part == 0)
@@ -97,7 +99,7 @@ class BodyMeeting:
         first, second = self._pairs.T
         return np.asarray(spread[first] + spread[second] + np.linalg.norm(means[first] - means[second], axis=1))
 
-    def _measure(self, pair: int, now: list[np.ndarray], travel: float) -> float | None:
+    def _measure(self, pair: int, now: list[np.ndarray], travel: float, rows: int) -> float | None:
         """Set the clearance of a pair, or return the part of the way since the last look at which they met."""
         first, second = (int(number) for number in self._pairs[pair])
         one, other = self._surfaces[first], self._surfaces[second]
@@ -106,7 +108,8 @@ class BodyMeeting:
         ways = [(before, after - common) for before, after in ways]
         boxes = [np.array([np.minimum(*way).min(axis=0), np.maximum(*way).max(axis=0)]) for way in ways]
         begin = self._seen < 0
-        reach, edge = max(one.reach, other.reach), min(one.edge, other.edge)
+        edge, mean = min(one.edge, other.edge), max(one.mean_edge, other.mean_edge)
+        reach = float(np.clip(AHEAD * SOON * travel / rows, 1e-3 * mean, mean))
         period = np.where(one.period > 0.0, one.period, other.period)
         apart = np.maximum(np.maximum(boxes[0][0] - boxes[1][1], boxes[1][0] - boxes[0][1]), 0.0)
         outside = float(np.linalg.norm(np.where(period > 0.0, 0.0, apart)))

@@ -8,33 +8,26 @@ from __future__ import annotations
 
 import numpy as np
 
-AT_ONCE = 1 << 17  # pairs
+FIRST, AT_ONCE = 64, 1 << 17  # pairs, the nearest boxes first
 ROUNDING = 1e-12  # of a length
 
 
 def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> float:
     """Distance [m] between triangles first [k, 3, 3] and second [m, 3, 3] [m], 0 where they cut; at most `reach`."""
-    pairs = _near_pairs(first, second, reach)
-    if not len(pairs):
-        return reach
-    apart = _box_distances(first[pairs[:, 0]], second[pairs[:, 1]])
-    best = reach
-    order = np.argsort(apart)
-    for start in range(0, len(order), AT_ONCE):
-        picked = order[start : start + AT_ONCE]
-        picked = picked[apart[picked] <= best]
-        if not len(picked) or best == 0.0:
-            break
-        a, b = first[pairs[picked, 0]], second[pairs[picked, 1]]
-        corners = np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min()  # no more than that
-        close = apart[picked] <= min(best, float(corners))
-        best = min(best, float(_distances(a[close], b[close]).min()))
+    pairs, apart = _near_pairs(first, second, reach)
+    best, order = reach, np.argsort(apart)
+    start, count = 0, FIRST
+    while start < len(order) and apart[order[start]] < best:  # boxes further apart than the best so far are left out
+        picked = order[start : start + count]
+        picked = picked[apart[picked] < best]
+        best = min(best, float(_distances(first[pairs[picked, 0]], second[pairs[picked, 1]]).min()))
+        start, count = start + count, min(4 * count, AT_ONCE)
     return best
 
 
-def _near_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarray:
-    """Pairs [.., 2] of triangles whose boxes come within reach, each once."""
-    none = np.zeros((0, 2), dtype=np.int64)
+def _near_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs [p, 2] of triangles whose boxes come within reach, each once, and the distances [p] of their boxes."""
+    none = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     if not len(first) or not len(second):
         return none
     low_a, high_a = first.min(axis=1) - reach, first.max(axis=1) + reach
@@ -57,7 +50,10 @@ def _near_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarr
     right = owner_b[place]
     meets = ((low_a[left] <= high_b[right]) & (high_a[left] >= low_b[right])).all(axis=1)
     found = np.unique(left[meets] * np.int64(len(kept_b)) + right[meets])
-    return np.stack([kept_a[found // len(kept_b)], kept_b[found % len(kept_b)]], axis=1)
+    left, right = found // len(kept_b), found % len(kept_b)
+    between = np.maximum(low_a[left] - high_b[right], low_b[right] - high_a[left]) + reach
+    pairs = np.stack([kept_a[left], kept_b[right]], axis=1)
+    return pairs, np.linalg.norm(np.maximum(between, 0.0), axis=1)
 
 
 def _cells_of(low: np.ndarray, high: np.ndarray, origin: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -72,24 +68,22 @@ def _cells_of(low: np.ndarray, high: np.ndarray, origin: np.ndarray, size: float
     return np.concatenate(keys), np.concatenate(owners)
 
 
-def _box_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    between = np.maximum(a.min(axis=1) - b.max(axis=1), b.min(axis=1) - a.max(axis=1))
-    return np.asarray(np.linalg.norm(np.maximum(between, 0.0), axis=1))
-
-
 def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Distance [n] of the triangles a and b [n, 3, 3], pair by pair."""
-    best = np.full(len(a), np.inf)
-    for one, other in ((a, b), (b, a)):
-        for corner in range(3):
-            best = np.minimum(best, _point_to_triangle(one[:, corner], other))
-            start, end = one[:, corner], one[:, (corner + 1) % 3]
-            best = np.where(_pierces(start, end, other), 0.0, best)
-    for i in range(3):
-        for j in range(3):
-            edges = a[:, i], a[:, (i + 1) % 3], b[:, j], b[:, (j + 1) % 3]
-            best = np.minimum(best, _between_segments(*edges))
-    return best
+    count = len(a)
+    corners = np.concatenate([a, b]).transpose(1, 0, 2).reshape(-1, 3)  # all first ones, all second ones, ...
+    ends = np.concatenate([a, b])[:, [1, 2, 0]].transpose(1, 0, 2).reshape(-1, 3)
+    others = np.tile(np.concatenate([b, a]), (3, 1, 1))
+    apart = np.where(_pierces(corners, ends, others), 0.0, _point_to_triangle(corners, others))
+    starts = [np.repeat(a, 3, axis=1), np.tile(b, (1, 3, 1))]  # every edge of one with every edge of the other
+    stops = [np.repeat(a[:, [1, 2, 0]], 3, axis=1), np.tile(b[:, [1, 2, 0]], (1, 3, 1))]
+    edges = (starts[0], stops[0], starts[1], stops[1])
+    between = _between_segments(*(end.reshape(-1, 3) for end in edges)).reshape(count, 9)
+    return np.minimum(apart.reshape(6, count).min(axis=0), between.min(axis=1))
+
+
+def _cross(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return x[:, [1, 2, 0]] * y[:, [2, 0, 1]] - x[:, [2, 0, 1]] * y[:, [1, 2, 0]]
 
 
 def _dot(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -106,13 +100,13 @@ def _point_to_segment(p: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.n
 def _point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """Distance to the plane where the foot lies within the triangle, else to the nearest edge."""
     corner = [triangle[:, i] for i in range(3)]
-    normal = np.cross(corner[1] - corner[0], corner[2] - corner[0])
+    normal = _cross(corner[1] - corner[0], corner[2] - corner[0])
     area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
     inside = np.ones(len(p), dtype=bool)
     edges = np.full(len(p), np.inf)
     for i in range(3):
         start, end = corner[i], corner[(i + 1) % 3]
-        inside &= _dot(np.cross(end - start, p - start), normal) >= 0.0
+        inside &= _dot(_cross(end - start, p - start), normal) >= 0.0
         edges = np.minimum(edges, _point_to_segment(p, start, end))
     return np.where(inside, np.abs(_dot(p - corner[0], normal)) / area, edges)
 
@@ -120,14 +114,14 @@ def _point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
 def _pierces(start: np.ndarray, end: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """Whether the segment passes through the triangle, its boundary included."""
     a, b, c = (triangle[:, i] for i in range(3))
-    normal = np.cross(b - a, c - a)
+    normal = _cross(b - a, c - a)
     above, below = _dot(start - a, normal), _dot(end - a, normal)
     crosses = above * below < 0.0
     part = np.where(crosses, above / np.where(crosses, above - below, 1.0), 0.0)
     p = start + part[:, None] * (end - start)
     slack = -ROUNDING * _dot(normal, normal)
     for one, other in ((a, b), (b, c), (c, a)):
-        crosses &= _dot(np.cross(other - one, p - one), normal) >= slack
+        crosses &= _dot(_cross(other - one, p - one), normal) >= slack
     return np.asarray(crosses)
 
 
