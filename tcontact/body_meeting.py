@@ -10,6 +10,7 @@ costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -117,17 +118,32 @@ class BodyMeeting:
             self._clearance[pair] = outside
             return None
         places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MOST_PLACES))
-        for part in np.arange(0 if begin else 1, places + 1) / places:
+
+        def distance(part: float) -> float:
             there = [before + part * (after - before) for before, after in ways]
-            near = reach
+            found = reach
             for shift in _shifts(there, period, reach):
-                near = min(near, smallest_distance(there[0][one.triangles] + shift, there[1][other.triangles], near))
+                found = smallest_distance(there[0][one.triangles] + shift, there[1][other.triangles], found)
                 if begin and part == 0.0 and _nested(there[0] + shift, one.closed, there[1], other.closed):
-                    near = 0.0
+                    return 0.0
+            return found
+
+        free, near = 0.0, reach
+        for part in np.arange(0 if begin else 1, places + 1) / places:
+            near = distance(part)
             if near <= TOUCH * edge:
-                return float(part)
+                return _first(lambda where: distance(where) <= TOUCH * edge, free, float(part))
+            free = float(part)
         self._clearance[pair] = near
         return None
+
+
+def _first(happened: Callable[[float], bool], before: float, after: float) -> float:
+    """The place between two where something has just happened, by bisection to 1/256 of the way between them."""
+    for _ in range(8):
+        middle = 0.5 * (before + after)
+        before, after = (before, middle) if happened(middle) else (middle, after)
+    return after
 
 
 def _met(first: str, second: str, time: float, at_start: bool) -> Stop:

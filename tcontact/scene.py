@@ -274,8 +274,8 @@ class Scene:
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
         if self.pairs is not None and not (isinstance(self.pairs, str) and self.pairs == "auto"):
             remedy = (
-                "contact between bodies is not modelled yet: give 'auto' to stop where two bodies meet, or None to let"
-                " them pass through each other"
+                "contact between bodies is not modelled yet: give 'auto' to stop where two bodies meet, or None (in"
+                ' a scene file "none") to let them pass through each other'
             )
             raise InputError("Scene.pairs", self.pairs, remedy)
         _check_names("Body.name", "bodies", self.bodies, self.label)
