@@ -78,14 +78,13 @@ class BodyMeeting:
         now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         if not all(np.isfinite(there).all() for there in now):
             return None  # for the guards to stop at the next row
-        travel = self._travel(now)
+        travel, rows = self._travel(now), max(1, row - self._seen)
         self._clearance -= travel
         for pair in np.flatnonzero(self._clearance <= 0.0):
-            part = self._measure(int(pair), now, float(travel[pair]), row - self._seen)
+            part = self._measure(int(pair), now, float(travel[pair]), rows)
             if part is not None:
                 first, second = (run.scene.label(int(number)) for number in self._pairs[pair])
                 return _met(first, second, self._time + part * (time + step - self._time), self._seen < 0 and part == 0)
-        rows = row - self._seen
         speed = AHEAD * travel / rows  # per row
         wait = np.floor(self._clearance / np.where(speed > 0.0, speed, 1e-300))
         self.due = row + int(np.clip(wait.min(), 1, RARELY))
