@@ -55,6 +55,7 @@ from .schemes import (  # noqa: E402
     Trapezoidal,
 )
 from .simulate import simulate  # noqa: E402
+from .warning_kinds import EnergyWarning, LayerWarning, LockingWarning, RotationWarning  # noqa: E402
 
 __all__ = [
     "Body",
@@ -66,12 +67,15 @@ __all__ = [
     "Cylinder",
     "DiscreteGradient",
     "Dissipative",
+    "EnergyWarning",
     "FrictionLayer",
     "Gonzalez",
     "HilberHughesTaylor",
     "ImpulseContact",
     "InputError",
+    "LayerWarning",
     "LinearElastic",
+    "LockingWarning",
     "MassDamping",
     "MasslessContact",
     "Material",
@@ -86,6 +90,7 @@ __all__ = [
     "Plane",
     "RegularizedCoulomb",
     "Result",
+    "RotationWarning",
     "Scene",
     "Sdf",
     "Sphere",

@@ -12,7 +12,8 @@ class MasslessContact:
     """Contact nodes without mass, resolved by a projected static solve every step (METHOD 1 and 2, paper 4.2-4.3).
 
     removal: which mass the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
-    "auto" (normal if all planes share one direction that the contact faces look along, else full).
+    "auto" (normal if all planes share one direction that the contact faces look along, and the body does not start
+    with a spin that turns it by more than 0.05 rad in the duration; else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.

@@ -45,17 +45,22 @@ class Guards:
         least = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
         return {"jacobian": least, "energy": GROWTH * history.budget() + self.floor}
 
-    def check(self, row: np.ndarray, bodies: list[np.ndarray], history: History, over_limit: bool) -> Stop | None:
-        """The stop that the last row asks for, or None. over_limit: the step is above the stable one."""
+    def check(
+        self, row: np.ndarray, bodies: list[np.ndarray], history: History, over_limit: bool, step: float = 0.0
+    ) -> Stop | None:
+        """The stop that the last row asks for, or None.
+
+        over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
+        """
         time = f"at t = {row[0]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
         jacobian = PLACE["jacobian_min"]
         for state, part, nonlinear in zip(self.states, bodies, self.nonlinear, strict=True):
             if nonlinear and not part[jacobian][0] > 0.0:
-                where = self._worst(state)
+                where = self._worst(state, step)
                 if over_limit:
                     return Stop("diverged", f"{where} {time}; {remedy}")
-                advice = "refine the mesh there, lower cfl or the impact speed"
+                advice = self._against_inversion()
                 if state.plan.body.material.law == "st_venant_kirchhoff":
                     advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
                 return Stop("inverted-cell", f"{where} {time}; {advice}")
@@ -66,7 +71,7 @@ class Guards:
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
             )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
-            where = self._worst(max(self.states, key=lambda state: -_jacobian(state)))
+            where = self._worst(max(self.states, key=lambda state: -_jacobian(state)), step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
                 advice = "use a scheme that conserves energy (discrete-gradient), or a smaller dt"
@@ -77,8 +82,23 @@ class Guards:
                 return Stop("not-converged", f"{state.plan.label}, {time}: {trouble}")
         return None
 
-    def _worst(self, state: BodyState) -> str:
-        cell, value = worst_cell(state.plan.body.mesh, state.displacement(), state.plan.body.formulation)
+    def _against_inversion(self) -> str:
+        """What helps when cells are crushed: in a shock bulk viscosity, as a smaller step does not."""
+        elsewhere = "without a shock, refine the mesh there or lower the speed"
+        if self.implicit:
+            return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"
+        viscosity = self.scene.viscosity
+        if viscosity is None:
+            advice = "in a shock give the scene viscosity=tc.BulkViscosity(), which helps more than a lower cfl"
+            return f"{advice}; {elsewhere}"
+        more = 2.0 * viscosity.quadratic
+        return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
+
+    def _worst(self, state: BodyState, step: float) -> str:
+        """Name the cell with the smallest det F at the level of the row; step [s]: the one made since."""
+        with np.errstate(all="ignore"):
+            there = state.displacement_before(step)
+        cell, value = worst_cell(state.plan.body.mesh, there, state.plan.body.formulation)
         centre = state.plan.body.mesh.nodes[state.plan.body.mesh.cells[cell]].mean(axis=0)
         place = ", ".join(f"{value:.4g}" for value in centre)
         return f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"

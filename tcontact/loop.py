@@ -11,10 +11,13 @@ import numpy as np
 
 from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
+from .end_checks import end_warnings
 from .errors import FunctionError, InputError, OutputError
 from .guards import Guards, Stop
 from .history import History
 from .interrupts import interrupts
+from .locking import locking
+from .looks import Looks
 from .measured import PLACE, combined
 from .plan import Plan
 from .progress import ProgressBar
@@ -24,6 +27,7 @@ from .scene import Scene
 from .schemes import Scheme
 from .snapshot import Snapshot
 from .stable_step import StableStep, largest_rate, with_viscosity
+from .warning_kinds import LockingWarning
 
 if TYPE_CHECKING:
     from .checkpoint.keeper import Keeper
@@ -67,12 +71,17 @@ class Run:
         pressures: bool = False,
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
+        self.warnings: list[str] = []
         self.states = [
             scheme.state(scene, body, u, v, planned.layout)
             for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
         ]
         # a function of time that fails is asked by what can touch, which goes first: then nothing has moved yet
         self._order = sorted(self.states, key=lambda state: state.contact is None)
+        for body in planned.bodies:
+            text = locking(body.body, body.label)
+            if text is not None:
+                self.warn(text, LockingWarning)
         self.limits = []
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
@@ -86,9 +95,9 @@ class Run:
         self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
-        self.warnings: list[str] = []
         self.course = Course()
         self.guards = Guards(scene, self.states, scheme.implicit)
+        self.looks = Looks(self)
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
@@ -104,10 +113,10 @@ class Run:
             self.over_limit = True
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
         """Warn now and in the result."""
         self.warnings.append(text)
-        warnings.warn(text, RuntimeWarning, stacklevel=4)
+        warnings.warn(text, kind, stacklevel=4)
 
     def go(
         self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
@@ -159,7 +168,8 @@ class Run:
                 row_number += done - 1
                 if first:
                     first, compiled, output = False, perf_counter(), 0.0
-                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit)
+                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit, after)
+                stop = stop or self.looks.take(self, row_number, time, after)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
                     try:
@@ -236,7 +246,7 @@ class Run:
         rows = min(self.states[0].rows_at_once, int(span / self.dt))
         if any(self.guards.nonlinear):
             rows = min(rows, self._next_check - number + 1)
-        return max(1, rows)
+        return max(1, min(rows, self.looks.rows(number)))
 
     def _warn_held(self, row: np.ndarray) -> None:
         """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
@@ -287,6 +297,10 @@ class Run:
         wall_s: float,
     ) -> Result:
         cells = sum(body.mesh.cell_count for body in self.scene.bodies)
+        history = self.history.columns()
+        if stop is None:
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt, self.guards.floor):
+                self.warn(text, kind)
         memory: dict[str, int] = {}
         for state in self.states:
             for name, size in state.memory().items():
@@ -309,7 +323,7 @@ class Run:
             ),
             velocity=np.concatenate(last.velocities()),
             contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
-            history=self.history.columns(),
+            history=history,
             scene=self.scene,
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),

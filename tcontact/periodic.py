@@ -196,8 +196,12 @@ def repeated_faces(body: Body, faces: np.ndarray) -> np.ndarray:
 
 
 def check_obstacles(body: Body, obstacles: Sequence[Obstacle]) -> None:
-    """Refuse obstacles that do not repeat as the body does. Raises `InputError`."""
-    if body.images is None or not body.touches:
+    """Refuse obstacles that do not repeat as the body does, for a body that could touch. Raises `InputError`.
+
+    A body whose contact faces are found by the scene could touch even if none was found: sides that repeat are no
+    surface, and it would fall through a wall that they face.
+    """
+    if body.images is None or body.contact is None:
         return
     for obstacle in obstacles:
         along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS

@@ -8,9 +8,11 @@ import numpy as np
 
 from .contact_models import MasslessContact
 from .errors import InputError
+from .rotation import spin
 from .scene import Body, Scene
 
 FACING = np.cos(np.radians(15.0))  # faces that look at their plane within 15 degrees may lose normal mass only
+SPINS = 0.05  # [rad] by which a body that spins at the start turns in the duration: with less its normals stay
 PARALLEL = 1.0 - 1e-9
 FLAT = 1e-6  # a direction shorter than this in the free components of a node counts as supported
 
@@ -29,8 +31,8 @@ class MasslessNodes:
 def choose_removal(scene: Scene, body: Body) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
 
-    It cannot if all obstacles are planes that share one direction, none of them turns, and every contact face looks
-    along it.
+    It cannot if all obstacles are planes that share one direction, none of them turns, every contact face looks
+    along it, and the body does not start with a spin that turns it by 0.05 rad in the duration.
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
@@ -45,7 +47,10 @@ def choose_removal(scene: Scene, body: Body) -> str:
     outward = np.cross(*diagonals)
     outward /= np.linalg.norm(outward, axis=1)[:, None]
     facing = (-(outward @ normals.T)).max(axis=1)
-    return "normal" if (facing > FACING).all() else "full"
+    if not (facing > FACING).all():
+        return "full"
+    turned = float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
+    return "full" if turned > SPINS else "normal"
 
 
 def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:

@@ -16,9 +16,10 @@ from .smoothness import PressureRecord
 class Result:
     """The end of a run, how it went, and its history.
 
-    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | interrupted |
-    function-failed (a function of time that the scene holds) | not-written (only in `OutputError.result`); message:
-    what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit [s]: the stable step of the start;
+    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
+    missed-contact | interrupted | function-failed (a function of time that the scene holds) | not-written (only in
+    `OutputError.result`); message: what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit
+    [s]: the stable step of the start;
     wall_s, compile_s [s]: time of the steps without writing frames, and of everything before (planning, compiling, the
     first step);
     cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;

@@ -231,7 +231,9 @@ class Scene:
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
     duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
     pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
-    `RegularizedCoulomb`, `FrictionLayer` or None.
+    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: contact between bodies is not
+    modelled yet, so "auto" stops a run where two of them meet (`Result.reason` "bodies-meet"), and None lets them pass
+    through each other.
     Raises `InputError`.
     """
 
@@ -243,6 +245,7 @@ class Scene:
     friction: FrictionModel | None = None
     damping: MassDamping | None = None
     viscosity: BulkViscosity | None = None
+    pairs: str | None = "auto"
 
     def __post_init__(self) -> None:
         bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
@@ -270,10 +273,16 @@ class Scene:
             )
         if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
+        if self.pairs is not None and not (isinstance(self.pairs, str) and self.pairs == "auto"):
+            remedy = (
+                "contact between bodies is not modelled yet: give 'auto' to stop where two bodies meet, or None (in"
+                ' a scene file "none") to let them pass through each other'
+            )
+            raise InputError("Scene.pairs", self.pairs, remedy)
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, self) for body in self.bodies))
-        if self.touching:
+        if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
                 check_obstacles(body, self.obstacles)
@@ -283,6 +292,8 @@ class Scene:
             warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
         elif self.friction is not None and not self.obstacles:
             warnings.warn("the scene has friction but no obstacles: nothing rubs", stacklevel=3)
+        if self.pairs is None and len(self.bodies) > 1:
+            warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
         self._check_bodies_apart()
 
     @property

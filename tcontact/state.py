@@ -174,6 +174,16 @@ class BodyState:
         """Displacement [n, 3] in the user's numbering."""
         return self.plan.to_user(arrays.get(self.u).reshape(-1, 3))
 
+    def latest(self) -> np.ndarray:
+        """Displacement [n, 3] [m] as it stands, internal numbering: after a step that of the level where it ends."""
+        return arrays.get(self.u).reshape(-1, 3)
+
+    def displacement_before(self, step: float) -> np.ndarray:
+        """Displacement [n, 3] [m] at the level of the last row, where a step [s] has been made since."""
+        if step == 0.0:
+            return self.displacement()
+        return self.displacement() - step * self.velocity(self.half_step_velocity(), self.massless_velocity(step))
+
     def half_step_velocity(self) -> np.ndarray:
         """Velocity [n, 3] of the components with mass, internal numbering, as it stands."""
         return np.array(arrays.get(self.v)).reshape(-1, 3)

@@ -375,3 +375,35 @@ def test_a_wall_that_does_not_repeat_is_refused():
             tc.Scene([body], [wall], 1.0)
     tc.Scene([tc.Body(**BOX)], [tc.Plane((-1, 0, -1), (0.01, 0, 1))], 1.0)  # nothing touches
     tc.Scene([tc.Body(**{**BOX, "periodic": "y"}, contact="zmin")], [tc.Plane((-1, 0, -1), (0.01, 0, 1))], 1.0)
+
+
+SLAB = tc.box_mesh((1, 1, 1), (2, 2, 2))
+WALLS = {
+    "faced by a side that repeats": tc.Plane((0, 0, -0.01)),
+    "tilted": tc.Plane((0, 0, -2), (0, 1, 1)),
+    "sphere": tc.Sphere((0.5, 0.5, -1.1), 1.0),
+    "box": tc.Box((0.5, 0.5, -1.1), (4, 4, 2)),
+    "turning": tc.Plane((-0.01, 0, 0), (1, 0, 0), angular_velocity=(1.0, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("contact", ["auto", ("xmin", "ymin")])
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("periodic", ["z", "zy", "xyz"])
+def test_no_body_falls_through_a_wall_that_a_repeated_side_faces(wall, periodic, contact):
+    """Whether its contact faces are found or named: refused by name, not found to touch nothing."""
+    if contact != "auto":
+        contact = [name for name in contact if name[0] not in periodic]
+        if not contact:
+            return
+    body = tc.Body(SLAB, material(), velocity=(0, 0, -1.0), contact=contact, periodic=periodic)
+    with pytest.raises(tc.InputError, match="obstacles"):
+        tc.Scene([body], [WALLS[wall]], 1.0)
+    for passes in ({"contact": None}, {}):
+        free = body if passes else tc.Body(SLAB, material(), periodic=periodic)
+        with pytest.warns(UserWarning, match="pass through"):
+            tc.Scene([free], [WALLS[wall]], 1.0, **passes)
+    beside = tc.Scene(
+        [tc.Body(SLAB, material(), contact="auto", periodic="z")], [tc.Plane((-0.01, 0, 0), (1, 0, 0))], 1.0
+    )
+    assert len(beside.bodies[0].contact_faces) == 4

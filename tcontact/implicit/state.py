@@ -194,6 +194,14 @@ class ImplicitState:
         """Displacement [n, 3] in the user's numbering."""
         return self.plan.to_user(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
 
+    def latest(self) -> np.ndarray:
+        """Displacement [n, 3] [m] as it stands, internal numbering: after a step that of the level where it ends."""
+        return np.asarray(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
+
+    def displacement_before(self, step: float) -> np.ndarray:
+        """Displacement [n, 3] [m] at the level of the last row, where a step [s] has been made since."""
+        return self.plan.to_user(arrays.get(self.u).reshape(-1, 3))
+
     def half_step_velocity(self) -> np.ndarray:
         """Velocity [n, 3] of the level, internal numbering."""
         return self._v if self.level is None else self.level.v

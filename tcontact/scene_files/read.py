@@ -82,6 +82,8 @@ class Reader:
         for key in SCENE_PARTS:
             if key in data:
                 values[key] = None if data[key] == "none" else self.plain(key, data[key], key)
+        if data.get("pairs") == "none":
+            values["pairs"] = None
         return made("scene", Scene, values)
 
     def run(self, data: Any) -> dict[str, Any]:

@@ -66,6 +66,8 @@ class Writer:
                 data[key] = self.plain(key, value)
             elif key == "contact":
                 data[key] = "none"
+        if scene.pairs is None:
+            data["pairs"] = "none"
         for key, value in run.items():
             if key not in RUN:
                 raise InputError(f"run.{key}", value, "not an option of a scene file; it knows " + ", ".join(RUN))

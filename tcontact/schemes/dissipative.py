@@ -19,6 +19,7 @@ class Dissipative(ImplicitScheme):
     chi: float = 0.1  # type: ignore[misc]
 
     name: ClassVar[str] = "dissipative"
+    dissipates: ClassVar[bool] = True
     order: ClassVar[int] = 1
     stress: ClassVar[str] = "dissipative"
     conserving: ClassVar[bool] = True

@@ -23,6 +23,7 @@ class HilberHughesTaylor(ImplicitScheme):
     alpha: float = -0.1
 
     name: ClassVar[str] = "hilber-hughes-taylor"
+    dissipates: ClassVar[bool] = True
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum",)
 
     def __post_init__(self) -> None:

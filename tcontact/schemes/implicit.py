@@ -50,6 +50,7 @@ class ImplicitScheme:
     stress: ClassVar[str] = "end"  # rule of kernels/implicit_laws.py
     level: ClassVar[float] = 1.0  # where between x0 and x1 an "end" rule is taken
     conserving: ClassVar[bool] = False  # contact by difference quotients of its potential
+    dissipates: ClassVar[bool] = False  # by design
     chi: ClassVar[float] = 0.0  # dissipation
 
     def __post_init__(self) -> None:

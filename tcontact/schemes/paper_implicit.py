@@ -16,5 +16,6 @@ class PaperImplicit(ImplicitScheme):
     """f* = f(x1), fc* = fc(x1); for Fig. 4 of Le Tallec, Dambakizi and Hauret 2007. Options as of every scheme."""
 
     name: ClassVar[str] = "paper-implicit"
+    dissipates: ClassVar[bool] = True
     order: ClassVar[int] = 1
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum",)

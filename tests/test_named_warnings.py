@@ -1,0 +1,140 @@
+"""Named warnings of a run: cells that lock, energy that is not kept, friction layers that are not accurate."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import block, material, thrown, wall
+
+import tcontact as tc
+from tcontact.cases import hot_slide
+
+
+def warned(scene, scheme="central-difference", **options):
+    """The result, and the kinds of the warnings of its run; each is in the result, too."""
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        result = tc.simulate(scene, scheme, **options)
+    kinds = [one.category for one in seen if issubclass(one.category, RuntimeWarning)]
+    assert [str(one.message) for one in seen if issubclass(one.category, RuntimeWarning)] == result.warnings
+    return result, kinds
+
+
+def cantilever(kind, mat, formulation="full"):
+    """A short run of one body of that material."""
+    mesh = tc.box_mesh((0.2, 0.1, 0.1), (4, 2, 2), kind)
+    return tc.Scene([tc.Body(mesh, mat, formulation=formulation, name="rubber")], duration=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "formulation", "poisson", "locks"),
+    [
+        ("tet4", "full", 0.4, False),
+        ("tet4", "full", 0.41, True),
+        ("hex8", "full", 0.45, False),
+        ("hex8", "full", 0.49, True),
+        ("hex8", "mean-dilatation", 0.49, False),
+        ("hex8", "reduced", 0.49, False),
+    ],
+)
+@pytest.mark.parametrize("law", ["neo", "mooney"])
+def test_cells_that_lock_are_named(kind, formulation, poisson, locks, law):
+    """By the Poisson's ratio at small strains, which MooneyRivlin has from its moduli."""
+    result, kinds = warned(cantilever(kind, material(law, poisson=poisson), formulation))
+    assert kinds == [tc.LockingWarning] * locks
+    if locks:
+        assert "rubber has poisson 0.4" in result.warnings[0]
+        assert "mean-dilatation" in result.warnings[0]
+
+
+def test_a_law_without_mean_dilatation_is_told_another():
+    result, kinds = warned(cantilever("hex8", material("svk", poisson=0.48)))
+    assert kinds == [tc.LockingWarning]
+    assert "NeoHookean" in result.warnings[0]
+
+
+def halves(share, **options):
+    """Two halves of a block thrown apart at that share of its wave speed."""
+    mesh, mat = tc.box_mesh((0.1, 0.1, 0.2), (2, 2, 6)), material("neo")
+    c = mat.wave_speed
+
+    def velocity(nodes):
+        return share * c * np.sign(nodes[:, 2:] - 0.1) * np.array([0.0, 0.0, 1.0])
+
+    return tc.Scene([tc.Body(mesh, mat, velocity=velocity)], duration=0.6 / c, **options)
+
+
+def test_energy_that_is_not_kept_is_named_with_what_helps():
+    """The remedies work: with the step that the warning advises, and with viscosity, the error is below 5 %."""
+    result, kinds = warned(halves(0.5))
+    assert result.ok
+    assert kinds == [tc.EnergyWarning]
+    assert result.history["energy_error"].max() > 0.05
+    text = result.warnings[0]
+    assert "cfl, for example 0.45" in text
+    assert "BulkViscosity" in text
+    for scene, scheme in (
+        (halves(0.5), tc.CentralDifference(cfl=0.45)),
+        (halves(0.5, viscosity=tc.BulkViscosity()), "central-difference"),
+    ):
+        better, none = warned(scene, scheme)
+        assert better.history["energy_error"].max() < 0.05
+        assert not none
+
+
+def test_baselines_that_lose_energy_by_design_are_told_so():
+    impulse = thrown("linear", "hex8", contact=tc.ImpulseContact(), gravity=False)
+    result, kinds = warned(impulse)
+    assert (result.history["energy_error"].max() > 0.05) == (kinds == [tc.EnergyWarning])
+    assert kinds
+    assert "by design" in result.warnings[0]
+    assert "cfl" not in result.warnings[0]
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
+    squeezed = tc.Body(mesh, material("neo"), displacement=lambda x: -0.1 * x)
+    result, kinds = warned(tc.Scene([squeezed], duration=2e-3), tc.Dissipative(dt=5e-5, chi=1.0))
+    assert kinds == [tc.EnergyWarning]
+    assert "dissipative dissipates by design" in result.warnings[0]
+
+
+def test_a_body_at_rest_has_no_energy_error():
+    """Rounding is no error, whatever it is divided by."""
+    mesh = block("hex8", 2)
+    body = tc.Body(mesh, material("linear"), displacement=(1e3, 0.0, 0.0), supports=tc.Support("zmin", "xyz"))
+    result, kinds = warned(tc.Scene([body], duration=1e-3))
+    assert result.ok
+    assert not kinds
+
+
+def test_friction_layers_that_are_not_accurate_are_named():
+    """One layer step a mechanical one at 2 km/s is far off; as many as it takes are not."""
+    scene = hot_slide.scene(cells=2, speed=2000.0, duration=3e-7)
+    coarse = replace(scene, friction=replace(scene.friction, substeps=1))
+    result, kinds = warned(coarse)
+    assert result.ok
+    assert kinds == [tc.LayerWarning]
+    assert result.history["layer_error"].max() > 5.0 * scene.friction.tolerance
+    assert "more than substeps=1" in result.warnings[0]
+    result, kinds = warned(scene)
+    assert result.history["layer_error"].max() < 5.0 * scene.friction.tolerance
+    assert not kinds
+
+
+def test_a_run_that_is_resumed_keeps_its_warnings(monkeypatch, tmp_path):
+    from stopped_runs import copied, quietly
+
+    scene = replace(cantilever("tet4", material("neo", poisson=0.48)), duration=1e-4)
+    scheme = tc.CentralDifference(dt=1e-6)
+    whole, copies = copied(monkeypatch, tmp_path, scene, scheme, 60)
+    for folder in copies.values():
+        assert quietly(tc.resume, folder, scene, scheme).warnings == whole.warnings
+    assert len(whole.warnings) == 1
+
+
+def test_a_wall_far_away_does_not_hide_the_kinds(recwarn):
+    """Named warnings are RuntimeWarnings, as all others of a run: scripts that ask for these still get them."""
+    for kind in (tc.RotationWarning, tc.LockingWarning, tc.EnergyWarning, tc.LayerWarning):
+        assert issubclass(kind, RuntimeWarning)
+    body = tc.Body(block("tet4", 2), material("neo", poisson=0.45), contact="zmin")
+    tc.simulate(tc.Scene([body], [wall(body.mesh, (0, 0, 1.0), 1.0)], 1e-6))
+    assert tc.LockingWarning in {one.category for one in recwarn.list}
