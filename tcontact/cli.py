@@ -6,6 +6,7 @@ Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the m
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: the arguments, None = those of the process."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home folder that takes no files
     try:
         arguments = parser().parse_args(argv)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
@@ -44,6 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except (ImportError, OutputError) as error:
         print(f"tcontact: {error}", file=sys.stderr)
+        return 1
+    except MemoryError as error:
+        print(f"tcontact: there is not enough memory: {error or 'take fewer cells'}", file=sys.stderr)
         return 1
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone (`tcontact list | head`)

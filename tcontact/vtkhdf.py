@@ -108,7 +108,7 @@ class ResultFile:
         own.create_group("history")
         own.create_dataset("attributes", data="{}", dtype=h5py.string_dtype("utf-8"))
         result = cls(disk, file, len(points), count, list(static))
-        result.write_attributes(attributes or {})
+        result._write_first(attributes or {})
         return result
 
     @classmethod
@@ -153,7 +153,7 @@ class ResultFile:
         result._frames = frames
         for name in list(file["tcontact/history"]):
             del file["tcontact/history"][name]
-        result.write_attributes(attributes)
+        result._write_first(attributes)
         return result
 
     def append(
@@ -219,6 +219,14 @@ class ResultFile:
         """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
         self._file["tcontact/attributes"][()] = json.dumps(dict(attributes), default=_plain)
         self._commit()
+
+    def _write_first(self, attributes: Mapping[str, Any]) -> None:
+        """Store the attributes of a new file; where that fails close it: HDF5 crashes on an open file at exit."""
+        try:
+            self.write_attributes(attributes)
+        except OSError:
+            self.close()
+            raise
 
     def sync(self) -> None:
         """Wait until the device has what was written so far."""
