@@ -293,4 +293,5 @@ class Run:
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
+            layers=tuple(state.layers() for state in self.states),
         )

@@ -18,6 +18,9 @@ from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
 from .errors import InputError
 from .folder_lock import locked
+from .friction_layer import LayerState
+from .friction_layer.grid import depths
+from .friction_models import FrictionLayer
 from .loop import Run
 from .plan import Plan, plan
 from .progress import ProgressBar
@@ -47,12 +50,13 @@ def simulate(
     scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
-    the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
-    pressures of the contact nodes at every row of the history (`Result.contact_pressures`); checkpoint: seconds of
-    wall time between checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which
-    `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
-    frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
-    step with everything kept.
+    the end of another run of the same bodies, whatever velocity and displacement they name: positions, velocities and
+    friction layers go on, while time starts at 0 again for moving obstacles and the sums of the history, and a scene
+    without `FrictionLayer` drops the layers; pressures: keep the pressures of the contact nodes at every row of the
+    history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
+    `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they are
+    removed when the run has finished; fields: what frames hold, None = all (names in `tcontact.frame_fields`; the
+    displacement always). Ctrl-C stops after the present step with everything kept.
 
     Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.
     """
@@ -68,6 +72,7 @@ def simulate(
         validate.flag(name, value)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
+    layers = () if initial is None else _layers(scene, initial)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
@@ -82,6 +87,7 @@ def simulate(
     with nullcontext() if folder is None else locked(folder):
         run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
         if folder is None:
+            take_over(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -92,6 +98,7 @@ def simulate(
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, run, recorder, head, start)
+        take_over(run, layers)  # after the keeper has seen the run as it is made anew
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -181,3 +188,29 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]
     return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+
+
+def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
+    """The friction layers that a run has left and this one goes on with. Raises `InputError` where they do not fit."""
+    model = scene.friction
+    if not isinstance(model, FrictionLayer):
+        return ()
+    depth = depths(model.points, model.grading, model.thickness)
+    for layers in initial.layers:
+        if layers is None:
+            continue
+        if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
+            raise InputError(
+                "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
+            )
+        if not layers.fits(model.material, depth):
+            remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
+            raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
+    return initial.layers
+
+
+def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
+    """Begin with the friction layers that another run has left, one for each body."""
+    for state, left in zip(run.states, layers, strict=bool(layers)):
+        if left is not None:
+            state.take_over_layers(left)

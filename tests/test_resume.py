@@ -87,6 +87,15 @@ def test_thinned_history_and_a_start_from_another_run(monkeypatch, tmp_path):
     split(monkeypatch, tmp_path, physics, 2, history_every=4, initial=first.reversed(), frames=0)
 
 
+def test_friction_layers_of_another_run(monkeypatch, tmp_path):
+    """A node that has not touched again keeps what the other run left: it is in the checkpoint, though it never changed."""
+    physics = SCENES["friction layers on masses"]()
+    first = tc.simulate(physics, FINE)
+    assert first.layers[0].temperature.max() > 301.0
+    whole = split(monkeypatch, tmp_path, physics, 2, initial=first, frames=2)
+    assert whole.history["layer_temperature_max"][0] > 301.0
+
+
 def test_resumed_twice(monkeypatch, tmp_path):
     physics = SCENES["full removal"]()
     whole, copies = copied(monkeypatch, tmp_path, physics, FINE, 9, frames=4)
