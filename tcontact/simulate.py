@@ -54,8 +54,8 @@ def simulate(
     friction layers go on, while time starts at 0 again for moving obstacles and the sums of the history, and a scene
     without `FrictionLayer` drops the layers; pressures: keep the pressures of the contact nodes at every row of the
     history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
-    `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they are
-    removed when the run has finished; fields: what frames hold, None = all (names in `tcontact.frame_fields`; the
+    `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
+    are removed when the run has finished; fields: what frames hold, None = all (names in `tcontact.frame_fields`; the
     displacement always). Ctrl-C stops after the present step with everything kept.
 
     Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.

@@ -88,7 +88,7 @@ def test_thinned_history_and_a_start_from_another_run(monkeypatch, tmp_path):
 
 
 def test_friction_layers_of_another_run(monkeypatch, tmp_path):
-    """A node that has not touched again keeps what the other run left: it is in the checkpoint, though it never changed."""
+    """What the other run left is in the checkpoint, also of nodes that have not touched since."""
     physics = SCENES["friction layers on masses"]()
     first = tc.simulate(physics, FINE)
     assert first.layers[0].temperature.max() > 301.0

@@ -123,7 +123,7 @@ class LayeredFriction(Friction):
         return np.asarray(self.layer.cell("STRESS")) / np.sqrt(3.0)
 
     def _shear_of_pressed(self, pressure: np.ndarray) -> np.ndarray:
-        """Shear stress [k] [Pa] of the layers, those that have just come under pressure at the stress they begin with."""
+        """Shear stress [k] [Pa] of the layers; that with which it begins where a layer has just come under pressure."""
         shear = self.shear()
         fresh = (pressure > 0.0) & (shear == 0.0)
         return np.where(fresh, self.layer.limit_stress(pressure), shear) if fresh.any() else shear
