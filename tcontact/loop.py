@@ -13,7 +13,7 @@ from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
 from .guards import Guards, Stop
-from .history import History
+from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .measured import PLACE, combined
 from .plan import Plan
@@ -65,6 +65,7 @@ class Run:
         velocity: list[np.ndarray],
         history_every: int,
         pressures: bool = False,
+        history_rows: int = MOST_ROWS,
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.states = [
@@ -81,7 +82,7 @@ class Run:
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
+        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.warnings: list[str] = []
@@ -196,6 +197,9 @@ class Run:
         if self.history.count > count:
             for state, record in self.pressures:
                 record.add(state.contact_node_force())
+        while table is not None and self.history.thin():
+            for _, record in self.pressures:
+                record.thin()
 
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""

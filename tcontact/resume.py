@@ -59,8 +59,10 @@ def resume(
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
-        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields")}
-        run = Run(scene, planned, scheme, displacement, velocity, head["history_every"], head["pressures"])
+        names = ("physics", "history_every", "history_rows", "pressures", "fields")
+        head = {name: stored.head[name] for name in names}
+        rows = head["history_every"], head["pressures"], head["history_rows"]
+        run = Run(scene, planned, scheme, displacement, velocity, *rows)
         recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
         options = options or Checkpoint(every_steps=2**62)
         origin = dict(options.origin) or stored.head["origin"]

@@ -21,6 +21,7 @@ from .folder_lock import locked
 from .friction_layer import LayerState
 from .friction_layer.grid import depths
 from .friction_models import FrictionLayer
+from .history import MOST_ROWS
 from .loop import Run
 from .plan import Plan, plan
 from .progress import ProgressBar
@@ -44,6 +45,7 @@ def simulate(
     pressures: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = None,
     fields: Sequence[str] | None = None,
+    history_rows: int = MOST_ROWS,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -56,7 +58,9 @@ def simulate(
     history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
     `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
     are removed when the run has finished; fields: what frames hold, None = all (names in `tcontact.frame_fields`; the
-    displacement always). Ctrl-C stops after the present step with everything kept.
+    displacement always); history_rows: most rows that are kept: with more, every second one is dropped and
+    `history_every` doubles from there on (sums over time stay those of every step; it is said before the run).
+    Ctrl-C stops after the present step with everything kept.
 
     Raises `InputError` before anything is started or written, `OutputError` where a frame cannot be written.
     """
@@ -68,6 +72,7 @@ def simulate(
         validate.step_count("scheme.dt", scheme.dt, scene.duration)
     validate.whole("frames", frames, 0, 10**6)
     validate.whole("history_every", history_every, 1)
+    validate.whole("history_rows", history_rows, 2)
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
     options = checked(checkpoint, out)
@@ -85,7 +90,10 @@ def simulate(
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
-        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
+        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows)
+        said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
+        if said is not None:
+            run.warn(said)
         if folder is None:
             take_over(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
@@ -96,6 +104,7 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
+            head["history_rows"] = history_rows
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, run, recorder, head, start)
         take_over(run, layers)  # after the keeper has seen the run as it is made anew

@@ -87,6 +87,11 @@ def test_thinned_history_and_a_start_from_another_run(monkeypatch, tmp_path):
     split(monkeypatch, tmp_path, physics, 2, history_every=4, initial=first.reversed(), frames=0)
 
 
+def test_a_history_that_thins_itself(monkeypatch, tmp_path):
+    whole = split(monkeypatch, tmp_path, scene(), 3, history_rows=6, pressures=True, frames=0)
+    assert len(whole.history["time"]) <= 7 < whole.steps
+
+
 def test_friction_layers_of_another_run(monkeypatch, tmp_path):
     """What the other run left is in the checkpoint, also of nodes that have not touched since."""
     physics = SCENES["friction layers on masses"]()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError
+from ..history import MOST_ROWS
 from . import folder, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
@@ -113,6 +114,7 @@ def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, la
         progress=not arguments.quiet,
         pressures=True,
         history_every=getattr(arguments, "history_every", 1),
+        history_rows=getattr(arguments, "history_rows", MOST_ROWS),
         checkpoint=checkpoint,
         fields=arguments.fields,
     )
