@@ -37,7 +37,9 @@ def add(subparsers: Any) -> None:
         action="store_true",
         help="insist on animation.mp4 (it needs imageio-ffmpeg; without this option it comes where that is installed)",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: beside the file)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: beside the file)"
+    )
     parser.set_defaults(run=run)
 
 

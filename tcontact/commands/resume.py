@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     case: Any
     if is_scene(name):
         scene, scheme, _, given = read_scene(Path(name), origin["set"])
-        case, parameters, name = without_checks(), {"scene": name} | given, Path(name).stem
+        case, parameters, name = without_checks(), {"scene": origin.get("scene", name)} | given, Path(name).stem
     else:
         case = cases.load(name)
         wanted = settings.read(name, case, origin["set"])

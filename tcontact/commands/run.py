@@ -35,7 +35,7 @@ def add(subparsers: Any) -> None:
         default=[],
         help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
+    parser.add_argument("--out", metavar="DIR", type=words.folder, help="folder to write into (default: runs/CASE)")
     parser.add_argument("--frames", metavar="N", type=words.count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
         "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
@@ -103,6 +103,7 @@ def _start(arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, la
     if arguments.frames and not arguments.quiet:
         print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
+    origin |= {"scene": arguments.scene} if hasattr(arguments, "scene") else {}
     checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin) if arguments.checkpoint else None
     return lambda: tc.simulate(
         scene,
