@@ -19,7 +19,8 @@ MOST = 2**26  # nodes of a grid
 PIECE = 1.0  # longest edge of the pieces whose centres are looked at, in spacings
 ROUNDS = 12  # of shrinking; wedges converge by a factor in each
 PARALLEL = np.cos(np.radians(8.0))  # sides that meet at less belong to a plate
-PLATE, WEDGE = 2.0, 8.0  # spacings that a lost part may reach from what is resolved
+PLATE = 2.0  # spacings that a lost part with parallel sides may reach from what is resolved
+WEDGE = 8.0  # spacings that any other may
 ENOUGH = 2.0  # spacings across a part that is resolved well
 
 
