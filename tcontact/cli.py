@@ -6,6 +6,7 @@ Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the m
 from __future__ import annotations
 
 import argparse
+import logging
 import sys
 from collections.abc import Sequence
 
@@ -44,6 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home folder that takes no files
     try:
         arguments = parser().parse_args(argv)
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
@@ -56,6 +58,9 @@ def _run(argv: Sequence[str] | None) -> int:
         return 2
     except (ImportError, OutputError) as error:
         print(f"tcontact: {error}", file=sys.stderr)
+        return 1
+    except MemoryError as error:
+        print(f"tcontact: there is not enough memory: {error or 'take fewer cells'}", file=sys.stderr)
         return 1
     except KeyboardInterrupt as stop:
         print(f"tcontact: interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", file=sys.stderr)

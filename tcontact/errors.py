@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
+
+NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]*)\)|(True|False)_)")  # how its numbers name their type: np.float64(0.5)
 
 
 class InputError(ValueError):
@@ -39,4 +42,5 @@ def _short(value: Any, limit: int = 80) -> str:
         text = repr(value)
     except Exception:  # of an object that cannot say what it is, or of a number with too many digits
         text = f"<{type(value).__name__}>"
+    text = NUMPY.sub(lambda found: found[1] or found[2] or "", text)
     return text if len(text) <= limit else text[: limit - 3] + "..."

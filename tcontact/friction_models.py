@@ -53,7 +53,8 @@ class FrictionLayer:
     `substeps` (with full removal friction goes on with the stress of the step before: the error reported holds that
     lag, which only a smaller mechanical step lowers).
     History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
-    Raises `InputError`.
+    All are those of the time of their row; while layers take one step for several mechanical ones (`layer_substeps`
+    below 1) temperature and stress are those after the last of these. Raises `InputError`.
     """
 
     material: Metal = STAINLESS_304

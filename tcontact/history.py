@@ -31,9 +31,14 @@ COLUMNS = (
 # with viscosity: viscous_work, dissipated so far [J], part of `energy`
 
 
+MOST_ROWS = 10**6  # kept by default: a few hundred bytes each
+LARGE = 2**30  # bytes: from here on it is said before the run
+
+
 class History:
     """Rows of measured values; sums along time run over every step, also when rows are thinned.
 
+    every: rows are kept of every so many steps; most: when there are more, every second one goes and `every` doubles;
     extra: columns that only some scenes have; damping [1/s]: rate of the mass-proportional one; layout: of a row;
     mid_step: forces of a row are those of the step that ended there, not of its level.
     """
@@ -45,9 +50,10 @@ class History:
         damping: float = 0.0,
         layout: Layout | None = None,
         mid_step: bool = False,
+        most: int = MOST_ROWS,
     ) -> None:
         self.mid_step = mid_step
-        self.every = every
+        self.every, self.most = every, most
         self.extra = extra
         self.steps = 0
         self.damping = damping
@@ -106,6 +112,30 @@ class History:
         self._store(rows[kept], running[kept])
         self.steps += count
 
+    def forecast(self, steps: float, beside: int) -> str | None:
+        """What a user should know before so many steps; beside: bytes kept beside each row."""
+        rows, every = steps / self.every, self.every
+        while rows > self.most:
+            rows, every = 0.5 * rows, 2 * every
+        said = []
+        if every > self.every:
+            said.append(f"the history will keep every {every}th of about {steps:.2g} rows (history_rows={self.most})")
+        size = rows * (8 * self._rows.shape[1] + beside)
+        if size > LARGE:
+            said.append(
+                f"history and pressures will take {size / LARGE:.2g} GiB of memory (a larger history_every helps)"
+            )
+        return "; ".join(said) or None
+
+    def thin(self) -> bool:
+        """Drop every second row if there are more than wanted, and keep as few from now on; whether it did."""
+        if self.count <= self.most:
+            return False
+        kept = self._rows[: self.count : 2]
+        self._rows[: len(kept)] = kept.copy()
+        self.count, self.every = len(kept), 2 * self.every
+        return True
+
     def budget(self) -> float:
         """Energy the run may hold: what it started with and what was put into it [J]."""
         assert self._origin is not None
@@ -128,11 +158,18 @@ class History:
         """The rows and the running sums."""
         parts = {} if self._last is None else {"last": self._last, "origin": np.asarray(self._origin)}
         sums = np.array([self.reference_energy, self.largest_work])
-        return parts | {"rows": self._rows[: self.count], "running": self._running, "sums": sums, "steps": self.steps}
+        return parts | {
+            "rows": self._rows[: self.count],
+            "running": self._running,
+            "sums": sums,
+            "steps": self.steps,
+            "every": self.every,
+        }
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Go on from there."""
         self._rows, self._running, self.steps = saved["rows"], saved["running"], saved["steps"]
+        self.every = saved["every"]
         self.count = len(self._rows)
         self.reference_energy, self.largest_work = map(float, saved["sums"])
         self._last, self._origin = saved.get("last"), saved.get("origin")

@@ -14,7 +14,7 @@ from .contact_models import MasslessContact, PenaltyContact
 from .end_checks import end_warnings
 from .errors import FunctionError, InputError, OutputError
 from .guards import Guards, Stop
-from .history import History
+from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .locking import locking
 from .looks import Looks
@@ -69,6 +69,7 @@ class Run:
         velocity: list[np.ndarray],
         history_every: int,
         pressures: bool = False,
+        history_rows: int = MOST_ROWS,
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.warnings: list[str] = []
@@ -92,7 +93,7 @@ class Run:
             self.limits = []  # it stays what it is: free the memory
         self.dt = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit)
+        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.course = Course()
@@ -224,6 +225,9 @@ class Run:
         if self.history.count > count:
             for state, record in self.pressures:
                 record.add(state.contact_node_force())
+        while table is not None and self.history.thin():
+            for _, record in self.pressures:
+                record.thin()
 
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
@@ -328,4 +332,5 @@ class Run:
             warnings=self.warnings,
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
+            layers=tuple(state.layers() for state in self.states),
         )

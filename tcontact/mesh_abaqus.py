@@ -76,6 +76,7 @@ def read_abaqus(path: Path) -> FileMesh:
     elsets: dict[str, IntArray] = {}
     surfaces: list[_Section] = []
     spelling: dict[str, str] = {}
+    instances: list[dict[str, str]] = []
     for section in _sections(path):
         name = section.options.get("NAME" if section.keyword == "SURFACE" else section.keyword)
         key = (name or "").upper()
@@ -108,8 +109,11 @@ def read_abaqus(path: Path) -> FileMesh:
             _add(elsets, spelling, name, section.ids(elsets))
         elif section.keyword == "SURFACE" and name:
             surfaces.append(section)
-        elif section.keyword == "INSTANCE" and any(word not in ("", "0", "0.") for row in section.rows for word in row):
-            warnings.warn("the position of *INSTANCE is ignored; coordinates are the part's own", MeshWarning, 4)
+        elif section.keyword == "INSTANCE":
+            instances.append(section.options)
+            if any(word not in ("", "0", "0.") for row in section.rows for word in row):
+                warnings.warn("the position of *INSTANCE is ignored; coordinates are the part's own", MeshWarning, 4)
+    _check_instances(instances)
     if not points or not blocks:
         raise MeshFileError("holds no nodes or no known elements; export the mesh with *NODE and *ELEMENT")
 
@@ -128,6 +132,18 @@ def read_abaqus(path: Path) -> FileMesh:
     for section in surfaces:
         _add_surface(content, section, blocks, place, nsets, elsets)
     return content
+
+
+def _check_instances(instances: list[dict[str, str]]) -> None:
+    """Several instances make one mesh: say so. Raises `MeshFileError` where one part stands for several of them."""
+    if len(instances) < 2:
+        return
+    names = " and ".join(repr(options.get("NAME", "")) for options in instances)
+    parts = [options["PART"].upper() for options in instances if "PART" in options]
+    remedy = "export each into a file of its own and make a Body of each"
+    if len(set(parts)) < len(parts):
+        raise MeshFileError(f"the instances {names} share a part, whose mesh is in the file once; {remedy}")
+    warnings.warn(f"the instances {names} become one mesh, and so one body; {remedy}", MeshWarning, 5)
 
 
 class _Places:

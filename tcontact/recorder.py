@@ -31,6 +31,8 @@ def check_folder(out: Any) -> Path:
         folder = Path(out)
     except TypeError as error:
         raise InputError("out", out, "give a folder name or None") from error
+    if out == "":
+        raise InputError("out", out, "give a folder name, '.' for this one")
     if "\0" in str(folder):
         raise InputError("out", out, "a folder name has no null characters")
     try:

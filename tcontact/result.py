@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .errors import InputError
+from .friction_layer import LayerState
 from .scene import Scene
 from .smoothness import PressureRecord
 
@@ -27,7 +28,8 @@ class Result:
     history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS, and
     `hourglass` [J] where a body has one-point hexes: the part of `elastic` in their hourglass modes;
     warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
-    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`.
+    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`;
+    layers: the friction layers of every body at the end, None for one without (`friction_layer.LayerState`).
     """
 
     ok: bool
@@ -50,6 +52,7 @@ class Result:
     warnings: list[str] = field(default_factory=list)
     contact_pressures: tuple[PressureRecord, ...] = ()
     scheme: Any = None
+    layers: tuple[LayerState | None, ...] = ()
 
     def nodes_of(self, name: str) -> slice:
         """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""

@@ -63,8 +63,10 @@ def resume(
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
-        head = {name: stored.head[name] for name in ("physics", "history_every", "pressures", "fields", "keep")}
-        run = Run(scene, planned, scheme, displacement, velocity, head["history_every"], head["pressures"])
+        names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep")
+        head = {name: stored.head[name] for name in names}
+        rows = head["history_every"], head["pressures"], head["history_rows"]
+        run = Run(scene, planned, scheme, displacement, velocity, *rows)
         new = contents.prints(run)
         if contents.differs(stored.head["new"], new, stored.found):
             made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import io
+import mmap
 import os
+import shutil
+import tempfile
 import time
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -13,6 +16,8 @@ from .errors import InputError
 from .tracing import quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
+CACHE_ROOM = 2**26  # bytes that must be free for compiled kernels; one of them takes up to 2 MB
+ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its threads and the compiler take the rest
 
 _started: tuple[str, int] | None = None
 
@@ -24,6 +29,8 @@ def load() -> ModuleType:
     """
     os.environ.setdefault("TI_LOG_LEVEL", "error")
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server, and write into the home folder
+    os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
     try:
         import taichi
     except ImportError as error:
@@ -38,8 +45,9 @@ def load() -> ModuleType:
 def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     """Start Taichi once per process and return the module.
 
-    arch: "cpu" or "cuda"; threads: CPU threads, None = all cores. float64, no fast math, offline kernel cache on.
-    A second call with the same wishes is free; other wishes raise `InputError`: Taichi cannot be restarted safely.
+    arch: "cpu" or "cuda"; threads: CPU threads, None = all cores. float64, no fast math; compiled kernels are kept in
+    `kernel_cache()` where files can be written there. A second call with the same wishes is free; other wishes raise
+    `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the process may not take enough memory.
     """
     global _started
     if arch not in ("cpu", "cuda"):
@@ -59,19 +67,26 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     quicken()
     wanted = threads or cores
     cache = kernel_cache()
-    _drop_stale_lock(cache)
-    with redirect_stdout(io.StringIO()):  # it announces itself
-        ti.init(
-            arch=ti.cuda if arch == "cuda" else ti.cpu,
-            default_fp=ti.f64,
-            default_ip=ti.i32,
-            fast_math=False,
-            offline_cache=True,
-            offline_cache_file_path=str(cache),
-            cpu_max_num_threads=wanted,
-            log_level=ti.ERROR,
-            verbose=False,
-        )
+    _check_address_space()
+    cached = _takes_files(cache)
+    if cached:
+        _drop_stale_lock(cache)
+    try:
+        with redirect_stdout(io.StringIO()):  # it announces itself
+            ti.init(
+                arch=ti.cuda if arch == "cuda" else ti.cpu,
+                default_fp=ti.f64,
+                default_ip=ti.i32,
+                fast_math=False,
+                offline_cache=cached,
+                # even where it keeps nothing, it crashes at the end if this folder does not exist
+                offline_cache_file_path=str(cache if cached else Path(__file__).parent),
+                cpu_max_num_threads=wanted,
+                log_level=ti.ERROR,
+                verbose=False,
+            )
+    except RuntimeError as error:
+        raise MemoryError(f"Taichi cannot be started: {error}") from error
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
         raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")
     _started = (arch, wanted)
@@ -81,8 +96,51 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
 def kernel_cache() -> Path:
     """Folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
     named = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(named) if named else Path(home) / "tcontact" / "kernels"
+    return Path(named) if named else user_cache() / "kernels"
+
+
+def user_cache() -> Path:
+    """tcontact in the user's cache folder (XDG_CACHE_HOME); it may be impossible to make."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(_home(), ".cache")) / "tcontact"
+
+
+def _home() -> str:
+    """The home folder; that which holds no files for a user who has none."""
+    home = os.environ["HOME"] if "HOME" in os.environ else os.path.expanduser("~")
+    return home if os.path.isabs(home) else os.devnull
+
+
+def _takes_files(folder: Path) -> bool:
+    """Whether compiled kernels can be kept in a folder, which is made: Taichi crashes at the end where they cannot."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(b"0")
+        return min(shutil.disk_usage(folder).free, _limit("RLIMIT_FSIZE")) >= CACHE_ROOM
+    except (OSError, ValueError):
+        return False
+
+
+def _check_address_space() -> None:
+    """Raise `MemoryError` where a limit leaves no room for Taichi, whose compiler aborts the process without it."""
+    limit = _limit("RLIMIT_AS")
+    if limit == float("inf"):
+        return
+    try:
+        mmap.mmap(-1, ADDRESS_ROOM).close()
+    except OSError as error:
+        text = f"Taichi needs {ADDRESS_ROOM / 2**30:g} GiB of address space beside what is in use"
+        raise MemoryError(f"{text}; this process is limited to {limit / 2**30:.3g} GiB: raise `ulimit -v`") from error
+
+
+def _limit(name: str) -> float:
+    """A limit of the process in bytes by its name in `resource`; inf without one."""
+    try:
+        import resource
+    except ImportError:  # not a POSIX system
+        return float("inf")
+    soft, _ = resource.getrlimit(getattr(resource, name))
+    return float("inf") if soft == resource.RLIM_INFINITY else float(soft)
 
 
 def _drop_stale_lock(cache: Path) -> None:

@@ -18,6 +18,10 @@ from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
 from .errors import InputError, OutputError
 from .folder_lock import locked
+from .friction_layer import LayerState
+from .friction_layer.grid import depths
+from .friction_models import FrictionLayer
+from .history import MOST_ROWS
 from .loop import Run
 from .plan import Plan, plan
 from .progress import ProgressBar
@@ -41,20 +45,24 @@ def simulate(
     pressures: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = None,
     fields: Sequence[str] | None = None,
+    history_rows: int = MOST_ROWS,
 ) -> Result:
     """Run a scene and return its `Result`.
 
     scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
     hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
     arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
-    the end of another run of the same bodies, whatever velocity and displacement they name; pressures: keep the
-    pressures of the contact nodes at every row of the history (`Result.contact_pressures`); checkpoint: seconds of
-    wall time between checkpoints in `out` (or a `Checkpoint`, or its options as a dictionary), from which
-    `tcontact.resume` goes on after a crash or Ctrl-C; they are removed when the run has finished; fields: what
-    frames hold, None = all (names in `tcontact.frame_fields`; the displacement always). Ctrl-C stops after the present
-    step with everything kept, and so does SIGTERM unless the program handles it; the second signal has its usual effect
-    at once (signals reach runs in the main thread only). They stop this run: a program that makes several looks at the
-    reason "interrupted" before the next one.
+    the end of another run of the same bodies, whatever velocity and displacement they name: positions, velocities and
+    friction layers go on, while time starts at 0 again for moving obstacles and the sums of the history, and a scene
+    without `FrictionLayer` drops the layers; pressures: keep the pressures of the contact nodes at every row of the
+    history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
+    `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
+    are removed when the run has finished; fields: what frames hold, None = all (names in `tcontact.frame_fields`; the
+    displacement always); history_rows: most rows that are kept: with more, every second one is dropped and
+    `history_every` doubles from there on (sums over time stay those of every step; it is said before the run).
+    Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
+    second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
+    program that makes several looks at the reason "interrupted" before the next one.
 
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).
@@ -67,10 +75,12 @@ def simulate(
         validate.step_count("scheme.dt", scheme.dt, scene.duration)
     validate.whole("frames", frames, 0, 10**6)
     validate.whole("history_every", history_every, 1)
+    validate.whole("history_rows", history_rows, 2)
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
+    layers = () if initial is None else _layers(scene, initial)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
@@ -83,8 +93,12 @@ def simulate(
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
-        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures)
+        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows)
+        said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
+        if said is not None:
+            run.warn(said)
         if folder is None:
+            take_over(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -93,9 +107,10 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
-            head |= {"origin": dict(options.origin), "keep": options.keep}
+            head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
+        take_over(run, layers)  # after the fingerprints of the run as it is made anew
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -191,3 +206,29 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]
     return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+
+
+def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
+    """The friction layers that a run has left and this one goes on with. Raises `InputError` where they do not fit."""
+    model = scene.friction
+    if not isinstance(model, FrictionLayer):
+        return ()
+    depth = depths(model.points, model.grading, model.thickness)
+    for layers in initial.layers:
+        if layers is None:
+            continue
+        if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
+            raise InputError(
+                "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
+            )
+        if not layers.fits(model.material, depth):
+            remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
+            raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
+    return initial.layers
+
+
+def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
+    """Begin with the friction layers that another run has left, one for each body."""
+    for state, left in zip(run.states, layers, strict=bool(layers)):
+        if left is not None:
+            state.take_over_layers(left)

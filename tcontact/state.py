@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import arrays
+from .friction_layer import LayerState
 from .friction_models import FrictionLayer
 from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
 from .measured import PLACE, Layout
@@ -233,11 +234,25 @@ class BodyState:
         fields = {"layer_temperature": np.full(nodes, model.initial_temperature), "layer_shear": np.zeros(nodes)}
         if self.contact is not None and isinstance(self.contact.friction, LayeredFriction):
             assert self.plan.contact is not None
-            fields["layer_temperature"][self.plan.contact.nodes] = self.contact.friction.surface_temperature()
-            fields["layer_shear"][self.plan.contact.nodes] = self.contact.friction.shear()
+            temperature, shear = self.contact.friction.fields()
+            fields["layer_temperature"][self.plan.contact.nodes] = temperature
+            fields["layer_shear"][self.plan.contact.nodes] = shear
         if self.plan.images is not None:
             fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
         return {name: self.plan.to_user(values) for name, values in fields.items()}
+
+    def layers(self) -> LayerState | None:
+        """The friction layers as they are now; None without any."""
+        friction, contact = None if self.contact is None else self.contact.friction, self.plan.contact
+        if not isinstance(friction, LayeredFriction) or contact is None:
+            return None
+        return friction.state(self.plan.node_order[contact.nodes])
+
+    def take_over_layers(self, layers: LayerState) -> None:
+        """Begin with the friction layers that another run has left."""
+        friction, contact = None if self.contact is None else self.contact.friction, self.plan.contact
+        if isinstance(friction, LayeredFriction) and contact is not None:
+            friction.take_over(self.plan.node_order[contact.nodes], layers)
 
     def contact_areas(self) -> np.ndarray:
         """Area weight [n] [m^2] of every node; 0 off the contact set."""

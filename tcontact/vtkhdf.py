@@ -120,7 +120,7 @@ class ResultFile:
             own.attrs["format"] = np.int64(FORMAT)
             own.create_group("history")
             result = cls(disk, file, len(points), count, list(static))
-            result.write_attributes(attributes or {})
+            result._write_first(attributes or {})
         except BaseException:
             disk.close()
             raise
@@ -174,7 +174,7 @@ class ResultFile:
         result._frames = frames
         for name in list(file["tcontact/history"]):
             del file["tcontact/history"][name]
-        result.write_attributes(attributes)
+        result._write_first(attributes)
         return result
 
     def append(
@@ -233,6 +233,14 @@ class ResultFile:
         text = json.dumps(dict(attributes), default=_plain).encode()
         _store(self._file["tcontact"], "attributes", np.frombuffer(text, dtype=np.uint8))
         self._commit()
+
+    def _write_first(self, attributes: Mapping[str, Any]) -> None:
+        """Store the attributes of a new file; where that fails close it: HDF5 crashes on an open file at exit."""
+        try:
+            self.write_attributes(attributes)
+        except OSError:
+            self.close()
+            raise
 
     def sync(self) -> None:
         """Wait until the device has what was written so far."""

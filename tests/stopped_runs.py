@@ -109,6 +109,10 @@ def same(one, other):
         assert np.array_equal(column, other.history[name], equal_nan=True), name
     for mine, theirs in zip(one.contact_pressures, other.contact_pressures, strict=True):
         assert np.array_equal(mine.pressure, theirs.pressure)
+    for mine, theirs in zip(one.layers, other.layers, strict=True):
+        assert (mine is None) == (theirs is None)
+        for name in ("temperature", "plastic_strain", "shear_stress") if mine is not None else ():
+            assert np.array_equal(getattr(mine, name), getattr(theirs, name)), name
 
 
 def same_files(one, other):

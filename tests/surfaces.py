@@ -36,6 +36,28 @@ def torus(large=0.35, small=0.15, sectors=(40, 24)):
     return points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
+def prism(outline, caps, length=0.6):
+    """A polygon [n, 2] in x and y, counter-clockwise, along z; caps: its triangles [m, 3]."""
+    outline, n = np.array(outline, dtype=float), len(outline)
+    points = np.concatenate([np.c_[outline, np.full(n, z)] for z in (-0.5 * length, 0.5 * length)])
+    sides = [corners for i in range(n) for j in [(i + 1) % n] for corners in ([i, j, n + j], [i, n + j, n + i])]
+    ends = [corners for a, b, c in caps for corners in ([a, c, b], [n + a, n + b, n + c])]
+    return points, np.array(sides + ends)
+
+
+def wedge(degrees):
+    """A knife of length 1 whose sides meet at an angle."""
+    half = np.tan(np.radians(0.5 * degrees))
+    return prism([(0, 0), (1, -half), (1, half)], [(0, 1, 2)])
+
+
+def finned(thickness, height, place=0.52):
+    """A block of 1 x 0.4 x 0.6 with a fin across it."""
+    low, high = place - 0.5 * thickness, place + 0.5 * thickness
+    outline = [(0, 0), (1, 0), (1, 0.4), (high, 0.4), (high, 0.4 + height), (low, 0.4 + height), (low, 0.4), (0, 0.4)]
+    return prism(outline, [(0, 6, 7), (0, 3, 6), (0, 1, 3), (1, 2, 3), (3, 4, 5), (3, 5, 6)])
+
+
 def joined(*surfaces):
     """Several surfaces as one."""
     starts = np.cumsum([0, *(len(points) for points, _ in surfaces)])

@@ -253,3 +253,18 @@ def test_what_cannot_act_is_warned_about(contact, options, text):
     body = tc.Body(tc.box_mesh((1, 1, 1), (2, 2, 2)), tc.NeoHookean(1e6, 0.3, 1000.0), contact=contact)
     with pytest.warns(UserWarning, match=text):
         tc.Scene(body, duration=1e-3, **options)
+
+
+def test_messages_show_numbers_as_they_are_written():
+    """Not np.float64(0.5): what a user reads is what a user may type."""
+    for value, shown in (
+        (np.float64(-1.0), "-1.0"),
+        ((np.float64("nan"), 0, np.int64(3)), "(nan, 0, 3)"),
+        ({"a": np.bool_(True)}, "{'a': True}"),
+    ):
+        assert str(tc.InputError("field", value, "remedy")) == f"field = {shown}: remedy"
+
+
+def test_an_empty_folder_name_is_not_this_folder():
+    with pytest.raises(tc.InputError, match="give a folder name"):
+        run(out="")

@@ -139,6 +139,21 @@ def test_history_every_keeps_every_so_many_rows_and_all_sums():
             assert np.array_equal(thin.history[name], column[rows]), (every, name)
 
 
+def test_a_history_that_grows_too_long_is_thinned_by_itself():
+    """Every second row goes, as often as that takes, as if `history_every` had been larger from the start."""
+    scene, _, _ = slanted_cube("hex8", "auto", None)
+    full = simulate(scene, cfl=0.7, pressures=True)
+    most = full.steps // 5
+    with pytest.warns(RuntimeWarning, match=f"every 8th of about .* rows .history_rows={most}"):
+        thin = simulate(scene, cfl=0.7, pressures=True, history_rows=most)
+    rows = np.unique([*range(0, full.steps + 1, 8), full.steps])
+    assert len(rows) <= most + 1
+    for name, column in full.history.items():
+        assert np.array_equal(thin.history[name], column[rows]), name
+    for one, other in zip(thin.contact_pressures, full.contact_pressures, strict=True):
+        assert np.array_equal(one.pressure, other.pressure[rows])
+
+
 def test_velocity_of_the_result_is_of_the_last_row():
     """Momentum and kinetic energy of the last row from result.velocity and the mass tensors of the plan."""
     scene = thrown("neo", "tet4", contact=tc.MasslessContact(removal="normal"), duration=1.5)

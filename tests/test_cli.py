@@ -124,6 +124,8 @@ def test_info_draws_a_curve_in_a_line():
         (["run", "cube-impact", "--frames", "-1"], "--frames: '-1': give a whole number, 0 or more"),
         (["run", "cube-impact", "--frames", "2.5"], "--frames: '2.5': give a whole number, 0 or more"),
         (["run", "cube-impact", "--checkpoint", "soon"], "--checkpoint: 'soon': give a number, 0 or more"),
+        (["run", "bar-impact", "--out", ""], "--out: '': give the name of a folder"),
+        (["study", "bar-impact", "--out", ""], "--out: '': give the name of a folder"),
         (["resume", "nowhere", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
         (["resume", "nowhere", "--checkpoint", "-1"], "--checkpoint: '-1': give a number, 0 or more"),
         (["resume", "nowhere"], "no such folder"),

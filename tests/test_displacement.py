@@ -111,7 +111,7 @@ def test_bodies_apart_when_displaced_are_apart():
 
 
 def test_contact_nodes_without_mass_start_in_equilibrium_so_the_last_cell_of_a_strained_bar_is_relaxed():
-    """The static solve at t = 0 leaves a free end free of stress: of n equally strained cells n - 1 keep their energy."""
+    """The static solve at t = 0 frees the end of stress: of n equally strained cells n - 1 keep their energy."""
     n, strain = 10, 1e-4
     body = bar(n, displacement=lambda x: strain * x * [0.0, 0.0, 1.0], contact="zmin")
     scene = tc.Scene(bodies=[body], obstacles=[tc.Plane(point=(0, 0, -1.0))], duration=1e-6)

@@ -235,3 +235,44 @@ def test_layers_that_stuck_for_long_heat_as_soon_as_they_slide(removal):
     assert hottest[onset - 2] == pytest.approx(300.0, abs=1e-6)
     assert history["layer_substeps"][onset - 2] < 1.0  # nothing to resolve
     assert hottest[onset + 3] > 300.1
+
+
+@pytest.mark.parametrize("removal", REMOVALS)
+def test_a_row_shows_the_layers_at_its_time(removal, tmp_path):
+    """Cold in row 0, and then as the layer alone with the speed of the rows: not half a step ahead."""
+    result = simulate(plate(removal, duration=2e-8, stiffness=2e13), dt=1e-9, out=tmp_path, frames=2)
+    history = result.history
+    hottest, shear = history["layer_temperature_max"], history["layer_shear_min"]
+    assert hottest[0] == 300.0
+    assert abs(history["layer_heat"][0]) <= 1e-15 * history["layer_heat"][-1]
+    first = ResultData.open(tmp_path / "result.vtkhdf").frame(0).point_data["layer_temperature"]
+    assert (first == 300.0).all()
+    if removal == "full":  # sticks until the massless nodes have built up their stress
+        return
+    parts = 40
+    time, speed = history["time"], history["momentum"][:, 0] / (AREAL_MASS * (AREAL_MASS / DENSITY) ** 2)
+    fine = (np.arange(parts * (len(time) - 1)) + 0.5) * time[-1] / (parts * (len(time) - 1))
+    alone = tc.friction_layer.solve(
+        velocity=np.interp(fine, time, speed)[:, None],
+        pressure=PRESSURE,
+        duration=time[-1],
+        dt=fine[1] - fine[0],
+        points=40,
+        grading=30.0,
+        reload=True,
+    )
+    wanted = alone.surface_temperature[::parts, 0]
+    assert wanted[1] > 310.0
+    rise = (np.abs(hottest - wanted)[1:] / (wanted[1:] - 300.0))[:6]  # later the block swings in itself
+    assert rise[0] < 0.06  # half a step ahead: 0.22, and then 0.12, 0.08, 0.06, 0.05, 0.04
+    assert rise[1:].max() < 0.03
+    np.testing.assert_allclose(shear[:7], alone.shear_stress[::parts, 0][:7], rtol=5e-3)
+
+
+def test_plastic_heat_is_that_of_the_row():
+    """Heat, share of the friction work and plastic heat belong to one time: nothing is there before anything moves."""
+    history = simulate(sliding(plastic_heat=0.9, duration=5e-8), cfl=0.2).history
+    assert abs(history["layer_heat"][0]) < 1e-15 * history["layer_heat"][-1]
+    more = history["layer_heat"] - 0.5 * history["friction_work"]
+    assert (np.diff(more) > 0.0).all()
+    assert more[-1] > 1e-4 * history["layer_heat"][-1]

@@ -178,7 +178,7 @@ GOOD = {
 SCENE = tc.Scene([tc.Body(MESH, MAT, contact="zmin")], [tc.Plane()], 1e-6)
 SIMULATE = {
     "scene": None, "scheme": "none", "out": 3, "frames": -1, "threads": 0, "arch": "abacus", "progress": 2,
-    "history_every": 0, "initial": 1, "pressures": 3,
+    "history_every": 0, "history_rows": 1, "initial": 1, "pressures": 3,
 }  # fmt: skip
 LAYER = {
     "material": None, "velocity": np.nan, "pressure": np.nan, "duration": -1, "dt": 0, "points": 1, "grading": -1,

@@ -182,7 +182,7 @@ TOML = {
     "contact": {"type": "MasslessContact", "removal": "full", "sweeps": 10},
     "friction": {"type": "Coulomb", "coefficient": 0.3},
     "damping": {"rate": 1.0},
-    "run": {"scheme": {"cfl": 0.9}, "frames": 2, "threads": 1, "arch": "cpu", "history_every": 1},
+    "run": {"scheme": {"cfl": 0.9}, "frames": 2, "threads": 1, "arch": "cpu", "history_every": 1, "history_rows": 9},
     "bodies": [
         {
             "mesh": {"box": [1.0, 1.0, 1.0], "cells": [2, 2, 2], "kind": "hex8"},

@@ -97,6 +97,7 @@ def test_too_close_to_one_half_stops_with_a_remedy():
     else:
         assert result.reason == "not-converged"
         assert "poisson" in result.message
+        assert "implicit" in result.message
         assert result.history["static_residual"][:-1].max() <= TOLERANCE  # stopped at the first row that is not sound
 
 

@@ -151,3 +151,15 @@ def test_bad_file_is_refused_naming_the_file(tmp_path, name):
     assert caught.value.field == "path"
     assert caught.value.remedy.startswith("part.inp: ")
     assert words in caught.value.remedy
+
+
+INSTANCE = "*Instance, name={0}, part={1}\n*End Instance\n"
+
+
+def test_two_instances_are_one_mesh_only_with_a_word_about_it(tmp_path):
+    text = HEXES + INSTANCE.format("left", "PART-1")
+    read(tmp_path, text)  # one is the usual way: no warning (they are errors here)
+    with pytest.warns(MeshWarning, match=r"'left' and 'right' become one mesh.*a Body of each"):
+        read(tmp_path, text + INSTANCE.format("right", "PART-2"))
+    with pytest.raises(InputError, match=r"'left' and 'right' share a part.*a Body of each"):
+        read(tmp_path, text + INSTANCE.format("right", "part-1"))

@@ -84,6 +84,20 @@ def test_thinned_history_and_a_start_from_another_run(monkeypatch, tmp_path):
     split(monkeypatch, tmp_path, physics, 2, history_every=4, initial=first.reversed(), frames=0)
 
 
+def test_a_history_that_thins_itself(monkeypatch, tmp_path):
+    whole = split(monkeypatch, tmp_path, scene(), 3, history_rows=6, pressures=True, frames=0)
+    assert len(whole.history["time"]) <= 7 < whole.steps
+
+
+def test_friction_layers_of_another_run(monkeypatch, tmp_path):
+    """What the other run left is in the checkpoint, also of nodes that have not touched since."""
+    physics = SCENES["friction layers on masses"]()
+    first = tc.simulate(physics, FINE)
+    assert first.layers[0].temperature.max() > 301.0
+    whole = split(monkeypatch, tmp_path, physics, 2, initial=first, frames=2)
+    assert whole.history["layer_temperature_max"][0] > 301.0
+
+
 def test_resumed_twice(monkeypatch, tmp_path):
     physics = SCENES["full removal"]()
     whole, copies = copied(monkeypatch, tmp_path, physics, FINE, 9, frames=4)
@@ -254,9 +268,7 @@ def test_the_command_line_goes_on_where_ctrl_c_stopped(what, monkeypatch, tmp_pa
     assert main(["resume", str(place), "--quiet"]) == 0
     same_files(place, tmp_path / "straight")
     mine, theirs = (json.loads((folder / "summary.json").read_text()) for folder in (place, tmp_path / "straight"))
-    names = ["checks", "steps", "reason", "last_row", "passed"]
-    names += ["case", "parameters", "smoothness"] if what == "case" else []
-    for name in names:
+    for name in ("case", "parameters", "checks", "steps", "reason", "last_row", "passed", "smoothness"):
         assert mine[name] == theirs[name], name
     frames = [sorted(path.name for path in (folder / "frames").iterdir()) for folder in (place, tmp_path / "straight")]
     assert frames[0] == frames[1]

@@ -1,5 +1,6 @@
 """Obstacles from sampled distances and from closed surfaces, against brute force over the triangles."""
 
+import re
 import struct
 
 import numpy as np
@@ -327,3 +328,73 @@ def test_broken_files_are_refused(tmp_path, name, text):
     (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(tc.InputError, match=name):
         tc.Sdf.from_surface(tmp_path / name)
+
+
+# too thin for the grid
+
+
+def hollow(thickness, radius=0.5):
+    """A ball with a skin of triangles that do not face each other."""
+    inner = surfaces.sphere(13, 20, radius - thickness)
+    return surfaces.joined(surfaces.sphere(16, 16, radius), (inner[0], inner[1][:, ::-1]))
+
+
+CELL = 1.0 / 24
+
+
+@pytest.mark.parametrize(
+    ("surface", "thickness"),
+    [
+        (surfaces.box((1.0, 1.0, 0.3 * CELL)), 0.3 * CELL),
+        (surfaces.box((1e-4, 1.0, 0.5)), 1e-4),
+        (turned(surfaces.box((1.0, 0.01, 0.6))), 0.01),
+        ((turned(surfaces.box((1.0, 1.0, 0.02)))[0] * 1e-4 + (3.0, -7.0, 1.0), surfaces.box()[1]), 2e-6),
+        (hollow(0.3 * CELL), None),
+        (surfaces.finned(0.4 * CELL, 5 * CELL), 0.4 * CELL),
+        (surfaces.wedge(3.0), None),
+        (surfaces.joined(surfaces.box((0.4, 0.4, 0.4)), (surfaces.box((1, 1, 0.01))[0] + (0, 0, 0.4), BOX[1])), 0.01),
+    ],
+    ids=["plate", "foil", "turned plate", "small and far", "hollow ball", "fin", "blade", "plate beside a block"],
+)
+def test_a_part_that_is_lost_between_the_nodes_is_refused(surface, thickness):
+    with pytest.raises(tc.InputError, match="bodies would pass through it") as caught:
+        tc.Sdf.from_surface(surface, cells=24)
+    assert caught.value.field == "cells"
+    if thickness is not None:
+        assert float(re.search(r"is (\S+) m thick", str(caught.value))[1]) == pytest.approx(thickness, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        surfaces.box((1.0, 1.0, 1.1 * CELL)),
+        turned(surfaces.box((1.0, 1.0, 1.5 * CELL))),
+        surfaces.box((1.0, 1.0, 1.0)),
+        turned(surfaces.wedge(10.0)),
+        surfaces.wedge(15.0),
+        turned(surfaces.wedge(60.0)),
+        (
+            np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]),
+            np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+        ),
+        surfaces.finned(0.4 * CELL, CELL),
+        surfaces.finned(2 * CELL, 5 * CELL),
+        hollow(2.5 * CELL),
+    ],
+    ids=["plate", "turned plate", "cube", "knife", "axe", "ridge", "tetrahedron", "seam", "fin", "hollow ball"],
+)
+def test_edges_and_parts_that_the_grid_resolves_are_not_refused(surface):
+    tc.Sdf.from_surface(surface, cells=24)
+
+
+def test_the_cells_that_a_refusal_names_resolve_the_part():
+    surface = turned(surfaces.box((0.4, 0.4, 0.03)))
+    with pytest.raises(tc.InputError, match="take cells=") as caught:
+        tc.Sdf.from_surface(surface, cells=8)
+    sdf = tc.Sdf.from_surface(surface, cells=int(re.search(r"cells=(\d+)", str(caught.value.remedy))[1]))
+    middle = np.random.default_rng(0).uniform(-0.18, 0.18, (500, 3)) * (1, 1, 0)
+    gap = sdf.gap(middle @ TURN.T)
+    assert gap.max() < -0.0075  # half of the depth: the middle is a crease of the distance
+    with pytest.raises(tc.InputError, match="or use a Box") as caught:
+        tc.Sdf.from_surface(surfaces.box((0.4, 0.4, 1e-4)), cells=8)
+    assert "take cells" not in str(caught.value)

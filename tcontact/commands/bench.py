@@ -42,7 +42,9 @@ def add(subparsers: Any) -> None:
         "--seconds", metavar="S", type=words.positive, default=10.0, help="time budget per configuration (default: 10)"
     )
     parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("runs/bench"), help="(default: runs/bench)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=words.folder, default=Path("runs/bench"), help="(default: runs/bench)"
+    )
     parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, a minute: a look only")
     parser.set_defaults(run=run)
 

@@ -24,7 +24,9 @@ def add(subparsers: Any) -> None:
         "--fields", metavar="A,B", type=words.names, help="only these fields (tcontact info lists them; default: all)"
     )
     parser.add_argument("--every", metavar="N", type=words.whole, default=1, help="take every N-th frame (default: 1)")
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: export, beside FILE)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: export, beside FILE)"
+    )
     parser.set_defaults(run=run)
 
 

@@ -1,7 +1,7 @@
 """Where a run of the command line comes from: {"case": name or scene file, "set": [KEY=VALUE], "label": name or ""}.
 
-The label is that of a run of a comparison. All this stands in checkpoints and in summary.json, and is enough to make
-the scene again.
+The label is that of a run of a comparison; "scene" is the scene file as the user named it, "case" its full path. All
+this stands in checkpoints and in summary.json, and is enough to make the scene again.
 """
 
 from __future__ import annotations
@@ -37,10 +37,11 @@ def checked(origin: Any, folder: Path) -> dict[str, Any]:
         raise InputError("DIR", str(folder), remedy)
     parts = dict(origin) if isinstance(origin, Mapping) else {}
     name, pairs, label = parts.get("case"), parts.get("set", []), parts.get("label", "")
-    well = isinstance(name, str) and isinstance(label, str) and isinstance(pairs, list)
+    scene = parts.get("scene", name)
+    well = all(isinstance(text, str) for text in (name, label, scene)) and isinstance(pairs, list)
     if not well or not all(isinstance(pair, str) for pair in pairs):
         raise InputError("origin", origin, f"in the checkpoints of {folder}: {REMEDY}")
-    return {"case": name, "set": pairs, "label": label}
+    return {"case": name, "set": pairs, "label": label, "scene": scene}
 
 
 def of(summary: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -58,7 +59,7 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     name, label = origin["case"], origin["label"]
     if is_scene(name):
         scene, scheme, _, given = read_scene(Path(name), origin["set"])
-        return Rebuilt(Path(name).stem, without_checks(), {"scene": name} | given, scene, scheme)
+        return Rebuilt(Path(name).stem, without_checks(), {"scene": origin["scene"]} | given, scene, scheme)
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
     if label:

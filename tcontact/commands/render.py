@@ -41,7 +41,9 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--plots", action="store_true", help="only the curves of the run (contact force, gap, energies), from its files"
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: beside the file)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: beside the file)"
+    )
     parser.set_defaults(run=run)
 
 

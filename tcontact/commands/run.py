@@ -12,6 +12,7 @@ import numpy as np
 
 from ..checkpoint import store
 from ..errors import InputError, OutputError
+from ..history import MOST_ROWS
 from . import curves, folder, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
@@ -35,7 +36,7 @@ def add(subparsers: Any) -> None:
         default=[],
         help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/CASE)")
+    parser.add_argument("--out", metavar="DIR", type=words.folder, help="folder to write into (default: runs/CASE)")
     parser.add_argument("--frames", metavar="N", type=words.count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
         "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
@@ -105,6 +106,7 @@ def _start(
     if arguments.frames and not arguments.quiet:
         print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
+    origin |= {"scene": arguments.scene} if hasattr(arguments, "scene") else {}
     checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin, keep=True) if arguments.checkpoint else None
 
     def go() -> Result:
@@ -118,6 +120,7 @@ def _start(
             progress=not arguments.quiet,
             pressures=True,
             history_every=getattr(arguments, "history_every", 1),
+            history_rows=getattr(arguments, "history_rows", MOST_ROWS),
             checkpoint=checkpoint,
             fields=arguments.fields,
         )

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..errors import InputError, OutputError
+from ..history import MOST_ROWS
 from . import folder, settings
 
 
@@ -47,8 +48,10 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     """
     file = Path(arguments.case)
     scene, scheme, options, given = read_scene(file, arguments.set)
-    arguments.case = str(file.resolve())  # `tcontact resume` reads it again
-    for key, default in (("frames", 60), ("threads", None), ("history_every", 1), ("arch", "cpu")):
+    # `tcontact resume` reads it again, from anywhere, and writes what was written here
+    arguments.case, arguments.scene = str(file.resolve()), str(file)
+    defaults = {"frames": 60, "threads": None, "history_every": 1, "history_rows": MOST_ROWS, "arch": "cpu"}
+    for key, default in defaults.items():
         if getattr(arguments, key, None) is None:
             setattr(arguments, key, options.get(key, default))
     out = arguments.out or Path("runs") / file.stem

@@ -51,7 +51,9 @@ def add(subparsers: Any) -> None:
         "--budget", metavar="SECONDS", type=words.positive, help="leave out what would not be done in time"
     )
     parser.add_argument("--full", action="store_true", help="hard cases at their full size (minutes)")
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write into (default: runs/study-CASE)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: runs/study-CASE)"
+    )
     parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
     parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
     parser.set_defaults(run=run)

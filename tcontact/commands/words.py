@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -22,6 +23,13 @@ def whole(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r}: give whole numbers, 1 or more")
     return int(text)
+
+
+def folder(text: str) -> Path:
+    """The name of a folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"{text!r}: give the name of a folder, '.' for this one")
+    return Path(text)
 
 
 def number(text: str) -> float:

@@ -14,6 +14,7 @@ from .layer import METHODS, Layer
 from .metals import ALUMINIUM_6061, COPPER, METALS, STAINLESS_304, Metal
 from .result import LayerResult, Side
 from .solve import solve
+from .state import LayerState
 
 __all__ = [
     "ALUMINIUM_6061",
@@ -23,6 +24,7 @@ __all__ = [
     "STAINLESS_304",
     "Layer",
     "LayerResult",
+    "LayerState",
     "Metal",
     "Side",
     "solve",

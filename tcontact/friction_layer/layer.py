@@ -157,6 +157,15 @@ class Layer:
         limits = [metal.yields_at(np.array(self.initial_temperature), pressed, np.array(0.0)) for metal in self.metals]
         return np.where(pressure > 0.0, np.min(limits, axis=0), 0.0) / np.sqrt(3.0)
 
+    def limit_stress(self, pressure: np.ndarray) -> np.ndarray:
+        """tau [Pa] with which layers begin that are pressed now: their lowest yield limit, 0 where not pressed."""
+        pressed = np.maximum(pressure, 0.0)[:, None]
+        sides = enumerate(self.metals)
+        limits = [
+            metal.yields_at(self.temperature(n), pressed, self.plastic_strain(n)).min(axis=1) for n, metal in sides
+        ]
+        return np.where(pressure > 0.0, np.min(limits, axis=0), 0.0) / np.sqrt(3.0)
+
     def temperature(self, side: int = 0) -> np.ndarray:
         """Absolute temperature [K], [cells, points]."""
         return self.initial_temperature + self._profile(self._rise, side)
@@ -186,6 +195,29 @@ class Layer:
         first = arrays.get(self._rise).reshape(-1, len(self.metals) * self.points, self._stride)[:, side * self.points]
         return self.initial_temperature + first.reshape(-1)[: self.cells]
 
+    def state(self) -> dict[str, np.ndarray]:
+        """The profiles [cells, points] of the first side and the numbers of the cells [cells, CELL], in full."""
+        known = {name: self._profile(getattr(self, f"_{name}"), 0) for name in ("rise", "growth", "hardening")}
+        if self.plastic_heat > 0.0:
+            known["carried"] = self._profile(self._carried, 0)
+        numbers = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride).transpose(0, 2, 1)
+        return known | {"cells": numbers.reshape(-1, self._names.CELL)[: self.cells].copy(), "base": self._base}
+
+    def take_over(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
+        """Let some cells [m] of a new batch begin as rows [m] of the `state` of another one; its work starts at 0."""
+        rise = state["rise"][rows] + (state["base"] - self._base)
+        if "carried" in state and self.plastic_heat == 0.0:
+            rise += state["carried"][rows] / self.metals[0].volumetric_heat
+        for name, values in state.items():
+            if name in ("growth", "hardening") or (name == "carried" and self.plastic_heat > 0.0):
+                self._set_profile(getattr(self, f"_{name}"), cells, values[rows])
+        self._set_profile(self._rise, cells, rise)
+        packs = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride).copy()
+        packs[cells // self._stride, :, cells % self._stride] = state["cells"][rows]
+        for name in ("WORK", "PLASTIC_WORK", "FAILURES", "EVALUATIONS"):
+            packs[:, getattr(self._names, name), :] = 0.0
+        arrays.set_values(self._state, packs)
+
     def owned(self) -> list[Any]:
         """Arrays of the state."""
         return [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
@@ -214,6 +246,17 @@ class Layer:
         packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride)
         mine = packed[:, side * self.points : (side + 1) * self.points, :]
         return np.ascontiguousarray(mine.transpose(0, 2, 1)).reshape(-1, self.points)[: self.cells]
+
+    def _set_profile(self, array: Any, cells: np.ndarray, values: np.ndarray) -> None:
+        """Set values [m, points] of cells [m] on the first side."""
+        packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride).copy()
+        packed[cells // self._stride, : self.points, cells % self._stride] = values
+        arrays.set_values(array, packed)
+
+    @property
+    def _base(self) -> np.ndarray:
+        """The temperature [K] that `rise` counts from."""
+        return np.array(float(self.initial_temperature))
 
     def _set_cell(self, number: int, values: np.ndarray) -> None:
         state = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)

@@ -232,6 +232,9 @@ class ImplicitState:
         """No friction layers here."""
         return {}
 
+    def layers(self) -> None:
+        """No friction layers here."""
+
     def pressure_record(self) -> PressureRecord | None:
         """An empty record for the pressures of the contact nodes; None without any."""
         contact = self.plan.contact

@@ -29,7 +29,8 @@ class Sdf(Obstacle):
     for pictures, or None.
     Distance and gradient are interpolated trilinearly, the gradient then made a unit normal; beyond the grid both go
     on linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive. Implicit
-    schemes interpolate the distance cubically and push along the gradient of that (`cubic.py`).
+    schemes interpolate the distance cubically and push along the gradient of that (`cubic.py`). A part thinner than the
+    spacing may lie between the nodes and is then not there: the samples alone cannot tell, `from_surface` can.
     Raises `InputError`, also for fewer than four nodes along an axis and for numbers that are not finite.
     """
 
@@ -97,12 +98,17 @@ class Sdf(Obstacle):
         surface: path of an STL, OBJ or PLY file, or (points [k, 3] [m], triangles [m, 3]); cells: of the grid along
         the longest side of the solid; margin: of the grid around the solid [m], None for four cells; scale: factor
         on the coordinates, 1e-3 for millimetres; options: name, velocity, angular_velocity, center.
-        Raises `InputError` for a file that cannot be read and a surface that is open, or oriented both ways.
+        Raises `InputError` for a file that cannot be read, for a surface that is open, or oriented both ways, and where
+        a part is too thin for the grid (`thin_parts.py`). Edges are rounded by about a cell, slots narrower than a cell
+        are closed.
         """
         from .surface_distance import sample_surface
+        from .thin_parts import check_thickness
 
         distance, gradient, origin, spacing, triangles = sample_surface(surface, cells, margin, scale)
-        return cls(distance, gradient, origin, spacing, surface=triangles, **options)
+        made = cls(distance, gradient, origin, spacing, surface=triangles, **options)
+        check_thickness(triangles, made.grid, made.origin, made.spacing, cells)
+        return made
 
     @property
     def reference(self) -> np.ndarray:

@@ -26,7 +26,7 @@ CLASSES: dict[str, dict[str, type]] = {
 }
 METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
 SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # each may be "none"
-RUN = ("scheme", "frames", "threads", "arch", "history_every")
+RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")
 SURFACE = ("surface", "cells", "margin", "scale")  # of an Sdf from a file of triangles
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import runtime
 from ..errors import InputError
 from ..report import plain, versions
 
@@ -24,8 +25,7 @@ METHOD = "massless-normal"
 
 def folder() -> Path:
     """Where references are kept: tcontact/references in the user's cache folder (XDG_CACHE_HOME)."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "tcontact" / "references"
+    return runtime.user_cache() / "references"
 
 
 def prepare(study: Study, say: Callable[[str], None]) -> tuple[dict[str, np.ndarray] | None, dict[str, Any]]:

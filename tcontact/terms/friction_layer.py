@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..friction_layer import Layer
+from ..friction_layer import Layer, LayerState
 from ..friction_models import FrictionLayer
 from ..plan import ContactPlan
 from ..scene import Scene
@@ -63,6 +63,11 @@ class LayeredFriction(Friction):
         self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] a level ago
         self._most, self._slid = 0.0, np.zeros(len(areas), dtype=bool)  # work in a step [J/m^2]; which nodes slid
         self._given = np.zeros(len(areas))  # work that the layers took in the last kick, solved together with it
+        self._owed = np.zeros(len(areas))  # work of a run before this one that was still to be given at its end
+        # a layer solved together with a kick ends it half a step after the row: at the row it is this share of the way
+        # from where it was before the kick: surface temperature [K], shear stress [Pa], plastic work [J/m^2]
+        self._share = 1.0
+        self._start = np.zeros((3, len(areas)))
 
     def step(self, before: float, after: float) -> None:
         """Let the layers take their step and say how much friction there may be in the kick or the solve to come.
@@ -88,11 +93,13 @@ class LayeredFriction(Friction):
         if self._count and due:
             self._spend()
         if self.stays or self.span > 1:
-            fresh = pressed & (self.shear() == 0.0)
-            limit = np.where(fresh, self.layer.start_stress(pressure), self.shear())
-            limit = np.where(pressed, limit, 1e300)
+            limit = np.where(pressed, self._shear_of_pressed(pressure), 1e300)
+            self._share = 1.0
             self._kick, self._given = 0.0 if self.stays else kick, 0.0 * pressure
         else:
+            self._share = before / (before + after) if kick > 0.0 else 1.0
+            start = self._shear_of_pressed(pressure)
+            self._start[:] = self.layer.surface_temperature(), start, self.layer.cell("PLASTIC_WORK")
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
         data = arrays.get(self.data).copy()
@@ -114,6 +121,12 @@ class LayeredFriction(Friction):
     def shear(self) -> np.ndarray:
         """Shear stress of the layers [k] [Pa]; 0 where open."""
         return np.asarray(self.layer.cell("STRESS")) / np.sqrt(3.0)
+
+    def _shear_of_pressed(self, pressure: np.ndarray) -> np.ndarray:
+        """Shear stress [k] [Pa] of the layers; that with which it begins where a layer has just come under pressure."""
+        shear = self.shear()
+        fresh = (pressure > 0.0) & (shear == 0.0)
+        return np.where(fresh, self.layer.limit_stress(pressure), shear) if fresh.any() else shear
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
         """Layers and kick together: mean shear stress [Pa] over the kick [s]."""
@@ -209,19 +222,45 @@ class LayeredFriction(Friction):
         late [J]: friction work of the last kick after the row; half of it is not part of the row yet.
         """
         layer, model = self.layer, self.model
-        done = layer.cell("WORK") + self._waiting
+        done = layer.cell("WORK") + self._waiting - self._owed
         if not self.stays:  # the last kick is not in them yet
             done = done + self._pending()
-        plastic = model.plastic_heat * layer.cell("PLASTIC_WORK") if model.plastic_heat > 0.0 else 0.0
+        plastic = model.plastic_heat * self._at_row(2, layer.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
         heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
-        stress = self.shear()
+        temperature, stress = self.fields()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
-        hottest = float(self.surface_temperature().max())
-        return heat, hottest, lowest, self.error, self.substeps / self.span
+        return heat, float(temperature.max()), lowest, self.error, self.substeps / self.span
 
-    def surface_temperature(self) -> np.ndarray:
-        """Of every contact node [k] [K]."""
-        return self.layer.surface_temperature()
+    def fields(self) -> tuple[np.ndarray, np.ndarray]:
+        """Surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""
+        stress = self.shear()
+        return (
+            self._at_row(0, self.layer.surface_temperature()),
+            np.where(stress > 0.0, self._at_row(1, stress), 0.0),
+        )
+
+    def _at_row(self, number: int, end: np.ndarray) -> np.ndarray:
+        """What of `_start` has become `end` by the end of the kick, at the time of the row."""
+        if self._share == 1.0:
+            return end
+        return np.asarray(self._start[number] + self._share * (end - self._start[number]))
+
+    def state(self, nodes: np.ndarray) -> LayerState:
+        """The layers as a run leaves them; nodes [k]: what the user calls the contact nodes."""
+        layer = self.layer
+        waiting = self._waiting if self.stays else self._waiting + self._pending()
+        internal = layer.state() | {"waiting": waiting, "substeps": np.array(self.substeps)}
+        temperature, strain = layer.temperature(), layer.plastic_strain()
+        return LayerState(nodes, layer.depth, temperature, strain, self.shear(), self.model.material, internal)
+
+    def take_over(self, nodes: np.ndarray, state: LayerState) -> None:
+        """Begin with the layers that another run has left; contact nodes [k] that had none there begin as new ones."""
+        order = np.argsort(state.nodes)
+        rows = order[np.minimum(np.searchsorted(state.nodes[order], nodes), len(order) - 1)]
+        mine = np.flatnonzero(state.nodes[rows] == nodes)
+        self.layer.take_over(mine, rows[mine], state.internal)
+        self._waiting[mine] = self._owed[mine] = state.internal["waiting"][rows[mine]]
+        self.substeps = min(int(state.internal["substeps"]), self.model.substeps)
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term and of its layers."""

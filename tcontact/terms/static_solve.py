@@ -127,7 +127,8 @@ class StaticSolve:
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
             return text
         if self.poisson > MOST_POISSON:
-            return text + f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g}"
+            text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
+            return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
         removal = "" if self.removal == "normal" else "removal='normal', "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 

@@ -1,0 +1,31 @@
+"""What a run leaves of the friction layers of a body, for another run to go on with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .metals import Metal
+
+
+@dataclass(frozen=True, eq=False)
+class LayerState:
+    """The friction layers of a body at the end of a run.
+
+    nodes [k]: contact nodes in the user's numbering, of the body alone; depth [points] [m], 0 at the surface;
+    temperature [K] and plastic_strain [-] [k, points]; shear_stress [k] [Pa], 0 where the contact is open; material:
+    the metal. What else the layers need to go on stands in `internal`.
+    """
+
+    nodes: np.ndarray
+    depth: np.ndarray
+    temperature: np.ndarray
+    plastic_strain: np.ndarray
+    shear_stress: np.ndarray
+    material: Metal
+    internal: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    def fits(self, material: Metal, depth: np.ndarray) -> bool:
+        """Whether layers of this metal and these depths [m] can go on from here."""
+        return material == self.material and np.array_equal(depth, self.depth)

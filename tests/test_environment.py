@@ -1,0 +1,80 @@
+"""Users without a home, folders that take no files, limits on files and memory: it works, or one line says why not."""
+
+import os
+import resource
+import subprocess
+import sys
+
+import pytest
+from scenes import ROOT, python
+
+OWN = ("HOME", "XDG_CACHE_HOME", "TI_OFFLINE_CACHE_FILE_PATH")
+
+
+def go(arguments, environment=None, **limits):
+    """A process with these variables in place of its OWN; limits: of `resource`, by name."""
+    inherited = {name: value for name, value in os.environ.items() if name not in OWN}
+
+    def limit():
+        for name, size in limits.items():
+            resource.setrlimit(getattr(resource, name), (size, size))
+
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=ROOT,
+        env=inherited | (environment or {}),
+        preexec_fn=limit,
+    )
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [
+        (None, None),
+        ("HOME", "/proc"),
+        ("HOME", "FILE"),
+        ("XDG_CACHE_HOME", "FILE"),
+        ("TI_OFFLINE_CACHE_FILE_PATH", "FILE/below"),
+    ],
+)
+def test_kernels_are_not_kept_where_no_file_can_be(variable, value, tmp_path):
+    (tmp_path / "file").touch()
+    wanted = {} if variable is None else {variable: value.replace("FILE", str(tmp_path / "file"))}
+    done = go([ROOT / "tests" / "tiny_kernel.py", ROOT], wanted)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "6.0", "")
+
+
+def test_kernels_are_kept_only_where_there_is_room_for_whole_ones(tmp_path):
+    for name, limits, kept in (("limited", {"RLIMIT_FSIZE": 2**16}, 0), ("free", {}, 1)):
+        folder = tmp_path / name
+        done = go([ROOT / "tests" / "tiny_kernel.py", ROOT], {"TI_OFFLINE_CACHE_FILE_PATH": str(folder)}, **limits)
+        assert done.returncode == 0, done.stderr
+        assert (len(list(folder.glob("*.tic"))) > 0) == kept
+
+
+def test_too_little_memory_for_taichi_is_one_line(tmp_path):
+    run = ["-m", "tcontact", "run", "bar-impact", "--out", tmp_path / "out"]
+    done = go(run, {"OPENBLAS_NUM_THREADS": "1"}, RLIMIT_AS=10**9)
+    assert done.returncode == 1
+    assert "not enough memory" in done.stderr
+    assert "ulimit -v" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_result_file_over_the_size_limit_ends_with_its_message(tmp_path):
+    """What HDF5 had open must be closed: at the end of the process it crashed on it."""
+    code = """
+import resource, numpy as np, tcontact as tc
+from tcontact.vtkhdf import ResultFile
+mesh = tc.box_mesh((1, 1, 1), (8, 8, 8))
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+try:
+    ResultFile.create(sys.argv[1], mesh.nodes, [("hex8", mesh.cells)])
+except OSError as error:
+    print(error.strerror)
+"""
+    done = python(code, tmp_path / "result.vtkhdf")
+    assert (done.returncode, done.stdout) == (0, "File too large\n")
