@@ -12,7 +12,7 @@ import taichi as ti
 
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import basis_of, entries, settle, square
+from .massless_node import EPSILON, basis_of, entries, settle, square
 from .static_control import (
     AIM,
     BEFORE,
@@ -102,7 +102,7 @@ def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.te
     flexible = square(system.inverse, k, stride, block)
     free = old + system.settings[RELAXATION] * (flexible @ rest - old)
     d = free
-    mask = 0
+    mask, off = 0, 0.0
     normals = ti.Matrix(
         [
             [system.normals[(p * block + j) * stride + k] for j in ti.static(range(block))]
@@ -113,10 +113,13 @@ def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.te
     if (gaps + normals @ free).min() < 0.0:
         pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
         d = free + flexible @ (normals.transpose() @ pressing)
+        after = gaps + normals @ d + touching.give[k] * pressing
         for p in ti.static(range(slots)):
             if pressing[p] > 0.0:
                 mask += 1 << p
-    return settle(touching, system, k, d, mask, block)
+            if touching.give[k] == 0.0:  # obstacles that leave no room between them
+                off = ti.max(off, 0.0 - after[p] - EPSILON * ti.abs(gaps[p]))
+    return ti.max(settle(touching, system, k, d, mask, block), system.stiffness[k] * off)
 
 
 @ti.func
