@@ -77,7 +77,7 @@ class StaticSolve:
             arrays.zeros(room * slots),  # gaps
             arrays.zeros(room * slots * block),  # normals
             arrays.zeros(room * (block + 1)),  # push
-            arrays.zeros(room * block),  # increment
+            arrays.zeros(3 * room * block),  # increment
             arrays.put(self._settings(scene, plan, model, graph.cells)),
             self.stats,
         ]
