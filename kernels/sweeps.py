@@ -5,9 +5,10 @@
 
 Over-relaxation omega in [1, 2) keeps the convergence of the projected method for symmetric positive K (Cryer 1971).
 Where a soft mode of the whole contact makes them slow (cells much taller than wide that lift off), they are
-accelerated (Nesterov 1983): a sweep starts further on along the last step, by a share of it that grows from sweep to
-sweep, and from nothing again when a sweep goes back (O'Donoghue and Candes 2015). Whatever it starts from, a sweep ends
-with all constraints met.
+accelerated (Nesterov 1983): a sweep and another one in the opposite order start further on along the last step, by a
+share of it that grows from pair to pair, and from nothing again when a pair goes back (O'Donoghue and Candes 2015).
+Both orders together damp every mode without turning it, which the acceleration needs. Whatever it starts from, a sweep
+ends with all constraints met.
 The defect of a sweep is the largest change of a node times its stiffness: the residual before its update, so it is on
 the safe side of the residual that is left.
 """
@@ -43,6 +44,7 @@ STALLED = 0.7  # sweeps that leave more than this share of a residual that may b
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
 PLAIN = 10.0  # sweeps between two looks at what they gained
 LITTLE = 0.1  # of the residual: sweeps that leave more of it are accelerated from then on
+FURTHER = 50.0  # accelerated sweeps that may follow ten that lowered the residual
 INCREMENTS = 3  # d, d after the sweep before, d where the last accelerated sweep started
 FEWEST = 2  # sweeps of a linearisation
 LANE_NUMBERS = list(range(LANES))
@@ -133,11 +135,15 @@ def update(
 
 
 @ti.func
-def sweep_once(touching: ti.template(), system: ti.template(), relaxation, block: ti.template(), slots: ti.template()):
+def sweep_once(
+    touching: ti.template(), system: ti.template(), relaxation, backward, block: ti.template(), slots: ti.template()
+):
     """One pass over the nodes, colour by colour; returns the largest defect [N]."""
     stride = system.stiffness.shape[0]
     defect = 0.0
-    for pack in range(system.pack_start.shape[0] - 1):
+    packs = system.pack_start.shape[0] - 1
+    for turn in range(packs):
+        pack = ti.select(backward == 1, packs - 1 - turn, turn)
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
@@ -196,8 +202,8 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     """Sweeps until the linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
 
     Down to the tolerance a solve may take MOST_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where compression
-    makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps of a nonlinear law
-    may go on as long as they lower the residual: no unstable mode lets them.
+    makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go on as long as
+    they lower the residual: no unstable mode lets them.
     """
     stats, settings = ti.static(system.stats, system.settings)
     for i in range(system.increment.shape[0] // INCREMENTS):
@@ -215,7 +221,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     done, residual, stalled = 0.0, 1e300, 0
     relaxation = settings[RELAXATION]
     most = settings[MOST_SWEEPS]
-    slow, marked, mark, share, straight = 0, 0.0, 1e300, 0.0, 0.0
+    slow, marked, mark, backward, share, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
     while (
         done < least
         or (done < settings[POLISHING_SWEEPS] and residual > aim and stalled == 0)
@@ -226,16 +232,18 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
             if slow == 0 and done > PLAIN and residual > ti.max(aim, LITTLE * mark):
                 slow = 1
                 relaxation = 1.0  # over-relaxed sweeps turn about the solution: no direction to go on along
-            if slow == 1 and settings[LINEAR] == 0.0 and residual < mark:
-                most = ti.min(ti.max(most, done + 2.0 * PLAIN), settings[MOST_IN_ALL])
+            if slow == 1 and residual < mark:
+                most = ti.min(ti.max(most, done + FURTHER), settings[MOST_IN_ALL])
             marked, mark = done, residual
-        if slow == 1:
+        if slow == 1 and backward == 0:
             go_on(system, share)
-        residual = sweep_once(touching, system, relaxation, block, slots) / stats[F_REF]
+        residual = sweep_once(touching, system, relaxation, backward, block, slots) / stats[F_REF]
         done += 1.0
         if slow == 1:
-            straight = ti.select(turned(system), 0.0, straight + 1.0)
-            share = straight / (straight + 3.0)
+            if backward == 1:
+                straight = ti.select(turned(system), 0.0, straight + 1.0)
+                share = straight / (straight + 3.0)
+            backward = 1 - backward
         if residual > STALLED * before and residual <= stats[ROUNDING]:
             stalled = 1
     stats[SWEEPS] = stats[SWEEPS] + done

@@ -40,6 +40,7 @@ class StaticSolve:
         graph, block = contact.graph, contact.block
         self.names = names
         self.law, self.removal = material.law, contact.removal
+        self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
@@ -129,6 +130,8 @@ class StaticSolve:
         if self.poisson > MOST_POISSON:
             return text + f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g}"
         removal = "" if self.removal == "normal" else "removal='normal', "
+        if self.friction > 1.0 and removal:
+            removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
     def arguments(self) -> tuple[arrays.Array, ...]:
