@@ -104,8 +104,8 @@ class System(NamedTuple):
     nodes of a pack; lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
     gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
-    with several or friction [block, k]: what the neighbours leave to a node. The node comes last, so that the lanes of
-    a pack are neighbours, and there is room for LANES - 1 more of them.
+    with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
+    sweeps. The node comes last, so that the lanes of a pack are neighbours, and there is room for LANES - 1 more.
     settings and stats: static_control.py.
     """
 

@@ -4,16 +4,82 @@
 
 d has `block` components; e = 0 is the rigid constraint, e = 1/(kappa A) a penalty. In the multipliers it is a small
 linear complementarity problem, W lambda + c >= 0 with W = N D^-1 N^t + e and c = g + N D^-1 r, solved by trying its
-2^slots active sets, the largest first so that dependent normals share their load.
+2^slots active sets. A tie between two of them is judged by the penetration -c that the free motion D^-1 r leads to:
+the gap of an obstacle out of reach is no measure, and such an obstacle changes not a bit of what the others do.
+Where normals depend on each other the motion is unique but lambda is not: then it is the shortest one,
+min |lambda|^2 with the same N^t lambda.
 """
 
 import taichi as ti
 
-# W is regularised and the solution refined (proximal iteration): from lambda = 0 it reaches the least-norm multipliers
-# of linearly dependent normals, with an error of DEPENDENT^(REFINEMENTS + 1)
-DEPENDENT = 1e-5
-REFINEMENTS = 4
-TIE = 1e-8  # of the largest gap in play
+SINGULAR = 1e-13  # a pivot below this share of its diagonal: the normals of the set depend on each other
+TIE = 1e-12  # of the largest penetration: rounding of W lambda + c
+TOUCHING = 1e-9  # of the largest penetration: obstacles nearer than this may share the load
+# regularisation of N N^t: what the obstacles share has an error of SHARED^(REFINEMENTS + 1)
+SHARED = 1e-10
+REFINEMENTS = 3
+SAME = 1e-11  # of a force: what a share may change of it
+
+
+@ti.func
+def solved(matrix, right, slots: ti.template()):
+    """The solution of a symmetric positive definite system and its smallest pivot over its diagonal.
+
+    Rows of the identity leave the arithmetic of the others as it is, bit by bit.
+    """
+    reduced = matrix
+    answer = right
+    pivot = 1.0
+    for p in ti.static(range(slots)):
+        pivot = ti.min(pivot, reduced[p, p] / matrix[p, p])
+        for q in ti.static(range(p + 1, slots)):
+            factor = reduced[q, p] / reduced[p, p]
+            for s in ti.static(range(p + 1, slots)):
+                reduced[q, s] = reduced[q, s] - factor * reduced[p, s]
+            answer[q] = answer[q] - factor * answer[p]
+    for back in ti.static(range(slots)):
+        p = ti.static(slots - 1 - back)
+        for q in ti.static(range(p + 1, slots)):
+            answer[p] = answer[p] - reduced[p, q] * answer[q]
+        answer[p] = answer[p] / reduced[p, p]
+    return answer, pivot
+
+
+@ti.func
+def part(matrix, mask, slots: ti.template()):
+    """Rows and columns of the obstacles in the mask; the identity elsewhere."""
+    result = ti.Matrix.identity(ti.f64, slots)
+    for p, q in ti.static(ti.ndrange(slots, slots)):
+        if (mask >> p) & 1 == 1 and (mask >> q) & 1 == 1:
+            result[p, q] = matrix[p, q]
+    return result
+
+
+@ti.func
+def chosen(values, mask, slots: ti.template()):
+    """Entries of the obstacles in the mask; 0 elsewhere."""
+    result = ti.Vector.zero(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        if (mask >> p) & 1 == 1:
+            result[p] = values[p]
+    return result
+
+
+@ti.func
+def shortest(pressing, normals, touching, slots: ti.template()):
+    """The shortest lambda >= 0 of the obstacles in the mask with the force of the given one, else the given one."""
+    gram = normals @ normals.transpose()
+    force = gram @ pressing
+    matrix = part(gram, touching, slots)
+    for p in ti.static(range(slots)):
+        matrix[p, p] = matrix[p, p] * (1.0 + SHARED)
+    shared = ti.Vector.zero(ti.f64, slots)
+    for _ in range(REFINEMENTS + 1):
+        change, _pivot = solved(matrix, chosen(force - gram @ shared, touching, slots), slots)
+        shared += change
+    shared = ti.max(shared, 0.0)
+    same = (normals.transpose() @ (shared - pressing)).norm() <= SAME * (normals.transpose() @ pressing).norm()
+    return ti.select(same, shared, pressing)
 
 
 @ti.func
@@ -30,39 +96,29 @@ def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
         coupling = normals @ inverse @ normals.transpose()
         start = gaps + normals @ free
         span = 0.0
+        live = 0
         for p in ti.static(range(slots)):
             coupling[p, p] += compliance
             if coupling[p, p] > 0.0:
-                span = ti.max(span, ti.abs(start[p]))
-        best = 1e300
-        for trial in range(2**slots):
-            mask = 2**slots - 1 - trial
-            matrix = ti.Matrix.identity(ti.f64, slots)
-            right = ti.Vector.zero(ti.f64, slots)
-            for p in ti.static(range(slots)):
-                if (mask >> p) & 1 == 1:
-                    right[p] = 0.0 - start[p]
-                    if coupling[p, p] > 0.0:
-                        for q in ti.static(range(slots)):
-                            if (mask >> q) & 1 == 1:
-                                matrix[p, q] = coupling[p, q]
-                        matrix[p, p] = coupling[p, p] * (1.0 + DEPENDENT)
-            solve = matrix.inverse()
-            guess = solve @ right
-            rest = start + coupling @ guess
-            for _ in range(REFINEMENTS):
-                for p in ti.static(range(slots)):
-                    right[p] = ti.select((mask >> p) & 1 == 1 and coupling[p, p] > 0.0, 0.0 - rest[p], 0.0)
-                guess += solve @ right
-                rest = start + coupling @ guess
-            violation = 0.0
-            for p in ti.static(range(slots)):
-                if (mask >> p) & 1 == 1:
-                    scale = ti.select(coupling[p, p] > 0.0, coupling[p, p], 1.0)
-                    violation = ti.max(violation, -guess[p] * scale, ti.abs(rest[p]))
-                else:
-                    violation = ti.max(violation, -rest[p])
-            if violation < best - TIE * span:  # on a tie the larger set stays: its walls share the load
-                best = violation
-                result = ti.max(guess, 0.0)
+                live += 1 << p
+                span = ti.max(span, -start[p])
+        if span > 0.0:
+            best, touching, active = 1e300, 0, 0
+            for trial in range(2**slots):
+                mask = 2**slots - 1 - trial
+                if (mask & live) == mask:
+                    guess, pivot = solved(part(coupling, mask, slots), chosen(0.0 - start, mask, slots), slots)
+                    if pivot > SINGULAR:
+                        rest = start + coupling @ guess
+                        near, violation = mask, 0.0
+                        for p in ti.static(range(slots)):
+                            if (live >> p) & 1 == 1:
+                                violation = ti.max(violation, -rest[p], -guess[p] * coupling[p, p])
+                                if rest[p] <= TOUCHING * span:
+                                    near |= 1 << p
+                        if violation < best - TIE * span:
+                            best, touching, active = violation, near, mask
+                            result = ti.max(guess, 0.0)
+            if touching != active and compliance == 0.0:
+                result = shortest(result, normals, touching, slots)
     return result

@@ -3,8 +3,9 @@
 x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of the obstacle
 lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
 
-What the static solve left unbalanced acts, like their loads, on the nodes that carry the mass of the contact nodes:
-momentum is exact at any residual.
+The residual of a row is the largest force that is unbalanced or outside its friction cone, or that would undo an
+overlap, over F_ref. What the static solve left unbalanced acts, like their loads, on the nodes that carry the mass of
+the contact nodes: momentum is exact at any residual.
 """
 
 import taichi as ti
@@ -13,9 +14,10 @@ from .boundary_nodes import hand_over, row
 from .friction import PRESSING, TRACTION, held, three, trace_place
 from .lanes import CONTACT_AT
 from .local_contact import multipliers
-from .massless_node import balance, basis_of, constraints, largest, segment
+from .massless_node import balance, basis_of, constraints, largest, off_the_obstacles, segment
 from .obstacles import add_load, gap_and_normal, position
 from .static_control import F_REF
+from .static_friction import most_friction
 
 
 @ti.func
@@ -50,7 +52,7 @@ def massless_load(
     body: ti.template(),
     listed: ti.template(),
     touching: ti.template(),
-    stats: ti.template(),
+    system: ti.template(),
     block: ti.template(),
     slots: ti.template(),
 ):
@@ -59,11 +61,12 @@ def massless_load(
     for k in range(touching.nodes.shape[0]):
         b = basis_of(touching.basis, k, block)
         x = position(touching.reference, k, body.u, touching.nodes[k])
-        normals, _gaps = constraints(touching, k, b, x, block, slots)
+        normals, gaps = constraints(touching, k, b, x, block, slots)
         out_of_balance = b.transpose() @ (row(body.special_force, k) - row(listed.load, k))
         if ti.static(touching.kinds.static_friction):
             out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
         pressing, rest = balance(out_of_balance, normals, touching.active[k], block, slots)
+        off = system.stiffness[k] * off_the_obstacles(touching, k, x, gaps, pressing, slots)
         total = ti.Vector.zero(ti.f64, 3)
         for p in ti.static(range(slots)):
             place = k * slots + p
@@ -71,7 +74,9 @@ def massless_load(
                 _gap, normal = gap_and_normal(touching, touching.near[place], x)
                 force = pressing[p] * normal
                 if ti.static(touching.kinds.static_friction):
-                    force += three(touching.traces, trace_place(touching, k, p, TRACTION))
+                    friction = three(touching.traces, trace_place(touching, k, p, TRACTION))
+                    off = ti.max(off, friction.norm() - most_friction(touching, k, pressing[p]))
+                    force += friction
                 if ti.static(touching.kinds.tracked):
                     add_load(touching, touching.near[place], x, force)
                 total += force
@@ -91,7 +96,7 @@ def massless_load(
             sums[j] += total[j]
         if total.norm() > 0.0:
             sums[4] += 1.0
-        sums[5] = ti.max(sums[5], largest(rest))
-    sums[5] /= ti.max(stats[F_REF], 1e-300)
+        sums[5] = ti.max(sums[5], largest(rest), off)
+    sums[5] /= ti.max(system.stats[F_REF], 1e-300)
     for j in ti.static(range(6)):
         touching.sums[CONTACT_AT + j] = sums[j]

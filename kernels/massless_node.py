@@ -8,8 +8,9 @@ in the massless components of a node, x = x_0 + B d with B = basis [3, block]; u
 import taichi as ti
 
 from .local_contact import multipliers
-from .obstacles import gap_and_normal
+from .obstacles import POINT, RECORD, gap_and_normal, vector
 
+EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 SHORT = 1e-6  # an obstacle whose normal is shorter than this in the massless components cannot push the node
 
 
@@ -83,6 +84,24 @@ def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.temp
     if compliance > 0.0:
         rest = out_of_balance - normals.transpose() @ (ti.max(0.0 - gaps, 0.0) / compliance)
     return rest
+
+
+@ti.func
+def violated(gap, pressing):
+    """By how much a gap misses  gap >= 0,  gap lambda = 0  [m]; where a penalty gives way, e lambda belongs to it."""
+    return ti.select(pressing > 0.0, ti.abs(gap), ti.max(0.0, 0.0 - gap))
+
+
+@ti.func
+def off_the_obstacles(touching: ti.template(), k, x, gaps, pressing, slots: ti.template()):
+    """Largest violation [m] of the exact constraints of a node at x, above the rounding of its gaps."""
+    result = 0.0
+    if touching.give[k] == 0.0:
+        for p in ti.static(range(slots)):
+            away = x - vector(touching.obstacles, RECORD * touching.near[k * slots + p] + POINT)
+            rounding = EPSILON * ti.max(x.norm(), away.norm())
+            result = ti.max(result, violated(gaps[p], pressing[p]) - rounding)
+    return result
 
 
 @ti.func

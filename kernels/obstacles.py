@@ -134,7 +134,8 @@ def position(reference: ti.template(), k, u: ti.template(), node):
 def nearest_obstacles(touching: ti.template(), u: ti.template()):
     """near: the obstacles with the smallest gaps at each node, where there are more than slots for them.
 
-    The order stays while they are the same: what a node knows of its obstacles stays with them.
+    They stand in the order of the scene: obstacles out of reach leave the arithmetic of the others as it is. The order
+    stays while they are the same: what a node knows of its obstacles stays with them.
     """
     count = touching.obstacles.shape[0] // RECORD
     if count > MOST_SLOTS:
@@ -158,6 +159,10 @@ def nearest_obstacles(touching: ti.template(), u: ti.template()):
                     if touching.near[MOST_SLOTS * k + other] == found[slot]:
                         known = 1
                 missing += 1 - known
+            for _, slot in ti.static(ti.ndrange(MOST_SLOTS - 1, MOST_SLOTS - 1)):
+                first, second = found[slot], found[slot + 1]
+                found[slot] = ti.min(first, second)
+                found[slot + 1] = ti.max(first, second)
             if missing > 0:
                 for slot in ti.static(range(MOST_SLOTS)):
                     touching.near[MOST_SLOTS * k + slot] = found[slot]

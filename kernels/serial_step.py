@@ -108,7 +108,7 @@ def make_serial_step(
             clear_loads(touching)
         if ti.static(contact == "massless"):
             touching.sums[CONTACT_AT + 7] = system.stats[SWEEPS_DONE]
-            massless_load(body, listed, touching, system.stats, block, slots)
+            massless_load(body, listed, touching, system, block, slots)
         if ti.static(contact in ("penalty", "impulse")):
             if ti.static(slots == MOST_SLOTS):
                 nearest_obstacles(touching, body.u)

@@ -30,11 +30,15 @@ from .friction import (
     trace_place,
 )
 from .lanes import FRICTION_AT
-from .massless_node import basis_of, entries, settle, square
+from .local_contact import multipliers
+from .massless_node import basis_of, entries, largest, settle, square, violated
 from .obstacles import MEAN_VELOCITY, velocity_at
 
-SEVERAL = 10  # rounds over the obstacles of a node that touches more than one
+SEVERAL = 10  # rounds over the obstacles of a node that may touch more than one, until its move agrees to
+AGREED = 1e-14  # of itself
 ROUNDS = 2  # between normal and tangential force of one contact in a sweep; the sweeps go on until nothing changes
+SEARCH = 100  # most trials of a pressing force where these rounds would not converge, until the gap is closed to
+CLOSED = 1e-12  # of what it would be without the contact
 
 
 @ti.func
@@ -97,44 +101,124 @@ def note_slip(body: ti.template(), touching: ti.template(), k, x, pressing, dire
 
 
 @ti.func
+def hold_one(touching: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()):
+    """Increment, mask of what presses and violated gap [m] of a node at a single obstacle; d: under its old forces.
+
+    Normal and tangential force answer each other, which converges where mu |coupling| < give. Beyond that the pressing
+    force is searched for between one that leaves an overlap and one that opens the contact.
+    """
+    traces = ti.static(touching.traces)
+    normal = entries(system.normals, k, system.stiffness.shape[0], 0, block)
+    across = tangents(three(traces, trace_place(touching, k, 0, DIRECTION)))
+    there = across @ b
+    push = flexible @ normal
+    give = normal.dot(push) + touching.give[k]
+    friction = across @ three(traces, trace_place(touching, k, 0, TRACTION))
+    pressing = traces[trace_place(touching, k, 0, PRESSING)]
+    d = d - (pressing * push + flexible @ (there.transpose() @ friction))
+    off = 0.0
+    if give > 0.0:
+        mobility = there @ flexible @ there.transpose()
+        coupling = there @ push
+        gap = system.gaps[k] + normal.dot(d)
+        slip = across @ three(traces, trace_place(touching, k, 0, SLIP)) + there @ d
+        steep = gap < 0.0 and touching.friction[COEFFICIENT] * coupling.norm() >= give
+        low, high = 0.0, 0.0
+        for turn in range(ti.select(steep, SEARCH, ROUNDS)):
+            if turn < ROUNDS:
+                pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / give)
+            elif high > 0.0:
+                pressing = 0.5 * (low + high)
+            else:
+                pressing = 2.0 * ti.max(pressing, (0.0 - gap) / give)
+            most = most_friction(touching, k, pressing)
+            friction = resist(touching.kinds.friction, mobility, slip + pressing * coupling, most, scale)
+            after = gap + coupling.dot(friction) + give * pressing
+            off = violated(after, pressing)
+            if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
+                break
+            if after < 0.0:
+                low = pressing
+            else:
+                high = pressing
+    else:
+        pressing = 0.0
+        friction = ti.Vector([0.0, 0.0])
+    d += pressing * push + flexible @ (there.transpose() @ friction)
+    traces[trace_place(touching, k, 0, PRESSING)] = pressing
+    put_three(traces, trace_place(touching, k, 0, TRACTION), across.transpose() @ friction)
+    return d, ti.select(pressing > 0.0, 1, 0), off
+
+
+@ti.func
+def hold_several(
+    touching: ti.template(),
+    system: ti.template(),
+    k,
+    d,
+    flexible,
+    b,
+    scale,
+    block: ti.template(),
+    slots: ti.template(),
+):
+    """Increment, mask of what presses and violated gap [m] of a node among several obstacles; d: under its old forces.
+
+    In turns: the pressing forces of all of them at once, so that dependent normals share them as they do in
+    `balance`; then the friction of one after another.
+    """
+    traces = ti.static(touching.traces)
+    stride = system.stiffness.shape[0]
+    normals = ti.Matrix(
+        [
+            [system.normals[(p * block + j) * stride + k] for j in ti.static(range(block))]
+            for p in ti.static(range(slots))
+        ]
+    )
+    gaps = entries(system.gaps, k, stride, 0, slots)
+    pressing = ti.Vector([traces[trace_place(touching, k, p, PRESSING)] for p in ti.static(range(slots))])
+    for _ in range(SEVERAL):
+        before = d
+        d = d - flexible @ (normals.transpose() @ pressing)
+        pressing = multipliers(d, normals, gaps, flexible, touching.give[k], slots)
+        d += flexible @ (normals.transpose() @ pressing)
+        for p in ti.static(range(slots)):
+            across = tangents(three(traces, trace_place(touching, k, p, DIRECTION)))
+            there = across @ b
+            friction = across @ three(traces, trace_place(touching, k, p, TRACTION))
+            d = d - flexible @ (there.transpose() @ friction)
+            slip = across @ three(traces, trace_place(touching, k, p, SLIP)) + there @ d
+            mobility = there @ flexible @ there.transpose()
+            friction = resist(touching.kinds.friction, mobility, slip, most_friction(touching, k, pressing[p]), scale)
+            d += flexible @ (there.transpose() @ friction)
+            put_three(traces, trace_place(touching, k, p, TRACTION), across.transpose() @ friction)
+        if largest(d - before) <= AGREED * largest(d):
+            break
+    mask, off = 0, 0.0
+    after = gaps + normals @ d + touching.give[k] * pressing
+    for p in ti.static(range(slots)):
+        traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
+        off = ti.max(off, violated(after[p], pressing[p]))
+        if pressing[p] > 0.0:
+            mask += 1 << p
+    return d, mask, off
+
+
+@ti.func
 def update_sliding(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
     """The node's contact problem with friction for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
-    traces = ti.static(touching.traces)
     stride = system.stiffness.shape[0]
     flexible = square(system.inverse, k, stride, block)
     b = basis_of(touching.basis, k, block)
     scale = ti.max(touching.friction[SLIP_SPEED] * touching.friction[STEP], 1e-300)
     d = flexible @ (rest + b.transpose() @ held(touching, k))
     for p in ti.static(range(slots)):
-        pressing = traces[trace_place(touching, k, p, PRESSING)]
+        pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
         d += pressing * (flexible @ entries(system.normals, k, stride, p * block, block))
-    mask = 0
-    for turn in range(ti.static(1 if slots == 1 else SEVERAL)):
-        mask = 0
-        for p in ti.static(range(slots)):
-            normal = entries(system.normals, k, stride, p * block, block)
-            across = tangents(three(traces, trace_place(touching, k, p, DIRECTION)))
-            there = across @ b
-            push = flexible @ normal
-            give = normal.dot(push) + touching.give[k]
-            friction = across @ three(traces, trace_place(touching, k, p, TRACTION))
-            pressing = traces[trace_place(touching, k, p, PRESSING)]
-            d = d - (pressing * push + flexible @ (there.transpose() @ friction))
-            if give > 0.0:
-                mobility = there @ flexible @ there.transpose()
-                coupling = there @ push
-                gap = system.gaps[p * stride + k] + normal.dot(d)
-                slip = across @ three(traces, trace_place(touching, k, p, SLIP)) + there @ d
-                for _round in range(ROUNDS):
-                    pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / give)
-                    most = most_friction(touching, k, pressing)
-                    friction = resist(touching.kinds.friction, mobility, slip + pressing * coupling, most, scale)
-            else:
-                pressing = 0.0
-                friction = ti.Vector([0.0, 0.0])
-            d += pressing * push + flexible @ (there.transpose() @ friction)
-            traces[trace_place(touching, k, p, PRESSING)] = pressing
-            put_three(traces, trace_place(touching, k, p, TRACTION), across.transpose() @ friction)
-            if pressing > 0.0:
-                mask += 1 << p
-    return settle(touching, system, k, d, mask, block)
+    mask, off = 0, 0.0
+    if ti.static(slots == 1):
+        d, mask, off = hold_one(touching, system, k, d, flexible, b, scale, block)
+    else:
+        d, mask, off = hold_several(touching, system, k, d, flexible, b, scale, block, slots)
+    stiffness = ti.select(touching.give[k] > 0.0, 1.0 / ti.max(touching.give[k], 1e-300), system.stiffness[k])
+    return ti.max(settle(touching, system, k, d, mask, block), stiffness * off)

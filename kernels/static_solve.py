@@ -14,7 +14,16 @@ import taichi as ti
 from .boundary_nodes import row
 from .friction import held
 from .lanes import SWEEP_LANES as LANES
-from .massless_node import balance, basis_of, block_of, constraints, largest, unbalanced
+from .massless_node import (
+    EPSILON,
+    balance,
+    basis_of,
+    block_of,
+    constraints,
+    largest,
+    off_the_obstacles,
+    unbalanced,
+)
 from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
@@ -38,8 +47,6 @@ from .static_control import (
 from .static_friction import note_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
-
-EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
 
 
 @ti.func
@@ -89,10 +96,8 @@ def assemble(
         rest = unbalanced(out_of_balance, normals, gaps, touching.active[k], touching.give[k], block, slots)
         residual = ti.max(residual, largest(rest))
         # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
-        if ti.static(touching.kinds.curved or touching.kinds.moving):
-            for p in ti.static(range(slots)):
-                if (touching.active[k] >> p) & 1 == 1 and touching.give[k] == 0.0:
-                    residual = ti.max(residual, system.stiffness[k] * ti.abs(gaps[p]))
+        closed = ti.Vector([(touching.active[k] >> p) & 1 for p in ti.static(range(slots))])
+        residual = ti.max(residual, system.stiffness[k] * off_the_obstacles(touching, k, x, gaps, closed, slots))
         for j in ti.static(range(block)):
             system.right[j * stride + k] = right[j]
         for p in ti.static(range(slots)):

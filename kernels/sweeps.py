@@ -4,6 +4,11 @@
     in the norm of D_k
 
 Over-relaxation omega in [1, 2) keeps the convergence of the projected method for symmetric positive K (Cryer 1971).
+Where a soft mode of the whole contact makes them slow (cells much taller than wide that lift off), they are
+accelerated (Nesterov 1983): a sweep and another one in the opposite order start further on along the last step, by a
+share of it that grows from pair to pair, and from nothing again when a pair goes back (O'Donoghue and Candes 2015).
+Both orders together damp every mode without turning it, which the acceleration needs. Whatever it starts from, a sweep
+ends with all constraints met.
 The defect of a sweep is the largest change of a node times its stiffness: the residual before its update, so it is on
 the safe side of the residual that is left.
 """
@@ -12,7 +17,7 @@ import taichi as ti
 
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import basis_of, entries, settle, square
+from .massless_node import EPSILON, basis_of, entries, settle, square
 from .static_control import (
     AIM,
     BEFORE,
@@ -21,6 +26,7 @@ from .static_control import (
     LAST_SWEEP,
     LEAST_SWEEPS,
     LINEAR,
+    MOST_IN_ALL,
     MOST_SWEEPS,
     POLISHING_SWEEPS,
     REACH,
@@ -36,6 +42,10 @@ from .vectors import MASK, load, store
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
 FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
+PLAIN = 10.0  # sweeps between two looks at what they gained
+LITTLE = 0.1  # of the residual: sweeps that leave more of it are accelerated from then on
+FURTHER = 50.0  # accelerated sweeps that may follow ten that lowered the residual
+INCREMENTS = 3  # d, d after the sweep before, d where the last accelerated sweep started
 FEWEST = 2  # sweeps of a linearisation
 LANE_NUMBERS = list(range(LANES))
 
@@ -54,7 +64,7 @@ def prepare(touching: ti.template(), system: ti.template(), block: ti.template()
 
 
 @ti.func
-def update_pack(touching: ti.template(), system: ti.template(), first, count, rest, block: ti.template()):
+def update_pack(touching: ti.template(), system: ti.template(), first, count, rest, relaxation, block: ti.template()):
     """The own contact problems of nodes first .. first + count, each with a single obstacle, lane by lane.
 
     rest: sum_j K_kj d_j, a vector over the lanes for each component; returns the largest defect. The lanes beyond the
@@ -70,7 +80,7 @@ def update_pack(touching: ti.template(), system: ti.template(), first, count, re
         alone = zero
         for j in ti.static(range(block)):
             alone += load(system.inverse, first + (i * block + j) * stride, LANES) * right[j]
-        free[i] = old[i] + system.settings[RELAXATION] * (alone - old[i])
+        free[i] = old[i] + relaxation * (alone - old[i])
         violation = violation - load(system.normals, first + i * stride, LANES) * free[i]  # "-=" fails for vectors
     pressing = ti.max(zero, violation) * load(system.push, first + block * stride, LANES)
     lanes = ti.Vector(LANE_NUMBERS)
@@ -95,14 +105,16 @@ def update_pack(touching: ti.template(), system: ti.template(), first, count, re
 
 
 @ti.func
-def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
+def update(
+    touching: ti.template(), system: ti.template(), k, rest, relaxation, block: ti.template(), slots: ti.template()
+):
     """The node's own contact problem, solved exactly for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
     stride = system.stiffness.shape[0]
     old = entries(system.increment, k, stride, 0, block)
     flexible = square(system.inverse, k, stride, block)
-    free = old + system.settings[RELAXATION] * (flexible @ rest - old)
+    free = old + relaxation * (flexible @ rest - old)
     d = free
-    mask = 0
+    mask, off = 0, 0.0
     normals = ti.Matrix(
         [
             [system.normals[(p * block + j) * stride + k] for j in ti.static(range(block))]
@@ -113,18 +125,25 @@ def update(touching: ti.template(), system: ti.template(), k, rest, block: ti.te
     if (gaps + normals @ free).min() < 0.0:
         pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
         d = free + flexible @ (normals.transpose() @ pressing)
+        after = gaps + normals @ d + touching.give[k] * pressing
         for p in ti.static(range(slots)):
             if pressing[p] > 0.0:
                 mask += 1 << p
-    return settle(touching, system, k, d, mask, block)
+            if touching.give[k] == 0.0:  # obstacles that leave no room between them
+                off = ti.max(off, 0.0 - after[p] - EPSILON * ti.abs(gaps[p]))
+    return ti.max(settle(touching, system, k, d, mask, block), system.stiffness[k] * off)
 
 
 @ti.func
-def sweep_once(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
+def sweep_once(
+    touching: ti.template(), system: ti.template(), relaxation, backward, block: ti.template(), slots: ti.template()
+):
     """One pass over the nodes, colour by colour; returns the largest defect [N]."""
     stride = system.stiffness.shape[0]
     defect = 0.0
-    for pack in range(system.pack_start.shape[0] - 1):
+    packs = system.pack_start.shape[0] - 1
+    for turn in range(packs):
+        pack = ti.select(backward == 1, packs - 1 - turn, turn)
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
@@ -137,7 +156,7 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
         first = system.pack_start[pack]
         count = system.pack_start[pack + 1] - first
         if ti.static(slots == 1 and not touching.kinds.static_friction):
-            defect = ti.max(defect, update_pack(touching, system, first, count, rest, block))
+            defect = ti.max(defect, update_pack(touching, system, first, count, rest, relaxation, block))
         else:  # too much code for lanes
             for i in ti.static(range(block)):
                 own = load(system.right, first + i * stride, LANES) - rest[i]
@@ -149,8 +168,33 @@ def sweep_once(touching: ti.template(), system: ti.template(), block: ti.templat
                 if ti.static(touching.kinds.static_friction):
                     defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
                 else:
-                    defect = ti.max(defect, update(touching, system, k, own, block, slots))
+                    defect = ti.max(defect, update(touching, system, k, own, relaxation, block, slots))
     return defect
+
+
+@ti.func
+def go_on(system: ti.template(), share):
+    """Before an accelerated sweep: d goes on along its last step."""
+    size = system.increment.shape[0] // INCREMENTS
+    for i in range(size):
+        now = system.increment[i]
+        further = now
+        if share > 0.0:
+            further = now + share * (now - system.increment[size + i])
+        system.increment[size + i] = now
+        system.increment[2 * size + i] = further
+        system.increment[i] = further
+
+
+@ti.func
+def turned(system: ti.template()):
+    """Whether the last sweep went back."""
+    size = system.increment.shape[0] // INCREMENTS
+    total = 0.0
+    for i in range(size):
+        now = system.increment[i]
+        total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
+    return total < 0.0
 
 
 @ti.func
@@ -158,10 +202,11 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
     """Sweeps until the linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
 
     Down to the tolerance a solve may take MOST_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where compression
-    makes K_KK lose definiteness, endless sweeps would follow the unstable mode.
+    makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go on as long as
+    they lower the residual: no unstable mode lets them.
     """
     stats, settings = ti.static(system.stats, system.settings)
-    for i in range(system.increment.shape[0]):
+    for i in range(system.increment.shape[0] // INCREMENTS):
         system.increment[i] = 0.0
     if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
@@ -174,14 +219,31 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
             aim = ti.max(aim, FORCING * stats[CONTRACTION] * stats[RESIDUAL])
     bound = ti.max(settings[TOLERANCE], stats[ROUNDING])
     done, residual, stalled = 0.0, 1e300, 0
+    relaxation = settings[RELAXATION]
+    most = settings[MOST_SWEEPS]
+    slow, marked, mark, backward, share, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
     while (
         done < least
         or (done < settings[POLISHING_SWEEPS] and residual > aim and stalled == 0)
-        or (done < settings[MOST_SWEEPS] and residual > bound)
+        or (done < most and residual > bound)
     ):
         before = residual
-        residual = sweep_once(touching, system, block, slots) / stats[F_REF]
+        if done == marked + PLAIN:
+            if slow == 0 and done > PLAIN and residual > ti.max(aim, LITTLE * mark):
+                slow = 1
+                relaxation = 1.0  # over-relaxed sweeps turn about the solution: no direction to go on along
+            if slow == 1 and residual < mark:
+                most = ti.min(ti.max(most, done + FURTHER), settings[MOST_IN_ALL])
+            marked, mark = done, residual
+        if slow == 1 and backward == 0:
+            go_on(system, share)
+        residual = sweep_once(touching, system, relaxation, backward, block, slots) / stats[F_REF]
         done += 1.0
+        if slow == 1:
+            if backward == 1:
+                straight = ti.select(turned(system), 0.0, straight + 1.0)
+                share = straight / (straight + 3.0)
+            backward = 1 - backward
         if residual > STALLED * before and residual <= stats[ROUNDING]:
             stalled = 1
     stats[SWEEPS] = stats[SWEEPS] + done

@@ -169,3 +169,69 @@ def test_a_wall_out_of_reach_never_pushes():
     found = solve(free, normals, gaps, inverse, compliance)
     assert not found[:, 1].any()
     assert np.allclose(found[:, :1], solve(free, normals[:, :1], gaps[:, :1], inverse, compliance), rtol=1e-10)
+
+
+def assert_optimal(data, found, count):
+    """The conditions of optimality of every node in long double, relative to the penetration of the free motion."""
+    free, normals, gaps, inverse, compliance = (np.asarray(array, dtype=np.longdouble) for array in data)
+    active = set()
+    for k in range(count):
+        moved = free[k] + inverse[k] @ normals[k].T @ found[k]
+        start = gaps[k] + normals[k] @ free[k]
+        span = np.maximum(-start, 0.0).max()
+        apart = gaps[k] + normals[k] @ moved + compliance[k] * found[k]
+        weight = np.einsum("pi,ij,pj->p", normals[k], inverse[k], normals[k]) + compliance[k]
+        rounding = 1e-14 * (np.abs(gaps[k]) + np.abs(normals[k] @ free[k]) + np.abs(found[k] * weight).max())
+        assert (found[k] >= 0.0).all()
+        assert (apart >= -1e-9 * span - rounding).all(), k
+        assert (np.where(found[k] > 0.0, np.abs(apart), 0.0) <= 1e-9 * span + rounding).all(), k
+        active.add(int((found[k] > 0.0).sum()))
+    return active
+
+
+@pytest.mark.parametrize("soft", [False, True], ids=["exact", "penalty"])
+@pytest.mark.parametrize("slots", [2, 3])
+def test_gaps_of_every_size(slots, soft):
+    """Gaps, motions and penetrations from 1e-12 to 1e3 at the same node: the largest one is no measure of the rest."""
+    count = 400
+    free, normals, gaps, inverse, compliance = problems(3, slots, count, 30 + slots, soft)
+    generator = np.random.default_rng(slots)
+    free *= 10.0 ** generator.uniform(-12.0, 0.0, count)[:, None]
+    gaps = np.abs(gaps) * 10.0 ** generator.uniform(-12.0, 3.0, gaps.shape)
+    data = free, normals, gaps, inverse, compliance
+    assert assert_optimal(data, solve(*data), count) >= {0, 1, 2}
+
+
+@pytest.mark.parametrize("slots", [2, 3])
+def test_normals_that_nearly_depend_on_each_other(slots):
+    """Walls at angles from 1e-9 to 1e-1, both leaning apart and facing each other: creases, and slits that taper."""
+    count = 400
+    free, normals, gaps, inverse, compliance = problems(3, slots, count, 50 + slots, False)
+    generator = np.random.default_rng(slots)
+    lean = 10.0 ** generator.uniform(-9.0, -1.0, count)[:, None]
+    normals[:, 1] = normals[:, 0] + lean * normals[:, 1]
+    normals[: count // 4, 1] *= -1.0
+    normals[:, 1] /= np.linalg.norm(normals[:, 1], axis=1)[:, None]
+    gaps[:, 1] = gaps[:, 0] + lean[:, 0] * generator.normal(size=count)
+    gaps[: count // 4, 1] = np.abs(gaps[: count // 4, 0]) + 3.0 + np.abs(free[: count // 4]).sum(axis=1)
+    for k in range(count // 2, count):  # both push
+        wanted = np.concatenate([generator.uniform(0.1, 1.0, 2), np.zeros(slots - 2)])
+        meets = normals[k] @ free[k] + normals[k] @ inverse[k] @ normals[k].T @ wanted
+        gaps[k] = np.concatenate([np.zeros(2), np.ones(slots - 2)]) - meets
+    data = free, normals, gaps, inverse, compliance
+    assert assert_optimal(data, solve(*data), count) >= {0, 1, 2}
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_an_obstacle_out_of_reach_changes_not_a_bit(place):
+    free, normals, gaps, inverse, compliance = problems(3, 2, 400, 61, False)
+    few = solve(free * 1e-6, normals, gaps * 1e-6, inverse, compliance)
+    far = np.random.default_rng(9).normal(size=(400, 3))
+    far /= np.linalg.norm(far, axis=1)[:, None]
+    many = solve(
+        free * 1e-6, np.insert(normals, place, far, axis=1), np.insert(gaps * 1e-6, place, 100.0, axis=1), inverse,
+        compliance,
+    )  # fmt: skip
+    assert (few > 0.0).all(axis=1).any()
+    assert not many[:, place].any()
+    assert np.array_equal(np.delete(many, place, axis=1), few)

@@ -40,6 +40,7 @@ class StaticSolve:
         graph, block = contact.graph, contact.block
         self.names = names
         self.law, self.removal = material.law, contact.removal
+        self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
@@ -77,7 +78,7 @@ class StaticSolve:
             arrays.zeros(room * slots),  # gaps
             arrays.zeros(room * slots * block),  # normals
             arrays.zeros(room * (block + 1)),  # push
-            arrays.zeros(room * block),  # increment
+            arrays.zeros(3 * room * block),  # increment
             arrays.put(self._settings(scene, plan, model, graph.cells)),
             self.stats,
         ]
@@ -130,6 +131,8 @@ class StaticSolve:
             text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
         removal = "" if self.removal == "normal" else "removal='normal', "
+        if self.friction > 1.0 and removal:
+            removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
     def arguments(self) -> tuple[arrays.Array, ...]:

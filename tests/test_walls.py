@@ -1,0 +1,174 @@
+"""Several walls at a body: far ones, touching ones, the same one twice; walls that let go of tall cells (METHOD 2)."""
+
+import numpy as np
+import pytest
+from oracle import meshes
+from scenes import simulate
+from test_static_solve import problem
+
+import tcontact as tc
+
+SPEED = 0.01  # m/s: moves of 1e-5 m in the time that a wave needs there and back
+FAR = tc.Plane(point=(0.0, 100.0, 0.0), normal=(0.0, -1.0, 0.0))
+CEILING = tc.Plane(point=(0.0, 0.0, 100.0), normal=(0.0, 0.0, -1.0))
+
+
+def rubber(law=tc.LinearElastic):
+    return law(young=1e7, poisson=0.3, density=1000.0)
+
+
+def pushed(more=(), first=False, removal="full", penalty=None, friction=None):
+    """A linear cube between a floor and a side wall, thrown at both; `more` obstacles before or behind these."""
+    body = tc.Body(
+        tc.box_mesh((0.1,) * 3, (4,) * 3),
+        rubber(),
+        velocity=(-0.3 * SPEED, 0.0, -SPEED),
+        contact=["xmin", "zmin"],
+    )
+    near = [tc.Plane(), tc.Plane(normal=(1.0, 0.0, 0.0))]
+    return simulate(
+        tc.Scene(
+            bodies=[body],
+            obstacles=[*more, *near] if first else [*near, *more],
+            duration=3e-3,
+            contact=tc.MasslessContact(removal=removal, penalty=penalty),
+            friction=None if friction is None else tc.Coulomb(friction),
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "removal", "penalty", "friction"),
+    [([FAR], "full", None, None), ([FAR], "full", 1e9, None), ([CEILING], "normal", None, None),
+     ([FAR, CEILING], "full", None, None), ([FAR], "full", None, 0.3)],
+    ids=["one", "penalty", "normal removal", "two, so that nodes choose three of four", "friction"],
+)  # fmt: skip
+def test_a_wall_out_of_reach_changes_not_a_bit(more, removal, penalty, friction):
+    alone = pushed(removal=removal, penalty=penalty, friction=friction)
+    pressing = np.abs(alone.history["contact_force"]).max(axis=0)
+    assert (pressing[[0, 2]] > 0.0).all(), "both walls are touched"
+    if penalty is None:
+        assert alone.history["gap_min"].min() >= -1e-9
+    for first in (False, True):
+        found = pushed(more, first, removal, penalty, friction)
+        assert np.array_equal(found.position, alone.position)
+        for name in ("contact_force", "gap_min", "static_residual", "sweeps"):
+            assert np.array_equal(found.history[name], alone.history[name]), name
+
+
+@pytest.mark.parametrize("removal", ["full", "normal"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_shaken_bar_between_touching_walls_stays_between_them(removal, seed):
+    """Every node has a wall at gap 0 and another across the bar, at 4e-2 m: 1e7 times its moves."""
+    size = np.array([0.04, 0.04, 0.3])
+    box = tc.box_mesh(size, (4, 4, 30))
+    mesh = tc.Mesh(meshes.shaken(np.array(box.nodes), 2e-3, seed), box.cells, "hex8", face_sets=box.face_sets)
+    walls = [
+        tc.Plane(point=side * size * axis, normal=(1 - 2 * side) * axis) for axis in np.eye(3)[:2] for side in (0, 1)
+    ]
+    speed = 1e-5
+    body = tc.Body(mesh, rubber(), velocity=(0.0, 0.0, -speed), contact=["xmin", "xmax", "ymin", "ymax", "zmin"])
+    duration = 0.02 / body.material.wave_speed
+    result = simulate(
+        tc.Scene(
+            bodies=[body],
+            obstacles=[*walls, tc.Plane()],
+            duration=10 * duration,
+            contact=tc.MasslessContact(removal=removal),
+        )
+    )
+    moved = np.abs(result.position - mesh.nodes).max()
+    assert moved > speed * duration
+    assert result.history["gap_min"].min() >= -1e-9 * moved
+    assert result.history["static_residual"].max() <= 1e-6
+
+
+def thrown_flat(obstacles, law=tc.NeoHookean, removal="full", friction=0.3, slip=0.3, tolerance=None, sweeps=10):
+    """A cube that hits the floor along and across it."""
+    body = tc.Body(tc.box_mesh((0.1,) * 3, (4,) * 3), rubber(law), velocity=(slip, 0.0, -1.0), contact="zmin")
+    return simulate(
+        tc.Scene(
+            bodies=[body],
+            obstacles=obstacles,
+            duration=0.3 / body.material.wave_speed,
+            contact=tc.MasslessContact(removal=removal, tolerance=tolerance, sweeps=sweeps),
+            friction=tc.Coulomb(friction),
+        )
+    )
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_floor_named_several_times_rubs_as_one(count):
+    one, several = thrown_flat([tc.Plane()]), thrown_flat([tc.Plane()] * count)
+    force = np.abs(one.history["contact_force"]).max()
+    assert np.abs(one.history["contact_force"][:, 0]).max() > 0.1 * force
+    assert np.allclose(several.history["contact_force"], one.history["contact_force"], atol=1e-5 * force)
+    assert np.allclose(several.position, one.position, atol=1e-8)
+
+
+@pytest.mark.parametrize("law", [tc.LinearElastic, tc.NeoHookean])
+@pytest.mark.parametrize("slip", [0.3, 3.0])
+@pytest.mark.parametrize("friction", [5.0, 10.0])
+def test_large_friction_closes_the_contact(law, slip, friction):
+    """Normal and tangential force answer each other by more than they are: still no overlap is left."""
+    with pytest.warns(UserWarning, match="more than one solution"):
+        result = thrown_flat([tc.Plane()], law, friction=friction, slip=slip)
+    assert np.abs(result.history["contact_force"][:, 2]).max() > 0.0
+    assert result.history["gap_min"].min() >= -1e-9
+    assert result.history["static_residual"].max() <= 1e-5
+
+
+@pytest.mark.parametrize("law", [tc.LinearElastic, tc.NeoHookean])
+@pytest.mark.parametrize("rows", [2, 5])
+def test_the_residual_sees_an_overlap(law, rows):
+    """One sweep leaves overlaps: the force that would undo one is part of the residual."""
+    mesh = tc.box_mesh((0.1,) * 3, (4,) * 3)
+    body = tc.Body(mesh, rubber(law), velocity=(3.0, 0.0, -1.0), contact="zmin")
+    scene = tc.Scene(
+        bodies=[body],
+        obstacles=[tc.Plane()],
+        duration=rows * 1e-4,
+        contact=tc.MasslessContact(removal="full", tolerance=1.0, sweeps=1),
+        friction=tc.Coulomb(0.9),
+    )
+    result = simulate(scene, dt=1e-4)
+    static, _, _ = problem(scene)
+    moved = result.position - mesh.nodes
+    _, reference = static.force(moved)
+    stiffness = np.diag(static._tangent(moved)).min()
+    overlap = -result.history["gap_min"][-1]
+    assert overlap > 1e-7
+    assert result.history["static_residual"][-1] * reference >= stiffness * overlap
+
+
+def lifted(kind, law, removal, ratio):
+    """A body whose cells are `ratio` times taller than wide, standing on one end, thrown at the floor."""
+    body = tc.Body(
+        tc.box_mesh((0.04, 0.04, 0.03 * ratio), (4, 4, 3), kind),
+        rubber(law),
+        velocity=(0.0, 0.0, -1.0),
+        contact="zmin",
+    )
+    return simulate(
+        tc.Scene(
+            bodies=[body],
+            obstacles=[tc.Plane()],
+            duration=3.0 * 0.03 * ratio / body.material.wave_speed,
+            contact=tc.MasslessContact(removal=removal),
+        )
+    )
+
+
+@pytest.mark.parametrize("ratio", [30, 60, 100])
+@pytest.mark.parametrize("removal", ["full", "normal"])
+@pytest.mark.parametrize(
+    ("kind", "law"), [("hex8", tc.LinearElastic), ("hex8", tc.NeoHookean), ("tet4", tc.LinearElastic)]
+)
+def test_tall_cells_lift_off(kind, law, removal, ratio):
+    """The nodes of the floor then have a mode as soft as a cell is tall beside stiff ones."""
+    result = lifted(kind, law, removal, ratio)
+    force = result.history["contact_force"][:, 2]
+    assert force.max() > 0.0
+    assert force[-1] == 0.0
+    assert result.history["gap_min"][-1] > 0.0
+    assert result.history["sweeps"].max() > 60, "plain sweeps would not do"
