@@ -75,7 +75,8 @@ class Run:
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
             stiffness = None if scheme.implicit else stiffness
-            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness))
+            viscous = getattr(getattr(state, "serial", None), "viscous_force", None)
+            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness, viscous))
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
@@ -95,6 +96,7 @@ class Run:
         pairs = zip(self.states, self.limits, strict=True)
         found = min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
         self._elastic = min(limit.elastic for limit in self.limits)
+        self._damped = min(limit.damped for limit in self.limits)
         return found
 
     def _warn_over(self, dt: float, limit: float) -> None:
@@ -205,7 +207,7 @@ class Run:
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
-            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE)
+            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
         return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
 
     def _rows_until(self, span: float, number: int) -> int:
@@ -228,7 +230,7 @@ class Run:
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
         if self.scene.viscosity is not None:
-            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0])))
+            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0]), self._damped))
         if self.scheme.implicit or not any(self.guards.nonlinear):
             return
         jacobian = float(row[PLACE["jacobian_min"]][0])

@@ -45,6 +45,23 @@ CORNER_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS), "tet4": _TET_GRADIENT}
 _WEIGHT = {"hex8": 1.0, "tet4": 1.0 / 6.0}
 
 
+def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
+    """Volume over the largest mid-face area of hexes, shortest height of tetrahedra [m], from corners [m, 8|4, 3]."""
+    if kind == "tet4":
+        axes = corners[:, 1:] - corners[:, :1]
+    else:
+        axes = np.stack(
+            [
+                corners[:, [1, 2, 5, 6]].mean(axis=1) - corners[:, [0, 3, 4, 7]].mean(axis=1),
+                corners[:, [2, 3, 6, 7]].mean(axis=1) - corners[:, [0, 1, 4, 5]].mean(axis=1),
+                corners[:, 4:].mean(axis=1) - corners[:, :4].mean(axis=1),
+            ],
+            axis=1,
+        )
+    areas = np.cross(axes[:, [0, 1, 2]], axes[:, [1, 2, 0]])
+    return np.asarray(np.abs(np.linalg.det(axes)) / np.linalg.norm(areas, axis=2).max(axis=1))
+
+
 def jacobians(
     nodes: FloatArray, cells: IntArray, gradient: FloatArray
 ) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
