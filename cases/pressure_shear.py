@@ -47,6 +47,7 @@ def scene(
     penalty: float | None = None,
     depth: int = 1,
     sweeps: int = 10,
+    cell_viscosity: float | None = None,
     tolerance: float | None = None,
 ) -> tc.Scene:
     """A column of `cells` cells, all along its height, `gap` above the plane z = 0.
@@ -67,6 +68,7 @@ def scene(
         depth=depth,
         sweeps=sweeps,
         tolerance=tolerance,
+        cell_viscosity=cell_viscosity,
     )
     slab = tc.Body(mesh, material, (sideways, 0.0, -speed), contact="zmin", name="slab", periodic="xy")
     duration = gap / speed + (1.0 + LEAVING) * 2.0 * height / material.wave_speed

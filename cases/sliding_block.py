@@ -53,6 +53,7 @@ def scene(
     removal: choices.Removal = "auto",
     penalty: float | None = None,
     sweeps: int = 10,
+    cell_viscosity: float | None = None,
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
@@ -94,6 +95,7 @@ def scene(
         depth=1,
         sweeps=sweeps,
         tolerance=tolerance,
+        cell_viscosity=cell_viscosity,
     )
     if duration is None:
         stopping = speed / (friction * press - down) if motion == "stop" else 0.0

@@ -78,6 +78,18 @@ def mean_step_force(x, d, moduli, law: ti.template()):
     return with_pressure(points, moduli[0], now[0], now[1], change)
 
 
+@ti.func
+def at_rest(corner, c: ti.template()):
+    """Component c of the reference position of a corner, out of its position and displacement (6)."""
+    return corner[c]
+
+
+@ti.func
+def present(corner, c: ti.template()):
+    """The same of its present position."""
+    return corner[c] + corner[3 + c]
+
+
 @functools.cache
 def make_viscous_phase(kind: str, law: str, width: int):
     """Viscous corner forces of the contact cells of a kind with a law, packed `width` wide; memoised.
@@ -92,6 +104,8 @@ def make_viscous_phase(kind: str, law: str, width: int):
     if not linear:  # deformed cells are no parallelepipeds
         force_of = mean_step_force if kind in elements.MEAN else elements.FORCES[kind.removesuffix("-affine")]
 
+    place_of = at_rest if linear else present
+
     @ti.func
     def viscous_phase(body: ti.template(), viscous: ti.template(), stride: ti.template()):
         for s in range(CHUNKS * stride):
@@ -104,9 +118,7 @@ def make_viscous_phase(kind: str, law: str, width: int):
                     corner = [gather(body, start + k * width, width) for k in range(corners)]
                     past = [earlier(body, viscous, start + k * width, width) for k in range(corners)]
                     d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
-                    x = [[corner[k][c] for k in range(corners)] for c in range(3)]
-                    if ti.static(not linear):
-                        x = [[corner[k][c] + corner[k][3 + c] for k in range(corners)] for c in range(3)]
+                    x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
                     eta = load(viscous, eta_place(viscous) + (pack - origin) * width, width)  # 0 in padding lanes
                     answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
                     first = rows_place(viscous) + 3 * (start - origin * (corners * width))

@@ -12,6 +12,7 @@ import numpy as np
 from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .errors import InputError
+from .friction_models import FLUTTERS
 from .guards import Guards, Stop
 from .history import History
 from .interrupts import interrupts
@@ -32,6 +33,7 @@ FIRST_CHECK = 100  # steps between looks at the stable step of a body that defor
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
+SLID = 0.05  # work of friction over the largest energy from which on something slides; what sticks at once stays below
 CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
 
 
@@ -91,6 +93,10 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
+        rubbing = scene.friction is not None and scene.friction.coefficient >= FLUTTERS
+        self._may_flutter = rubbing and any(
+            body.contact and body.contact.removal == "normal" for body in planned.bodies
+        )
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.states, self.limits, strict=True)
@@ -199,6 +205,17 @@ class Run:
             for state, record in self.pressures:
                 record.add(state.contact_node_force())
 
+    def _warn_flutter(self) -> None:
+        """Say so when something slides with a coefficient that is beyond the viscosity of the contact cells."""
+        if self._may_flutter and self.history.rubbed() > SLID * self.history.reference_energy:
+            self._may_flutter = False
+            assert self.scene.friction is not None
+            self.warn(
+                f"flutter: what slides on nodes that keep their tangential mass with a friction coefficient of"
+                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) loses some of its friction; compare with"
+                " MasslessContact(removal='full')"
+            )
+
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
         if many == 1:
@@ -229,6 +246,7 @@ class Run:
 
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
+        self._warn_flutter()
         if self.scene.viscosity is not None:
             self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0]), self._damped))
         if self.scheme.implicit or not any(self.guards.nonlinear):

@@ -180,8 +180,6 @@ class BodyPlan:
             names.append("mass-damping")
         if self.viscosity is not None:
             names.append("bulk-viscosity")
-        if self.viscous_cells:
-            names.append("cell-viscosity")
         return tuple(names)
 
 
@@ -208,6 +206,8 @@ class Plan:
             found[self.contact_term] = None
             if self.scene.friction is not None:
                 found[FRICTION_TERMS[type(self.scene.friction)]] = None
+            if any(body.viscous_cells for body in self.bodies):
+                found["cell-viscosity"] = None
         return (*found, "ledger")
 
     @property

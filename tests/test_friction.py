@@ -136,10 +136,11 @@ def test_every_row_equals_the_oracle(name):
     ]
     there = oracle.run(
         twin(body), planes, body.initial_velocity, steps=result.steps, dt=result.dt, contact=theirs,
-        gravity=np.asarray(scene.gravity), friction=MU,
+        gravity=np.asarray(scene.gravity), friction=MU, viscosity=0.2 if name.startswith("normal") else None,
     )  # fmt: skip
     assert there.friction_work[-1] > 0.01 * there.kinetic[0]
-    for column in (*COLUMNS, "friction_work"):
+    assert (there.viscous_work[-1] > 0.0) == ("viscous_work" in result.history) == name.startswith("normal")
+    for column in (*COLUMNS, "friction_work", *(["viscous_work"] if there.viscous_work[-1] > 0.0 else [])):
         if name == "full removal, corner" and column in ("friction_work", "contact"):
             continue  # two walls may share the force on a node in more than one way; only the sum is unique
         # the last kick of a run is half a kick, and what stops a node in it another force
