@@ -146,7 +146,7 @@ class StableStep:
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
         self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
         if self.damping is not None:
-            self.damped = self.damping.estimate(u, here, self.elastic, products, SAFETY)
+            self.damped = SAFETY * self.damping.estimate(u, here, self.elastic, products)
         rate = 0.0 if self.plan.viscosity is None else float(self.force.viscous_sums()[1])
         return with_viscosity(self.elastic, rate, self.damped)
 
