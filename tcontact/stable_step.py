@@ -13,7 +13,7 @@ import numpy as np
 from . import arrays
 from .damped_step import DampedStep, ViscousForce
 from .errors import InputError
-from .mesh_geometry import shortest_heights
+from .mesh_geometry import spanned_heights
 from .obstacles import Obstacle
 from .plan import BodyPlan
 from .terms.internal_force import InternalForce
@@ -59,7 +59,7 @@ class StableStep:
         """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
         body = self.plan.body
         corners = self.plan.reference[self.plan.cells]
-        height = shortest_heights(body.mesh.kind, corners)
+        height = spanned_heights(body.mesh.kind, corners)
         rate = (body.material.wave_speed / height) ** 2
         bound = np.zeros(len(self.plan.reference))
         np.maximum.at(bound, self.plan.cells, rate[:, None])

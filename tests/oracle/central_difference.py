@@ -127,10 +127,12 @@ def stable_step(body, penalty=None, normals=()):
 
 
 def heights(nodes, cells):
-    """Of a parallelepiped with the face centres of a hex, or of a tetrahedron, the shortest [m]."""
+    """Of a parallelepiped with the face centres of a hex the shortest [m]; of a tetrahedron the same times sqrt 2."""
     corner = nodes[cells]
     if cells.shape[1] == 4:
-        axes = corner[:, 1:] - corner[:, :1]
+        rows = np.linalg.inv(corner[:, 1:] - corner[:, :1])  # their columns: gradients of the shape functions
+        every = np.concatenate([rows, -rows.sum(axis=2, keepdims=True)], axis=2)
+        return np.sqrt(2) / np.linalg.norm(every, axis=1).max(axis=1)
     else:
         faces = [((1, 2, 5, 6), (0, 3, 4, 7)), ((2, 3, 6, 7), (0, 1, 4, 5)), ((4, 5, 6, 7), (0, 1, 2, 3))]
         axes = np.stack([corner[:, list(a)].mean(1) - corner[:, list(b)].mean(1) for a, b in faces], axis=1)
