@@ -58,9 +58,9 @@ class CellViscosity:
 
     def set_rate(self, rate: float) -> None:
         """1/dt [1/s] of the strain rates of the next pass."""
-        data = arrays.get(self.data).copy()
-        data[self.names.RATE] = rate
-        arrays.set_values(self.data, data)
+        numbers = arrays.get(self.data)[: self.names.NUMBERS].copy()
+        numbers[self.names.RATE] = rate
+        arrays.set_values(self.data, numbers)
 
     def measure(self, u: arrays.Array, v: arrays.Array) -> None:
         """Corner forces at u [3n] of the step since the last row, in a pass of its own: where the cells are many."""
