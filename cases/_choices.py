@@ -37,11 +37,12 @@ def contact_model(
     depth: int,
     sweeps: int,
     tolerance: float | None,
+    cell_viscosity: float | None = None,
 ) -> tc.MasslessContact | tc.PenaltyContact | tc.ImpulseContact:
     """Contact model of the given name; penalty in multiples of unit = E/h [N/m^3]. Raises `InputError`."""
     if contact == "massless":
         stiffness = None if penalty is None else penalty * unit
-        return tc.MasslessContact(removal=removal, penalty=stiffness, depth=depth, sweeps=sweeps, tolerance=tolerance)
+        return tc.MasslessContact(removal, stiffness, depth, sweeps, tolerance, cell_viscosity)
     if contact == "penalty":
         return tc.PenaltyContact(stiffness=(10.0 if penalty is None else penalty) * unit)
     if contact == "impulse":

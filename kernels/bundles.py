@@ -75,7 +75,8 @@ class Touching(NamedTuple):
 class Kinds(NamedTuple):
     """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
     time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
-    "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass."""
+    "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass,
+    viscous: whether the contact cells are."""
 
     block: int = 1
     slots: int = 1
@@ -85,6 +86,7 @@ class Kinds(NamedTuple):
     friction: str = ""
     layered: bool = False
     kicked: bool = False
+    viscous: bool = False
 
     @property
     def static_friction(self) -> bool:
@@ -100,8 +102,9 @@ class Kinds(NamedTuple):
 class System(NamedTuple):
     """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
 
-    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1]; pack_start [packs+1]:
-    nodes of a pack; lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
+    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1], with viscous contact
+    cells of every boundary node, of which the contact nodes are the first; pack_start [packs+1]: nodes of a pack;
+    lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
     gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
     with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier

@@ -1,7 +1,8 @@
 """Raw rows: what a step measures, side by side, before the host makes a row of the history of it.
 
 node sums (10), cell sums (3), boundary sums (8), reactions (4) and contact sums (8); with viscosity also its power and
-rate, with friction its work, and where they are asked for the loads of the obstacles and their power.
+rate (that of the contact cells has no rate), with friction its work, and where they are asked for the loads of the
+obstacles and their power.
 """
 
 import taichi as ti
@@ -33,8 +34,10 @@ def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int
 
 
 @ti.func
-def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template()):
-    """All sums of a row, side by side."""
+def log_row(
+    raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template(), cell_power
+):
+    """All sums of a row, side by side; cell_power [W]: of the viscosity of the contact cells."""
     sums = ti.static(touching.sums)
     width = row_width(touching, viscous)
     place = number * width
@@ -54,11 +57,12 @@ def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.templa
     for j in range(FRICTION_AT):
         raw[place + j] = sums[j]
     place += FRICTION_AT
-    if ti.static(viscous):
-        power, fastest = 0.0, 0.0
-        for chunk in range(CHUNKS):
-            power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
-            fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
+    if ti.static(viscous or touching.kinds.viscous):
+        power, fastest = cell_power, 0.0
+        if ti.static(viscous):
+            for chunk in range(CHUNKS):
+                power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
+                fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
         raw[place], raw[place + 1] = power, fastest
         place += VISCOUS_SUMS
     if ti.static(touching.kinds.friction != ""):
@@ -73,7 +77,7 @@ def log_row(raw: ti.template(), number, body: ti.template(), touching: ti.templa
 @ti.func
 def row_width(touching: ti.template(), viscous: ti.template()):
     """Numbers of a raw row."""
-    fixed = ti.static(row_places(viscous, touching.kinds.friction != "", 0)[3])
+    fixed = ti.static(row_places(viscous or touching.kinds.viscous, touching.kinds.friction != "", 0)[3])
     width = 0
     if ti.static(touching.kinds.tracked):
         width = touching.sums.shape[0] - LOADS_AT

@@ -9,6 +9,8 @@ where they are few; where they are many it ends at a measure, and starts again a
 pass, over them. A small body starts at `pass` and does many rows: one loop over cells serves passes and measures, every
 turn of the outer loop is one of the two and what follows it. The loop ends early at a row that a guard has to look at.
 With friction layers it also ends after the contact load, for them to take their step, and starts again at `kick`.
+Viscous contact cells (cell_viscosity.py) take their force where contact measures it: before a row and in every measure,
+here or, where they are many, in a parallel pass before the launch; started at `viscous` the kernel does that alone.
 
 `control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
@@ -32,7 +34,7 @@ RATE_LIMIT = 11
 CONTROL = 12
 # values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
-STOP = 6
+STOP, VISCOUS = 6, 7
 
 
 @ti.func
@@ -73,11 +75,13 @@ def make_serial_step(
     rubs = loads and kinds.friction != ""
     kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
+    resists = contact == "massless" and kinds.viscous
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes or measures else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
     clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
+    viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
     if listed_nodes and damped:
@@ -93,6 +97,10 @@ def make_serial_step(
         from .static_friction import remember, sliding_work
     if contact in ("penalty", "impulse"):
         from .contact_load import impulse_load, penalty_load
+    if resists:
+        from .cell_viscosity import POWER, RATE, make_viscous_phase, viscous_load
+
+        viscous_phase = make_viscous_phase(kind, law, WIDTHS[kind]) if passes or measures else None
     if contact == "massless":
         from .massless_contact import massless_load, predict
         from .static_control import CONVERGED, MEASURE, NEXT
@@ -140,7 +148,9 @@ def make_serial_step(
             kick_and_drift(body, listed)
 
     @ti.func
-    def place(body: ti.template(), touching: ti.template(), control: ti.template(), start):
+    def place(
+        body: ti.template(), touching: ti.template(), viscous_cells: ti.template(), control: ti.template(), start
+    ):
         if ti.static(slots == MOST_SLOTS):
             nearest_obstacles(touching, body.u)
         before, after = control[BEFORE], control[AFTER]
@@ -148,6 +158,8 @@ def make_serial_step(
         time = 0.5 * after * (before + after)
         if start == PLACE:
             ratio, time = 0.0, 0.0
+        if ti.static(resists):
+            viscous_cells[RATE] = ti.select(start == PLACE, 0.0, 1.0 / ti.max(after, 1e-300))
         if ti.static(sticks_still):
             touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
@@ -217,6 +229,7 @@ def make_serial_step(
         increment: ARRAY,
         settings: ARRAY,
         stats: ARRAY,
+        viscous_cells: ARRAY,
         images: INDEX,
         control: ARRAY,
         raw_out: ARRAY,
@@ -307,6 +320,15 @@ def make_serial_step(
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, CHUNKS, 1, damped)
+                if ti.static(resists):
+                    if state == PASS or state == BOUNDARY:
+                        past = control[BEFORE]
+                        viscous_cells[RATE] = ti.select(past > 0.0, 1.0 / ti.max(past, 1e-300), 0.0)
+                    if ti.static(passes or measures):
+                        if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
+                            viscous_phase(body, viscous_cells, 1)
+                    if state == PASS or state == BOUNDARY:
+                        viscous_load(body, listed, system, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(special_force, images)
@@ -316,7 +338,10 @@ def make_serial_step(
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
                     kick(body, listed, supported, touching)
-                    log_row(raw_out, number, body, touching, viscous)
+                    cell_power = 0.0
+                    if ti.static(resists):
+                        cell_power = viscous_cells[POWER]
+                    log_row(raw_out, number, body, touching, viscous, cell_power)
                     stop = suspicious(raw_out, number, control, touching, viscous)
                     number += 1
                     if ti.static(touches and kinds.moving):
@@ -325,17 +350,17 @@ def make_serial_step(
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
-                        resolve(body, listed, touching, pairs, system, first)
+                        resolve(body, listed, touching, pairs, system, viscous_cells, first)
                         first = 0
                         if stats[NEXT] == MEASURE:
                             again = 1
                         elif stats[CONVERGED] == 0.0:
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
-                        place(body, touching, control, state)
+                        place(body, touching, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(tied):
-                    if state != PRODUCT:
+                    if state != PRODUCT and state != VISCOUS:
                         follow(u, v, boundary_nodes, images)
                 if again == 1:
                     state = MEASURED

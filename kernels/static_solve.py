@@ -12,6 +12,7 @@ import functools
 import taichi as ti
 
 from .boundary_nodes import row
+from .cell_viscosity import RATE, TANGENT_RATE, stiffen, viscous_force
 from .friction import held
 from .lanes import SWEEP_LANES as LANES
 from .massless_node import (
@@ -55,6 +56,7 @@ def assemble(
     listed: ti.template(),
     touching: ti.template(),
     system: ti.template(),
+    viscous: ti.template(),
     block: ti.template(),
     slots: ti.template(),
 ):
@@ -80,6 +82,8 @@ def assemble(
             force += part
             magnitude += part.norm()
         scale = ti.max(scale, magnitude)
+        if ti.static(touching.kinds.viscous):
+            force += viscous_force(system, viscous, k)
         b = basis_of(touching.basis, k, block)
         right = b.transpose() @ (row(listed.load, k) - force)
         normals, gaps = constraints(touching, k, b, x, block, slots)
@@ -161,7 +165,10 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
 
 @functools.cache
 def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
-    """resolve(body, listed, touching, pairs, system, first): what follows a measure; stats[NEXT] asks for more."""
+    """resolve(body, listed, touching, pairs, system, viscous, first): what follows a measure.
+
+    stats[NEXT] asks for more; viscous: data of viscous contact cells (cell_viscosity.py).
+    """
     tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
     if kind == "hex8-reduced":
         tangent = make_reduced_tangent(law, block)
@@ -173,15 +180,21 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
         touching: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
+        viscous: ti.template(),
         first,
     ):
         stats = ti.static(system.stats)
-        assemble(body, listed, touching, system, block, slots)
+        assemble(body, listed, touching, system, viscous, block, slots)
+        if ti.static(touching.kinds.viscous):
+            if viscous[RATE] != viscous[TANGENT_RATE]:
+                stats[STALE] = 1.0
         judge(stats, system.settings, first)
         stats[NEXT] = DONE
         if stats[TODO] != DONE:
             if stats[STALE] == 1.0:
                 tangent(body, touching.basis, pairs)
+                if ti.static(touching.kinds.viscous):
+                    stiffen(pairs, viscous, block)
                 blocks(pairs, system, block)
                 stats[STALE] = 0.0
             sweep(touching, system, block, slots)

@@ -17,6 +17,11 @@ class MasslessContact:
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
+    cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness C, the
+    strain rate D and eta = beta h/c (h: shortest height of a hex, that of a tetrahedron times 1.41; c: wave speed).
+    Without it what slides on nodes that keep their tangential mass flutters at the scale of the mesh. None means
+    `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and
+    a number is refused. History: `viscous_work` [J], dissipated so far.
     """
 
     removal: str = "auto"
@@ -24,6 +29,7 @@ class MasslessContact:
     depth: int = 1
     sweeps: int = 10
     tolerance: float | None = None
+    cell_viscosity: float | None = None
 
     def __post_init__(self) -> None:
         validate.choice("removal", self.removal, ("auto", "normal", "full"))
@@ -33,6 +39,8 @@ class MasslessContact:
         validate.whole("sweeps", self.sweeps, 1, 10**6)
         if self.tolerance is not None:
             validate.number("tolerance", self.tolerance, low=0.0)
+        if self.cell_viscosity is not None:
+            validate.number("MasslessContact.cell_viscosity", self.cell_viscosity, low=0.0, high=1e3, strict=False)
 
 
 @dataclass(frozen=True)

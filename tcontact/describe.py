@@ -68,6 +68,8 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
         beside.append("massless load, prediction" if massless else load)
         if body.few_contact_cells and not body.small:  # else a pass of the other kernel or of this one
             beside.append("contact cells")
+        if body.viscous_cells:
+            beside.append("viscosity of the contact cells")
         if massless:
             beside.append("static solve")
         if plan.scene.friction is not None and len(body.contact.nodes):
@@ -85,6 +87,8 @@ def kernels(plan: Plan, body: BodyPlan) -> list[str]:
     else:
         names = [f"step({', '.join([body.variant, law, *body.options])})"]
         names += [f"serial_step({', '.join(beside)})"] if beside else []
+        if body.viscous_cells and not body.few_contact_cells:
+            names.append(f"viscous_pass({body.variant}, {law})")
     return [*names, "layer"] if layers else names
 
 
@@ -111,9 +115,13 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
             size += len(body.heirs[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
-            size += graph.cells.size * body.cells.shape[1] * WHOLE + len(graph.corners) * WHOLE
+            corners = graph.cells.size * body.cells.shape[1]
+            size += corners * WHOLE + (corners + listed if body.viscous_cells else len(graph.corners)) * WHOLE
             size += 8 * body.cells.shape[1] * 3 * REAL
         result[plan.contact_term or "contact"] = size
+        if body.viscous_cells and contact.graph is not None:
+            lanes = -(-contact.graph.cells.size // WIDTHS[body.variant]) * WIDTHS[body.variant]
+            result["cell-viscosity"] = REAL * (8 + 6 * listed + lanes * (1 + 3 * body.cells.shape[1]))
         if plan.scene.friction is not None and count:
             stays = contact.graph is not None and contact.block > 1
             per_slot = FRICTION_TRACE if stays else 1

@@ -10,6 +10,9 @@ from .friction_layer.grid import THICKEST, THINNEST
 from .friction_layer.layer import METHODS
 from .friction_layer.metals import STAINLESS_304, Metal
 
+CELL_VISCOSITY = 0.2  # beta of the contact cells with normal removal: the flutter of the mesh does not grow
+FLUTTERS = 0.6  # from this coefficient on sliding loses friction in spite of it
+
 
 @dataclass(frozen=True)
 class Coulomb:
@@ -97,6 +100,14 @@ class FrictionLayer:
 
 
 FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
+
+
+def cell_viscosity(given: float | None, friction: FrictionModel | None) -> float:
+    """beta of contact cells with normal removal from `MasslessContact.cell_viscosity`; 0 where nothing rubs."""
+    if friction is None:
+        return 0.0
+    usual = CELL_VISCOSITY if friction.coefficient > 0.0 else 0.0
+    return usual if given is None else float(given)
 
 
 def law_of(model: FrictionModel | None) -> str:

@@ -141,6 +141,11 @@ class History:
         assert self._origin is not None
         return float(self._origin[1] + self._origin[2] + self._origin[3]) + self.largest_work
 
+    def rubbed(self) -> float:
+        """Work of friction so far [J]."""
+        place = self._place.get("friction_before")
+        return 0.0 if place is None else float(self._running[place.start - self.layout.width])
+
     def _store(self, rows: np.ndarray, running: np.ndarray) -> None:
         end = self.count + len(rows)
         if end > len(self._rows):

@@ -13,6 +13,7 @@ from . import arrays, validate
 from .contact_models import MasslessContact, PenaltyContact
 from .end_checks import end_warnings
 from .errors import FunctionError, InputError, OutputError
+from .friction_models import FLUTTERS
 from .guards import Guards, Stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
@@ -36,6 +37,7 @@ FIRST_CHECK = 100  # steps between looks at the stable step of a body that defor
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
+SLID = 0.05  # work of friction over the largest energy from which on something slides; what sticks at once stays below
 CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
 
 
@@ -87,7 +89,8 @@ class Run:
         for state in self.states:
             stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
             stiffness = None if scheme.implicit else stiffness
-            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness))
+            viscous = getattr(getattr(state, "serial", None), "viscous_force", None)
+            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness, viscous))
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
@@ -102,11 +105,16 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
+        rubbing = scene.friction is not None and scene.friction.coefficient >= FLUTTERS
+        self._may_flutter = rubbing and any(
+            body.contact and body.contact.removal == "normal" for body in planned.bodies
+        )
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.states, self.limits, strict=True)
         found = min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
         self._elastic = min(limit.elastic for limit in self.limits)
+        self._damped = min(limit.damped for limit in self.limits)
         return found
 
     def _warn_over(self, dt: float, limit: float) -> None:
@@ -229,6 +237,17 @@ class Run:
             for _, record in self.pressures:
                 record.thin()
 
+    def _warn_flutter(self) -> None:
+        """Say so when something slides with a coefficient that is beyond the viscosity of the contact cells."""
+        if self._may_flutter and self.history.rubbed() > SLID * self.history.reference_energy:
+            self._may_flutter = False
+            assert self.scene.friction is not None
+            self.warn(
+                f"flutter: what slides on nodes that keep their tangential mass with a friction coefficient of"
+                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) loses some of its friction; compare with"
+                " MasslessContact(removal='full')"
+            )
+
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
         if many == 1:
@@ -237,7 +256,7 @@ class Run:
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
-            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE)
+            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
         try:
             return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
         except FunctionError:  # at one of these rows: go as far as the functions do
@@ -262,8 +281,9 @@ class Run:
 
     def _watch(self, row: np.ndarray, number: int) -> None:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
+        self._warn_flutter()
         if self.scene.viscosity is not None:
-            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0])))
+            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0]), self._damped))
         if self.scheme.implicit or not any(self.guards.nonlinear):
             return
         jacobian = float(row[PLACE["jacobian_min"]][0])

@@ -45,6 +45,33 @@ CORNER_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS), "tet4": _TET_GRADIENT}
 _WEIGHT = {"hex8": 1.0, "tet4": 1.0 / 6.0}
 
 
+def spanned_heights(kind: str, corners: FloatArray) -> FloatArray:
+    """Shortest height [m] of the parallelepiped with the face centres of a hex or three edges of a tetrahedron.
+
+    corners [m, 8|4, 3] [m].
+    """
+    if kind == "tet4":
+        axes = corners[:, 1:] - corners[:, :1]
+    else:
+        axes = np.stack(
+            [
+                corners[:, [1, 2, 5, 6]].mean(axis=1) - corners[:, [0, 3, 4, 7]].mean(axis=1),
+                corners[:, [2, 3, 6, 7]].mean(axis=1) - corners[:, [0, 1, 4, 5]].mean(axis=1),
+                corners[:, 4:].mean(axis=1) - corners[:, :4].mean(axis=1),
+            ],
+            axis=1,
+        )
+    areas = np.cross(axes[:, [0, 1, 2]], axes[:, [1, 2, 0]])
+    return np.asarray(np.abs(np.linalg.det(axes)) / np.linalg.norm(areas, axis=2).max(axis=1))
+
+
+def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
+    """The same for hexes; shortest of the four heights of tetrahedra [m]."""
+    if kind == "hex8":
+        return spanned_heights(kind, corners)
+    return np.minimum(spanned_heights(kind, corners), spanned_heights(kind, corners[:, ::-1]))
+
+
 def jacobians(
     nodes: FloatArray, cells: IntArray, gradient: FloatArray
 ) -> Iterator[tuple[slice, FloatArray, FloatArray]]:

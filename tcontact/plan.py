@@ -15,7 +15,7 @@ from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
-from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
 from .lumped_mass import cell_masses, node_areas
 from .measured import Layout
 from .mesh_geometry import parallelepipeds
@@ -42,7 +42,8 @@ class ContactPlan:
     """Contact lists of one body, in its internal numbering.
 
     nodes [k]: contact nodes, the first rows of the boundary list; all_nodes: every node of the contact set (gaps);
-    areas [k] [m^2]; for massless contact also basis [k, 3, 3], block (1 or 3 massless components a node) and the graph.
+    areas [k] [m^2]; for massless contact also basis [k, 3, 3], block (1 or 3 massless components a node), the graph and
+    viscosity: beta of the contact cells, 0 without (METHOD 3).
     """
 
     nodes: np.ndarray
@@ -52,6 +53,7 @@ class ContactPlan:
     basis: np.ndarray | None = None
     block: int = 3
     graph: ContactGraph | None = None
+    viscosity: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,16 @@ class BodyPlan:
         """Whether there are massless contact cells, and so few that one thread does them."""
         graph = None if self.contact is None else self.contact.graph
         return graph is not None and len(graph.cells) <= SMALL[self.element]
+
+    @property
+    def viscous_cells(self) -> bool:
+        """Whether its contact cells are viscous."""
+        return self.contact is not None and self.contact.viscosity > 0.0
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether its rows have a viscous power."""
+        return self.viscosity is not None or self.viscous_cells
 
     @property
     def mass(self) -> np.ndarray:
@@ -194,6 +206,8 @@ class Plan:
             found[self.contact_term] = None
             if self.scene.friction is not None:
                 found[FRICTION_TERMS[type(self.scene.friction)]] = None
+            if any(body.viscous_cells for body in self.bodies):
+                found["cell-viscosity"] = None
         return (*found, "ledger")
 
     @property
@@ -210,7 +224,7 @@ class Plan:
         names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
         if self.scene.damping is not None:
             names += ["damping_work", "damping_impulse"]
-        if self.scene.viscosity is not None:
+        if any(body.dissipates for body in self.bodies):
             names.append("viscous_work")
         own = self.layout
         names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
@@ -234,7 +248,13 @@ def plan(scene: Scene) -> Plan:
     """Decide what exists for the scene. Raises `InputError` where the contact set cannot be made massless."""
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
-    return Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
+    planned = Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
+    asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else None
+    massless = any(body.contact is not None and body.contact.graph is not None for body in planned.bodies)
+    if asked and massless and not any(body.viscous_cells for body in planned.bodies):
+        remedy = "contact cells are viscous where friction meets removal='normal' alone; leave it at None"
+        raise InputError("MasslessContact.cell_viscosity", asked, remedy)
+    return planned
 
 
 def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
@@ -263,7 +283,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
     if touching:
-        contact = _plan_contact(body, massless, place, cells)
+        contact = _plan_contact(body, massless, place, cells, _cell_viscosity(scene))
         first = contact.nodes
     held = place[np.flatnonzero(~free.all(axis=1))]
     special = np.unique(np.concatenate([first, place[tensors["nodes"]], held]))
@@ -303,7 +323,15 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     )
 
 
-def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray) -> ContactPlan:
+def _cell_viscosity(scene: Scene) -> float:
+    given = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else 0.0
+    return cell_viscosity(given, scene.friction)
+
+
+def _plan_contact(
+    body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray, viscosity: float
+) -> ContactPlan:
+    """viscosity: beta of the contact cells where the removal is normal."""
     areas = node_areas(body.mesh.nodes, body.contact_faces)
     everyone, named = body.contact_nodes, cells
     touching = everyone
@@ -332,6 +360,7 @@ def _plan_contact(body: Body, massless: MasslessNodes | None, place: np.ndarray,
         basis=massless.basis[into],
         block=block,
         graph=graph,
+        viscosity=viscosity if massless.removal == "normal" else 0.0,
     )
 
 

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from . import arrays
+from .damped_step import DampedStep, ViscousForce
 from .errors import InputError
+from .mesh_geometry import spanned_heights
 from .obstacles import Obstacle
 from .plan import BodyPlan
 from .terms.internal_force import InternalForce
@@ -25,11 +27,16 @@ class StableStep:
     """Estimates the stable step of one body with its force pass.
 
     stiffness [N/m^3]: of a penalty per area, on contact nodes with their mass; taken as closed, along the normals of
-    planes that do not turn, along all directions for other obstacles.
+    planes that do not turn, along all directions for other obstacles; viscous_force: of viscous contact cells.
     """
 
     def __init__(
-        self, plan: BodyPlan, force: InternalForce, obstacles: Sequence[Obstacle], stiffness: float | None
+        self,
+        plan: BodyPlan,
+        force: InternalForce,
+        obstacles: Sequence[Obstacle],
+        stiffness: float | None,
+        viscous_force: ViscousForce | None = None,
     ) -> None:
         self.plan = plan
         self.force = force.without_special()
@@ -43,28 +50,16 @@ class StableStep:
         self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
         self.start: np.ndarray | None = None
         self.elastic = np.inf  # the last estimate without viscosity
+        self.damped = np.inf  # with that of the contact cells alone
+        self.damping = None
+        if plan.viscous_cells and viscous_force is not None:
+            self.damping = DampedStep(plan, self.stiffness_product, viscous_force, DIFFERENCE * self.size)
 
     def _cell_bounds(self) -> tuple[np.ndarray, float]:
         """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
         body = self.plan.body
         corners = self.plan.reference[self.plan.cells]
-        if body.mesh.kind == "tet4":
-            edges = corners[:, 1:] - corners[:, :1]
-            height = np.abs(np.linalg.det(edges)) / np.linalg.norm(
-                np.cross(edges[:, [0, 1, 2]], edges[:, [1, 2, 0]]), axis=2
-            ).max(axis=1)
-        else:
-            axes = np.stack(
-                [
-                    corners[:, [1, 2, 5, 6]].mean(axis=1) - corners[:, [0, 3, 4, 7]].mean(axis=1),
-                    corners[:, [2, 3, 6, 7]].mean(axis=1) - corners[:, [0, 1, 4, 5]].mean(axis=1),
-                    corners[:, 4:].mean(axis=1) - corners[:, :4].mean(axis=1),
-                ],
-                axis=1,
-            )
-            height = np.abs(np.linalg.det(axes)) / np.linalg.norm(
-                np.cross(axes[:, [0, 1, 2]], axes[:, [1, 2, 0]]), axis=2
-            ).max(axis=1)
+        height = spanned_heights(body.mesh.kind, corners)
         rate = (body.material.wave_speed / height) ** 2
         bound = np.zeros(len(self.plan.reference))
         np.maximum.at(bound, self.plan.cells, rate[:, None])
@@ -76,6 +71,11 @@ class StableStep:
         arrays.set_values(self.answer, np.zeros_like(u))
         self.force.minus_force(self.trial, self.answer)
         return np.array(arrays.get(self.answer))
+
+    def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """K(u) vector [N] of the free body; here: -M^-1 f(u)."""
+        scale = DIFFERENCE * self.size / np.abs(vector).max()
+        return self.mass * (here - self._acceleration(u + scale * vector)) / scale
 
     def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> np.ndarray:
         """M^-1 K(u) vector; here: -M^-1 f(u)."""
@@ -145,23 +145,26 @@ class StableStep:
         self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
         self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
-        if self.plan.viscosity is None:
-            return self.elastic
-        return with_viscosity(self.elastic, self.force.viscous_sums()[1])
+        if self.damping is not None:
+            self.damped = SAFETY * self.damping.estimate(u, here, self.elastic, products)
+        rate = 0.0 if self.plan.viscosity is None else float(self.force.viscous_sums()[1])
+        return with_viscosity(self.elastic, rate, self.damped)
 
 
-def with_viscosity(elastic: float, rate: float) -> float:
+def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:
     """Stable step [s] with an explicit viscosity of that rate 2 xi omega [1/s]: elastic (sqrt(1 + xi^2) - xi).
 
     Where 4 M - dt^2 K - 2 dt C is positive definite, with the largest eigenvalues of both parts: the safe side.
+    damped [s]: the limit with the viscosity of the contact cells alone; up to it dt^2 K + 2 dt C <= 4 M dt/damped.
     """
     xi = 0.25 * rate * elastic
-    return elastic / (np.sqrt(1.0 + xi * xi) + xi)
+    undamped = elastic / (np.sqrt(1.0 + xi * xi) + xi)
+    return undamped if np.isinf(damped) else min(undamped, damped / (1.0 + 0.5 * rate * damped))
 
 
-def largest_rate(elastic: float, dt: float) -> float:
+def largest_rate(elastic: float, dt: float, damped: float = np.inf) -> float:
     """The rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
-    return 2.0 / dt - 2.0 * dt / elastic**2
+    return min(2.0 / dt - 2.0 * dt / elastic**2, 2.0 / dt - 2.0 / damped)
 
 
 def dot(a: np.ndarray, mass: np.ndarray, b: np.ndarray) -> float:

@@ -55,7 +55,7 @@ class BodyState:
             if plan.small or self._layered
             else int(np.clip(AT_ONCE * SMALL[plan.element] // len(plan.cells), 1, MOST_AT_ONCE))
         )
-        width = RAW + (2 if plan.viscosity is not None else 0) if self.serial is None else self.serial.width
+        width = RAW + (2 if plan.dissipates else 0) if self.serial is None else self.serial.width
         self._raw = np.zeros((several, width))
 
     @property
@@ -135,7 +135,7 @@ class BodyState:
         rows[:, PLACE["time"]] = times[:, None]
         for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
             rows[:, PLACE[name]] = cells[:, column : column + 1]
-        if self.plan.viscosity is not None:
+        if self.plan.dissipates:
             rows[:, PLACE["viscous_power"]] = raw[:, RAW : RAW + 1]
             rows[:, PLACE["viscous_rate"]] = raw[:, RAW + 1 : RAW + 2]
         rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
@@ -269,7 +269,8 @@ class BodyState:
         if self.serial is not None:
             result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
         friction = None if self.contact is None else self.contact.friction
-        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, self.images):
+        cells = None if self.serial is None else self.serial.cells
+        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, cells, self.images):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
         return result

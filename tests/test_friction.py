@@ -135,10 +135,11 @@ def test_every_row_equals_the_oracle(name):
     ]
     there = oracle.run(
         twin(body), planes, body.initial_velocity, steps=result.steps, dt=result.dt, contact=theirs,
-        gravity=np.asarray(scene.gravity), friction=MU,
+        gravity=np.asarray(scene.gravity), friction=MU, viscosity=0.2 if name.startswith("normal") else None,
     )  # fmt: skip
     assert there.friction_work[-1] > 0.01 * there.kinetic[0]
-    for column in (*COLUMNS, "friction_work"):
+    assert (there.viscous_work[-1] > 0.0) == ("viscous_work" in result.history) == name.startswith("normal")
+    for column in (*COLUMNS, "friction_work", *(["viscous_work"] if there.viscous_work[-1] > 0.0 else [])):
         if name == "full removal, corner" and column in ("friction_work", "contact"):
             continue  # two walls may share the force on a node in more than one way; only the sum is unique
         # the last kick of a run is half a kick, and what stops a node in it another force
@@ -274,9 +275,10 @@ def test_a_turntable_turns_a_block(removal):
 
 @pytest.mark.parametrize("name", ["normal removal, moving wall", "full removal, moving wall"])
 def test_the_ledger_closes_and_friction_never_gains(name):
-    """An oblique impact on a wall that moves."""
+    """An oblique impact on a wall that moves, of friction alone (test_cell_viscosity has the ledger of both)."""
     scene, _ = rubbing(name)
-    scene = dataclasses.replace(scene, gravity=None)
+    contact = dataclasses.replace(scene.contact, cell_viscosity=0.0)
+    scene = dataclasses.replace(scene, gravity=None, contact=contact)
     errors = []
     for cfl in (0.4, 0.2):
         result = simulate(scene, cfl=cfl)

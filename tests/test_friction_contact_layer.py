@@ -51,7 +51,9 @@ def test_a_mass_brought_to_rest_has_turned_into_friction_work_and_heat(removal):
     assert kinetic[0] == pytest.approx(0.5 * AREAL_MASS * side**2 * SPEED**2, rel=1e-12)
     assert kinetic[-1] < 1e-5 * kinetic[0]  # at rest but for what the stop left ringing
     lost = (kinetic + history["elastic"])[0] - (kinetic + history["elastic"])[-1]
-    assert work[-1] == pytest.approx(kinetic[0] - kinetic[-1], rel=1e-6)
+    resisted = history["viscous_work"][-1] if removal == "normal" else 0.0  # in the contact cells
+    assert 0.0 <= resisted <= 1e-5 * work[-1]
+    assert work[-1] + resisted == pytest.approx(kinetic[0] - kinetic[-1], rel=1e-6)
     assert work[-1] == pytest.approx(lost, rel=1e-4)  # the rest of the ringing
     assert history["layer_heat"][-1] == pytest.approx(0.5 * work[-1], rel=1e-6)
     # the layer and not mu P held it: 34 m/s stopped within 94 ns by some 180 MPa

@@ -61,8 +61,8 @@ SCENES = {
     ),
     "friction layer": (
         scene_with([FLOOR], tc.MasslessContact(), friction=tc.FrictionLayer()),
-        ["internal-force", "massless-contact", "friction-layer", "ledger"],
-        FULL_MEMORY | {"massless-contact", "friction-layer"},
+        ["internal-force", "massless-contact", "friction-layer", "cell-viscosity", "ledger"],
+        FULL_MEMORY | {"massless-contact", "friction-layer", "cell-viscosity"},
     ),
     "friction without a wall": (
         scene_with(contact=tc.MasslessContact(), friction=tc.FrictionLayer()),

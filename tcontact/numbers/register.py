@@ -138,6 +138,16 @@ RUNS = (
         note="80 hexes, exact: 1",
         short=True,
     ),
+    *(
+        Row(
+            f"run pressure-shear --set sideways={speed}",
+            "friction work in slip",
+            "{:.3f}",
+            ("checks > friction work / exact",),
+            note=f"{times} times the speed at which it just sticks",
+        )
+        for times, speed in (("1.05", 0.3929), ("1.1", 0.4116), ("1.3", 0.4864), ("2", 0.7483))
+    ),
     Row(
         "run pressure-shear --set friction=0.7",
         "kinetic energy lost where it sticks; energy error",

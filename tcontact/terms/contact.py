@@ -36,6 +36,7 @@ class ContactTerm:
     plain = False  # every node is massless in all components, along x, y and z
     exact = True  # no penalty
     kicked = True  # some components of contact nodes have mass
+    viscous = False  # the contact cells are
 
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
         assert plan.contact is not None
@@ -73,6 +74,7 @@ class ContactTerm:
             "" if friction is None else friction.law,
             isinstance(friction, LayeredFriction),
             friction is not None and self.kicked,
+            self.viscous,
         )
 
     @property

@@ -8,6 +8,7 @@ from .. import arrays
 from ..contact_models import MasslessContact
 from ..plan import BodyPlan
 from ..scene import Scene
+from .cell_viscosity import CellViscosity
 from .contact import ContactTerm
 from .internal_force import InternalForce
 from .static_solve import StaticSolve
@@ -38,6 +39,8 @@ class MasslessContactTerm(ContactTerm):
         start, rows = plan.heirs
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
         self.static_solve = StaticSolve(scene, plan, force, self.slots)
+        self.viscous = plan.viscous_cells
+        self.cell_viscosity = CellViscosity(plan, force) if self.viscous else None
 
     @property
     def trouble(self) -> str | None:

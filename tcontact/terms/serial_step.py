@@ -50,10 +50,12 @@ class SerialStep:
         ]
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         parts += _dummies(real, whole) if solve is None else solve.arguments()
+        self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
+        parts.append(real if self.cells is None else self.cells.data)
         parts.append(whole if images is None else images.pairs)
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.places = raw_rows.row_places(plan.viscosity is not None, self.kinds.friction != "", loads)
+        self.places = raw_rows.row_places(plan.dissipates, self.kinds.friction != "", loads)
         self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         self._parts = (*parts, self.control, self.raw)
@@ -99,6 +101,9 @@ class SerialStep:
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.FIRST], control[names.RATE_LIMIT] = 1.0, viscous_rate
+        if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
+            self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
+            self.cells.measure(u, v)
         control = self._go(control, u, v)
         if control[names.WANTS_LAYERS] == 1.0:
             assert contact is not None
@@ -109,6 +114,8 @@ class SerialStep:
         done = int(control[names.ROWS_DONE])
         while control[names.WANTS_MEASURE] == 1.0:
             self.force.measure_surface(u, v)
+            if self.cells is not None and self.cells.launch is not None:
+                self.cells.measure(u, v)
             control[names.START] = names.MEASURED
             control = self._go(control, u, v)
         return done
@@ -122,6 +129,23 @@ class SerialStep:
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, width] of the last run."""
         return arrays.get(self.raw).reshape(-1, self.width)[:count]
+
+    def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        if self.cells is None:
+            return np.zeros_like(u)
+        cells = self.cells
+
+        def measure(present: arrays.Array) -> None:
+            velocity = arrays.zeros(len(u))
+            if cells.launch is not None:
+                cells.measure(present, velocity)
+                return
+            control = np.zeros(self.names.CONTROL)
+            control[self.names.START] = self.names.VISCOUS
+            self._go(control, present, velocity)
+
+        return cells.product(u, step, measure)
 
     def use_for_products(self) -> None:
         """Let the force pass of the body go through this kernel, so that no other one is compiled."""

@@ -12,6 +12,7 @@ from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
 from ..scene import Scene
 from ..sweep_order import sweep_order
+from .cell_viscosity import corner_lists
 from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
@@ -64,10 +65,12 @@ class StaticSolve:
             )
         ]
         width = cells.shape[1]
-        corners = force.surface.rows(graph.corners // width, graph.corners % width)
+        start, corners = graph.corner_start, force.surface.rows(graph.corners // width, graph.corners % width)
+        if plan.viscous_cells:
+            start, corners = corner_lists(plan, force.surface)
         self.stats = arrays.put(self._start())
         self._system = [
-            arrays.put(np.concatenate([graph.corner_start + len(graph.corner_start), corners])),
+            arrays.put(np.concatenate([start + len(start), corners])),
             arrays.put(order.lane_start),
             arrays.put(order.pack_start),
             arrays.put(order.column),

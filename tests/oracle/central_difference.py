@@ -72,6 +72,7 @@ class History:
     contact: np.ndarray
     external_work: np.ndarray
     friction_work: np.ndarray
+    viscous_work: np.ndarray
     contact_force: np.ndarray
     support_force: np.ndarray
     gravity_force: np.ndarray
@@ -86,7 +87,8 @@ class History:
 
     @property
     def energy(self):
-        return self.kinetic + self.elastic + self.contact + self.friction_work - self.external_work
+        lost = self.friction_work + self.viscous_work
+        return self.kinetic + self.elastic + self.contact + lost - self.external_work
 
     @property
     def energy_error(self):
@@ -124,6 +126,19 @@ def stable_step(body, penalty=None, normals=()):
     return 2 / np.sqrt(largest)
 
 
+def heights(nodes, cells):
+    """Of a parallelepiped with the face centres of a hex the shortest [m]; of a tetrahedron the same times sqrt 2."""
+    corner = nodes[cells]
+    if cells.shape[1] == 4:
+        rows = np.linalg.inv(corner[:, 1:] - corner[:, :1])  # their columns: gradients of the shape functions
+        every = np.concatenate([rows, -rows.sum(axis=2, keepdims=True)], axis=2)
+        return np.sqrt(2) / np.linalg.norm(every, axis=1).max(axis=1)
+    else:
+        faces = [((1, 2, 5, 6), (0, 3, 4, 7)), ((2, 3, 6, 7), (0, 1, 4, 5)), ((4, 5, 6, 7), (0, 1, 2, 3))]
+        axes = np.stack([corner[:, list(a)].mean(1) - corner[:, list(b)].mean(1) for a, b in faces], axis=1)
+    return 1 / np.linalg.norm(np.linalg.inv(axes), axis=1).max(axis=1)
+
+
 def free_inverse(tensor, free):
     """Inverse of the mass tensors on their massive free components, zero elsewhere [n, 3, 3]."""
     inside = tensor * free[:, :, None] * free[:, None, :]
@@ -131,11 +146,11 @@ def free_inverse(tensor, free):
 
 
 def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, contact=None, gravity=None, start=None,
-        keep_rows=False, friction=None):  # fmt: skip
+        keep_rows=False, friction=None, viscosity=None):  # fmt: skip
     """Run `steps` steps (or to `duration` [s]) from the displacement `start` [n, 3] and velocity [3] or [n, 3].
 
     dt [s], or cfl times the stable step. contact: Massless, Penalty, Impulse or None; friction: Coulomb's coefficient
-    (with full removal of a linear law only).
+    (with full removal of a linear law only); viscosity: beta of the contact cells (massless contact, linear law).
     """
     nodes, count = body.nodes, len(body.nodes)
     quad = quadrature(nodes, body.cells, body.kind)
@@ -160,6 +175,9 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         static = StaticContact(quad, body.law, spread.contact, spread.basis, normals, free, area, contact.penalty)
     else:
         spread = Redistribution(lumped[:, None, None] * np.eye(3), np.zeros(0, int), np.zeros((0, 3, 3)))
+    if viscosity:
+        eta = viscosity * heights(nodes, body.cells) / np.sqrt((body.law.lam + 2 * body.law.mu) / body.density)
+        static.viscosity(eta / dt, quad)
     sliding = SlidingContact(static, friction) if friction and static and contact.removal == "full" else None
     mass = spread.tensor
     inverse = free_inverse(mass, free)
@@ -172,6 +190,7 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
     v[spread.contact] -= np.einsum("kij,kj->ki", spread.removed, v[spread.contact])
     rows = {name: [] for name in History.__dataclass_fields__}
     rubbed, dragged = 0.0, None
+    lost, resisting = 0.0, np.zeros((count, 3))
 
     for n in range(steps + 1):
         time = n * dt
@@ -202,6 +221,12 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         if first:
             u_start = u.copy()
         inner = internal_force(quad, body.law, u)
+        if viscosity:
+            resisted, resisting = resisting, static.viscous_force(u)
+            inner += resisting
+            if not first:
+                lost += np.sum((resisted + resisting) * (u - static.before)) / 2
+            static.step_from(u)
         kick = np.einsum("nij,nj->ni", inverse, weight - inner + load)
         span = dt / 2 if first else dt
         after = v + span * kick
@@ -240,6 +265,7 @@ def run(body, planes, velocity, steps=None, duration=None, cfl=0.9, dt=None, con
         rows["elastic"].append(energy(quad, body.law, u))
         rows["contact"].append(stored)
         rows["friction_work"].append(rubbed)
+        rows["viscous_work"].append(lost)
         rubbed += late
         rows["contact_force"].append(load.sum(axis=0))
         rows["support_force"].append(reaction.sum(axis=0))

@@ -6,6 +6,8 @@ with 1/kappa = 0 for the exact constraint. Each Newton step reduces the linearis
 problem in lambda with the compliance matrix D^T K_KK^-1 D, which is solved exactly.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import nnls
@@ -40,7 +42,8 @@ class StaticContact:
     """The problem for one body: everything that does not change between solves.
 
     contact [k] node ids, basis [k, 3, 3] movable directions as columns, normals [p, 3], area [n] and penalty
-    [N/m^3] (None = exact).
+    [N/m^3] (None = exact). viscous: the contact cells with weights times eta/dt, for the rate from the displacement
+    `before` [n, 3] (None: no rate yet), of a linear law.
     """
 
     def __init__(self, quad, law, contact, basis, normals, free, area, penalty=None):
@@ -64,11 +67,32 @@ class StaticContact:
         self.least_force = 1e-6 * modulus * (positive.mean() if len(positive) else 0)
         self._factor = None
         self._closed = np.zeros(len(weight), bool)
+        self.viscous, self.before = None, None
+
+    def viscosity(self, eta_over_dt, whole):
+        """Make the contact cells viscous; eta over dt of every cell of the whole quadrature."""
+        inside = np.zeros(whole.cells.max() + 1, bool)
+        inside[self.contact] = True
+        chosen = inside[whole.cells].any(axis=1)
+        self.viscous = replace(self.quad, weight=self.quad.weight * eta_over_dt[chosen][:, None])
+
+    def step_from(self, u):
+        """Rates count from this displacement."""
+        if self.viscous is not None:
+            self._factor = self._factor if self.before is not None else None
+            self.before = u.copy()
+
+    def viscous_force(self, u):
+        """Of every node [n, 3]."""
+        if self.before is None:
+            return np.zeros_like(u)
+        return assemble(self.viscous.cells, cell_force(self.viscous, self.law, u - self.before), len(u))
 
     def force(self, u):
         """Internal force on the contact nodes [k, 3] and F_ref [N]."""
         local = cell_force(self.quad, self.law, u)
         force = assemble(self.quad.cells, local, len(u))[self.contact]
+        force = force + self.viscous_force(u)[self.contact]
         size = assemble(self.quad.cells, np.linalg.norm(local, axis=2)[..., None], len(u))[self.contact]
         return force, max(size.max(initial=0.0), self.least_force)
 
@@ -81,9 +105,10 @@ class StaticContact:
         node_row[self.contact] = np.arange(len(self.contact))
         local = node_row[self.quad.cells]
         frame = np.where((local >= 0)[..., None, None], self.basis[local], 0)
-        stiffness = np.einsum(
-            "maic,maibj,mbjd->macbd", frame, cell_tangent(self.quad, self.law, u), frame, optimize=True
-        )
+        stiffness = cell_tangent(self.quad, self.law, u)
+        if self.before is not None:
+            stiffness = stiffness + cell_tangent(self.viscous, self.law, u)
+        stiffness = np.einsum("maic,maibj,mbjd->macbd", frame, stiffness, frame, optimize=True)
         dof = np.where((local >= 0)[..., None], self.row[local], -1)
         size = int(self.movable.sum())
         total = np.zeros((size + 1, size + 1))

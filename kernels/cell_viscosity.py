@@ -1,0 +1,217 @@
+"""Viscosity of the contact cells: a Kelvin-Voigt stress that damps the mesh-scale flutter of sliding (METHOD 3).
+
+    sigma_v = eta (lambda tr D I + 2 mu D),   f_k = int sigma_v grad N_k dv,   eta = beta h/c
+
+D is the strain rate of the step that ends at the present positions x, with H = d(x - x_before)/dx:
+
+    D = (H + H^t - H^t H) / (2 dt) = F^-t (E - E_before)/dt F^-1
+
+the rate of Green's strain, pushed forward: exactly zero for a rigid motion, however far it turns in a step. The linear
+law measures forces and strains in the reference state, and so does its viscosity: D = (H + H^t)/(2 dt), H by X there.
+Cells are integrated as their elastic force is: points, one volume change, or mean gradient with hourglass stiffness.
+
+The force is part of f wherever contact asks for it. In the static solve x are the positions of the iteration and
+x_before those of the row before, so that massless components are damped implicitly, with K + eta/dt K as the tangent of
+a cell (exact for the linear law). On components with mass it acts as the rate of the step before the kick, explicitly.
+The dissipation of that step is  (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
+"""
+
+import functools
+
+import taichi as ti
+
+from . import elements, laws, tensor3
+from .arguments import ARRAY, INDEX
+from .boundary_nodes import row
+from .bundles import Body
+from .cell_phase import gather
+from .cells import hex_gradients, hex_mode_forces, hex_modes
+from .compile_options import KEEP_VECTORS, compiled_with
+from .friction import put_three, three
+from .lanes import CHUNKS, GRAIN, TABLE
+from .mean_dilatation import along, with_pressure
+from .reduced_hex import hex_slopes
+from .vectors import MASK, load
+
+# `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
+# eta [s] of every contact cell in the lanes of their packs, and the force of every corner there.
+# numbers: lambda and mu [Pa], 1/dt [1/s] of the rates, 1/dt of the tangent in use, power of the last step [W];
+# boundary nodes, lanes, and where the own rows of contact cells begin among the force rows
+LAMBDA, MU, RATE, TANGENT_RATE, POWER, NODES, LANES, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6, 7
+NUMBERS = 8
+
+
+@ti.func
+def force_place(viscous: ti.template()):
+    """Of the viscous forces; before them stand the displacements, from NUMBERS on."""
+    return NUMBERS + 3 * int(viscous[NODES])
+
+
+@ti.func
+def eta_place(viscous: ti.template()):
+    return NUMBERS + 6 * int(viscous[NODES])
+
+
+@ti.func
+def rows_place(viscous: ti.template()):
+    return eta_place(viscous) + int(viscous[LANES])
+
+
+@ti.func
+def stress_of_step(h, moduli):
+    """The law of the increments: [sigma, sigma:e/2, tr e] of the strain e = (H + H^t - H^t H)/2 of a step."""
+    square = tensor3.transposed_product(h, h)
+    e = [[0.5 * ((h[i][j] + h[j][i]) - square[i][j]) for j in range(3)] for i in range(3)]
+    trace = tensor3.trace(e)
+    stress = tensor3.plus_identity(tensor3.scaled(2.0 * moduli[1], e), moduli[0] * trace)
+    return [stress, 0.5 * tensor3.dot(stress, e), trace]
+
+
+@ti.func
+def mean_step_force(x, d, moduli, law: ti.template()):
+    """The same for hexes with one volume change per cell, which is D(x) - D(x - d), to the last digits."""
+    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
+    points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
+    now = hex_slopes(mode_x)
+    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
+    return with_pressure(points, moduli[0], now[0], now[1], change)
+
+
+@ti.func
+def at_rest(corner, c: ti.template()):
+    """Component c of the reference position of a corner, out of its position and displacement (6)."""
+    return corner[c]
+
+
+@ti.func
+def present(corner, c: ti.template()):
+    """The same of its present position."""
+    return corner[c] + corner[3 + c]
+
+
+@functools.cache
+def make_viscous_phase(kind: str, law: str, width: int):
+    """Viscous corner forces of the contact cells of a kind with a law, packed `width` wide; memoised.
+
+    viscous_phase(body, viscous, stride): the chunks behind those of the body (a `bundles.Body`) hold the contact cells;
+    `viscous` gets the force of every corner of theirs; stride as in cell_phase.py.
+    """
+    corners = elements.CORNERS[kind]
+    linear = law.startswith("linear_elastic")
+    law_of = laws.LAWS[law] if linear else stress_of_step
+    force_of = elements.force_of(kind, law)
+    if not linear:  # deformed cells are no parallelepipeds
+        force_of = mean_step_force if kind in elements.MEAN else elements.FORCES[kind.removesuffix("-affine")]
+
+    place_of = at_rest if linear else present
+
+    @ti.func
+    def viscous_phase(body: ti.template(), viscous: ti.template(), stride: ti.template()):
+        for s in range(CHUNKS * stride):
+            if s % stride == 0:
+                chunk = CHUNKS + s // stride
+                origin = body.chunk_table[CHUNKS * TABLE]
+                stiff, shear = viscous[RATE] * viscous[LAMBDA], viscous[RATE] * viscous[MU]
+                for pack in range(body.chunk_table[chunk * TABLE], body.chunk_table[chunk * TABLE + 1]):
+                    start = pack * (corners * width)
+                    corner = [gather(body, start + k * width, width) for k in range(corners)]
+                    past = [earlier(body, viscous, start + k * width, width) for k in range(corners)]
+                    d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
+                    x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
+                    eta = load(viscous, eta_place(viscous) + (pack - origin) * width, width)  # 0 in padding lanes
+                    answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
+                    first = rows_place(viscous) + 3 * (start - origin * (corners * width))
+                    for k in ti.static(range(corners)):
+                        for lane in ti.static(range(width)):
+                            place = (first + 3 * (k * width + lane)) & MASK
+                            for c in ti.static(range(3)):
+                                viscous[place + c] = answer[0][c][k][lane]
+
+    return viscous_phase
+
+
+@functools.cache
+def make_viscous_pass(kind: str, law: str, width: int):
+    """The phase as a kernel of its own, for many contact cells."""
+    viscous_phase = make_viscous_phase(kind, law, width)
+
+    @ti.kernel
+    def viscous_pass(
+        connectivity: INDEX,
+        chunk_table: INDEX,
+        node_info: INDEX,
+        position: ARRAY,
+        mass: ARRAY,
+        params: ARRAY,
+        u: ARRAY,
+        v: ARRAY,
+        rows: ARRAY,
+        special_force: ARRAY,
+        node_sums: ARRAY,
+        cell_sums: ARRAY,
+        viscous: ARRAY,
+    ):
+        body = ti.static(
+            Body(
+                connectivity,
+                chunk_table,
+                node_info,
+                position,
+                mass,
+                params,
+                u,
+                v,
+                rows,
+                special_force,
+                node_sums,
+                cell_sums,
+            )
+        )
+        viscous_phase(body, viscous, GRAIN)
+
+    return compiled_with(viscous_pass, **KEEP_VECTORS)
+
+
+@ti.func
+def earlier(body: ti.template(), viscous: ti.template(), start, width: ti.template()):
+    """Displacement (3) of one corner at the row before, each a vector over the lanes."""
+    number = [(body.node_info[body.connectivity[start + lane]] >> 8) - 1 for lane in range(width)]
+    at = [(NUMBERS + 3 * s) & MASK for s in number]
+    return [ti.Vector([viscous[i + c] for i in at]) for c in range(3)]
+
+
+@ti.func
+def viscous_force(system: ti.template(), viscous: ti.template(), s):
+    """The viscous force [3] of boundary node s, all its contact cells together."""
+    total = ti.Vector.zero(ti.f64, 3)
+    first = rows_place(viscous) - 3 * int(viscous[FIRST_ROW])
+    for i in range(system.corner_rows[s], system.corner_rows[s + 1]):
+        total += three(viscous, first + 3 * system.corner_rows[i])
+    return total
+
+
+@ti.func
+def viscous_load(body: ti.template(), listed: ti.template(), system: ti.template(), viscous: ti.template()):
+    """At a row: the viscous force joins that of the cells, its power is taken, and rates count from here."""
+    power = 0.0
+    for s in range(listed.nodes.shape[0]):
+        place = NUMBERS + 3 * s
+        now, last = viscous_force(system, viscous, s), three(viscous, force_place(viscous) + 3 * s)
+        here = row(body.u, listed.nodes[s])
+        power += 0.5 * (now + last).dot(here - three(viscous, place))
+        for j in ti.static(range(3)):
+            body.special_force[3 * s + j] = body.special_force[3 * s + j] + now[j]
+        put_three(viscous, force_place(viscous) + 3 * s, now)
+        put_three(viscous, place, here)
+    viscous[POWER] = power * viscous[RATE]
+
+
+@ti.func
+def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template()):
+    """Pair stiffnesses of the contact cells with their viscosity: (1 + eta/dt) K of the cell."""
+    viscous[TANGENT_RATE] = viscous[RATE]
+    for cell in range(pairs.start.shape[0] - 1):
+        factor = 1.0 + viscous[RATE] * viscous[eta_place(viscous) + cell]
+        for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+            pairs.values[i] = factor * pairs.values[i]
