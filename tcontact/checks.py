@@ -92,6 +92,12 @@ def pushing(result: Result) -> Check:
     return at_least("contact pushes", np.min([total.min(), nodes.min(), 0.0]) / scale, 0.0)
 
 
+def touched(result: Result) -> Check:
+    """The bodies touched an obstacle: rows of the history with a contact force."""
+    pressed = np.abs(result.history["contact_force"]).max(axis=1) > 0.0
+    return at_least("rows with contact", int(pressed.sum()), 1)
+
+
 def no_overlap(result: Result) -> Check:
     """Deepest overlap relative to the size of the body, for the exact constraint."""
     size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in result.scene.bodies)
