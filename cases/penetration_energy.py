@@ -89,9 +89,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     if not result.ok or not result.history["contact"].max() > 0.0:
         return found
     smooth = isinstance(result.scene.contact, tc.MasslessContact)
-    found.append(
-        ck.between("largest penetration energy / plane wave", _share(result), 0.95, 1.75 if smooth else np.inf)
-    )
+    found.append(ck.between("largest penetration energy / plane wave", _share(result), 0.9, 1.75 if smooth else np.inf))
     name, value = "variation of the penetration energy", variation(result)
     if result.dt >= 0.9 * result.dt_limit:
         found.append(ck.at_most(name, value, 1.1) if smooth else ck.at_least(name, value, 2.0))
