@@ -127,6 +127,49 @@ class WallShock:
 
 
 @dataclass(frozen=True)
+class SofteningBar:
+    """A St Venant-Kirchhoff bar (poisson 0) strikes a rigid wall: a simple wave, for compression softens the law.
+
+    P(q) = E/2 (q^3 - q) with the stretch q; a small wave on it runs with c(q) = sqrt((3 q^2 - 1) E/(2 rho)) through the
+    reference configuration, the slower the more it is compressed, so the wave spreads. Behind it the bar rests:
+
+        v = integral of c(q) from q_wall to 1
+
+    which has a solution up to q_wall = 1/sqrt(3), where c = 0: v <= .26603 sqrt(E/rho). Valid until the wave is back.
+    """
+
+    young: float
+    density: float
+    speed: float
+
+    def reached(self, stretch: float) -> float:
+        """Speed of impact [m/s] that compresses the bar to a stretch."""
+
+        def integral(q: float) -> float:
+            root = np.sqrt(max(q * q - 1.0 / 3.0, 0.0))
+            return 0.5 * (q * root - np.log(q + root) / 3.0)
+
+        return float(np.sqrt(1.5 * self.young / self.density) * (integral(1.0) - integral(stretch)))
+
+    @cached_property
+    def stretch(self) -> float:
+        """Stretch at the wall, by bisection; that of the limit where there is no solution."""
+        low, high = 1.0 / np.sqrt(3.0), 1.0
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            if self.reached(middle) > self.speed:
+                low = middle
+            else:
+                high = middle
+        return 0.5 * (low + high)
+
+    @property
+    def pressure(self) -> float:
+        """Nominal contact pressure [Pa], -P(q_wall)."""
+        return 0.5 * self.young * self.stretch * (1.0 - self.stretch**2)
+
+
+@dataclass(frozen=True)
 class LameMode:
     """Free vibration of a free square block, edge L: u_y = B cos ky sin kz, u_z = -B sin ky cos kz, k = pi/L.
 

@@ -1,0 +1,65 @@
+"""Spoils what is computed behind the back of whoever judges it: a check that is worth its name must fail then.
+
+`Spoilt(change)` stands in for `tcontact.simulate`: it runs the scene with one change and returns the result as if it
+were of the scene that was asked for.
+"""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+import tcontact as tc
+
+
+def without_wall(scene):
+    """Every plane a thousand lengths away."""
+    if not scene.obstacles:
+        return scene
+    size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in scene.bodies)
+    far = [replace(wall, point=tuple(np.asarray(wall.point) - 1e3 * size * wall.frame[2])) for wall in scene.obstacles]
+    return replace(scene, obstacles=far)
+
+
+def with_material(scene, share, *names):
+    """Named constants of every material times a share, whichever of them it has."""
+
+    def altered(material):
+        known = {item.name for item in fields(material)}
+        return replace(material, **{name: share * getattr(material, name) for name in names if name in known})
+
+    return replace(scene, bodies=[replace(body, material=altered(body.material)) for body in scene.bodies])
+
+
+def turned_gravity(scene):
+    """Gravity upside down."""
+    return scene if scene.gravity is None else replace(scene, gravity=tuple(-np.asarray(scene.gravity)))
+
+
+def less_friction(scene):
+    """Half of the coefficient."""
+    law = scene.friction
+    return scene if law is None else replace(scene, friction=replace(law, coefficient=0.5 * law.coefficient))
+
+
+CHANGES = {
+    "wall": without_wall,
+    "method": lambda scene: replace(scene, contact=tc.ImpulseContact()),
+    "modulus": lambda scene: with_material(scene, 0.7, "young", "c1", "c2", "bulk"),
+    "density": lambda scene: with_material(scene, 1.3, "density"),
+    "duration": lambda scene: replace(scene, duration=0.5 * scene.duration),
+    "gravity": turned_gravity,
+    "friction": less_friction,
+}
+
+
+class Spoilt:
+    """`tcontact.simulate` with one of CHANGES; altered: whether it has changed any scene so far."""
+
+    def __init__(self, change):
+        self.change, self.run, self.altered = CHANGES[change], tc.simulate, False
+
+    def __call__(self, scene, *arguments, **options):
+        """Run the changed scene; the result says that it is of the scene given."""
+        other = self.change(scene)
+        self.altered |= other is not scene
+        return replace(self.run(other, *arguments, **options), scene=scene)
