@@ -79,7 +79,7 @@ CHANGES = {
     ),
     tc.MasslessContact: (
         tc.MasslessContact("full"),
-        {"removal": "normal", "penalty": 1e9, "depth": 2, "sweeps": 11, "tolerance": 1e-9},
+        {"removal": "normal", "penalty": 1e9, "depth": 2, "sweeps": 11, "tolerance": 1e-9, "cell_viscosity": 0.1},
     ),
     tc.PenaltyContact: (tc.PenaltyContact(3e10), {"stiffness": 3.1e10}),
     tc.ImpulseContact: (tc.ImpulseContact(), {}),
@@ -106,6 +106,7 @@ CHANGES = {
             "bodies": lambda s: _with(s, "bodies", [*s.bodies, tc.Body(BOX, tc.NeoHookean(**ROUND))]),
             "obstacles": [], "duration": 1.1e-3, "gravity": (0.0, 0.0, -9.81), "contact": tc.PenaltyContact(3e10),
             "friction": tc.Coulomb(0.1), "damping": tc.MassDamping(1.0), "viscosity": tc.BulkViscosity(),
+            "pairs": lambda s: _with(s, "pairs", None),
         },
     ),
     tc.Body: (
