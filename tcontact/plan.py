@@ -265,7 +265,9 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     touching = scene.touching and body.touches
     facing = None
     if touching:
-        facing = scene.obstacles[0].normal_at(body.initial_nodes.mean(axis=0)[None])[0]
+        start = body.initial_nodes
+        nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
+        facing = nearest.normal_at(start.mean(axis=0)[None])[0]
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
