@@ -263,7 +263,11 @@ def test_the_ledger_of_an_oblique_impact_closes():
 
 @pytest.mark.parametrize(
     ("law", "kind", "formulation"),
-    [("linear", "hex8", "full"), ("neo", "tet4", "full"), ("neo", "hex8", "mean-dilatation")],
+    [
+        ("neo", "tet4", "full"),
+        pytest.param("linear", "hex8", "full", marks=pytest.mark.slow),
+        pytest.param("neo", "hex8", "mean-dilatation", marks=pytest.mark.slow),
+    ],
 )
 def test_one_kernel_two_kernels_and_many_steps_a_launch_give_the_same(law, kind, formulation, monkeypatch):
     """The force in a pass of its own, in the launch of the contact cells, and in that of a small body."""
@@ -361,3 +365,14 @@ def test_sliding_with_much_friction_is_warned_about(friction, warns):
     result = tc.simulate(scene)
     assert any("flutter" in text for text in result.warnings) is warns
     assert not tc.simulate(pressure_shear.scene(cells=20, friction=1.0)).warnings
+
+
+def test_it_stands_in_scene_files(tmp_path):
+    """A number and 0 are written and read; the default is left out."""
+    for value in (None, 0.0, 0.3):
+        scene = rubbing(contact=tc.MasslessContact("normal", cell_viscosity=value))
+        tc.save_scene(scene, tmp_path / "scene.toml")
+        assert ("cell_viscosity" in (tmp_path / "scene.toml").read_text(encoding="utf-8")) is (value is not None)
+        back, _ = tc.load_scene(tmp_path / "scene.toml")
+        assert back.contact == scene.contact
+        assert tc.plan(back).bodies[0].contact.viscosity == (0.2 if value is None else value)
