@@ -83,17 +83,26 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Largest force and duration of the contact; the ledger."""
-    found = [ck.finished(result), ck.pushing(result), ck.no_overlap(result), ck.energy(result, 4e-3)]
+    """Largest force and duration of the contact, impulse; the ledger."""
+    found = [
+        ck.finished(result),
+        ck.thrown(result),
+        ck.touched(result),
+        ck.pushing(result),
+        ck.no_overlap(result),
+        ck.energy(result, 4e-3),
+    ]
     if not result.ok:
         return found
-    coarse = max(1.0, 8.0 / cells_across(result.scene))
+    coarse = max(1.0, 8.0 / cells_across(result.scene)) ** 0.5
     most, _, duration = theory(result.scene)
     time, force = result.history["time"], result.history["contact_force"][:, 2]
     closed = time[force > 1e-3 * most]
     lasted = np.ptp(closed) if len(closed) else np.nan
+    given = result.history["impulse"][-1, 2] / (2.0 * ck.mass(result) * -result.scene.bodies[0].velocity[2])
     return [
         *found,
+        ck.at_most("impulse against 2 m v, error", abs(given - 1.0), 0.01 * coarse),
         ck.at_most("largest force, error", abs(force.max() / most - 1.0), 0.05 * coarse),
         ck.at_most("duration of the contact, error", abs(lasted / duration - 1.0), 0.05 * coarse),
     ]

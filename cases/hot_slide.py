@@ -19,6 +19,7 @@ import numpy as np
 import tcontact as tc
 from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.friction_layer import study
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7900.0}
 SCHEME = {"scheme": "central-difference", "cfl": 0.2}
@@ -107,8 +108,43 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
                 )
 
 
+def _tractions(result: tc.Result) -> list[ck.Check]:
+    """Mean pressure against the squeeze of the start; shear against mu p, or the layer alone at 34 m/s.
+
+    The figures of the layer alone (`friction_layer.study.REFERENCE`, independent code) hold the speed at 34 m/s; under
+    the block it drops by tau/(rho c_s), some 7 m/s, which leaves it a little cooler and stronger. Shear of mu p needs
+    that the block slides: mu p below rho c_s times the speed.
+    """
+    history, scene = result.history, result.scene
+    body, model = scene.bodies[0], scene.friction
+    mesh, material, start = body.mesh, body.material, body.velocity[0]
+    length, width, height = np.ptp(mesh.nodes, axis=0)
+    top = np.argmax(mesh.nodes[:, 2])
+    squeeze = (mesh.nodes[top, 2] - body.initial_nodes[top, 2]) / height * material.young
+    shear, _, pressure = history["contact_force"].T * np.array([[-1.0], [1.0], [1.0]]) / (length * width)
+    found = [ck.between("mean pressure / squeeze", pressure.mean() / squeeze, 0.97, 1.03)]
+    limit = model.coefficient * squeeze
+    usual = isinstance(model, tc.FrictionLayer) and model == tc.FrictionLayer(
+        coefficient=model.coefficient, points=model.points, thickness=10e-6, tolerance=model.tolerance
+    )
+    alone = 1e6 * np.array(study.REFERENCE[34.0][1]) if usual and start == 34.0 else np.zeros(0)
+    fast = history["momentum"][:, 0] > 0.5 * ck.mass(result) * start
+    sliding = limit < 0.4 * np.sqrt(material.lame_mu * material.density) * start
+    if sliding and (isinstance(model, tc.Coulomb) or limit < 0.9 * alone.min(initial=np.inf) < np.inf):
+        rubbed = shear[fast].sum() / (model.coefficient * pressure[fast].sum())
+        found.append(ck.between("shear / (mu pressure), sliding", rubbed, 0.98, 1.001))
+    elif len(alone) and limit > 1.1 * alone.max():
+        known = np.array(study.TIMES) < result.time
+        off = np.abs(np.interp(study.TIMES, history["time"], shear) / alone - 1.0)[known]
+        found.append(ck.at_most("shear against the layer alone, error", off.max(initial=0.0), 0.05))
+    return found
+
+
 def checks(result: tc.Result) -> list[ck.Check]:
-    """General laws; heat is the share of the friction work; what the block loses is friction work; below melting."""
+    """General laws; pressure of the squeezed block; dry friction, or the layer against independent figures.
+
+    Heat is the share of the friction work; what the block loses is friction work; the surface stays below melting.
+    """
     history, model = result.history, result.scene.friction
     quick = result.dt > 0.25 * result.dt_limit
     work = history["friction_work"]
@@ -116,6 +152,9 @@ def checks(result: tc.Result) -> list[ck.Check]:
     ledger = np.abs(lost - work).max() / (history["kinetic"] + history["elastic"]).max()
     found = [
         ck.finished(result),
+        ck.thrown(result),
+        ck.touched(result),
+        *_tractions(result),
         ck.momentum_balance(result, 1e-5),
         ck.pushing(result),
         ck.at_most("energy lost less friction work, of the energy", float(ledger), 4e-2 if quick else 4e-3),

@@ -81,7 +81,12 @@ def checks(result: tc.Result) -> list[ck.Check]:
     """Conserving schemes keep the energy; others only say what became of it."""
     if result.reason == "diverged":
         return [ck.at_least("energy / energy at the start", result.history["energy"].max(), 2.0 * start(result))]
-    energy, found = result.history["energy"], [ck.finished(result)]
+    energy, body = result.history["energy"], result.scene.bodies[0]
+    tip, cells = float(np.abs(body.initial_velocity).max()), len(np.unique(np.round(body.mesh.nodes[:, 0], 12))) - 1
+    thrown = start(result) / (
+        ck.mass(result) * tip**2 / 10.0
+    )  # m v^2/10 of the parabola; lumped mass: more by 5/(3 n^2)
+    found = [ck.finished(result), ck.at_most("energy thrown in, error", abs(thrown - 1.0), 5.0 / cells**2)]
     if "energy" in conserved(result):
         found.append(ck.energy(result, 1e-8))
     else:

@@ -157,7 +157,7 @@ def _pulse(waves: Waves, height: float, end: float) -> tuple[np.ndarray, np.ndar
 def checks(result: tc.Result) -> list[ck.Check]:
     """The general laws; plateaus, friction work and final speed against the waves; little is lost where it sticks."""
     scene, history, waves = result.scene, result.history, exact(result.scene)
-    found = [ck.finished(result), ck.momentum_balance(result, 1e-6), ck.pushing(result)]
+    found = [ck.finished(result), ck.touched(result), ck.momentum_balance(result, 1e-6), ck.pushing(result)]
     if choices.is_exact(scene):
         found.append(ck.no_overlap(result))
     if not (result.ok and isinstance(scene.contact, tc.MasslessContact)):

@@ -124,7 +124,7 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 def checks(result: tc.Result) -> list[ck.Check]:
     """The general laws; sliding by mu times pressure; speed, spin and friction work once it rolls."""
     scene, history, mass = result.scene, result.history, ck.mass(result)
-    found = [ck.finished(result), ck.pushing(result), ck.no_overlap(result)]
+    found = [ck.finished(result), ck.touched(result), ck.pushing(result), ck.no_overlap(result)]
     found += [ck.momentum_balance(result, 1e-5), ck.energy(result, 4e-3)]
     if not result.ok:
         return found

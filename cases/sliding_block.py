@@ -182,7 +182,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     scene, history = result.scene, result.history
     mu = scene.friction.coefficient
     quick = result.dt > 0.25 * result.dt_limit
-    found = [ck.finished(result), ck.momentum_balance(result, 1e-5), ck.pushing(result)]
+    found = [ck.finished(result), ck.touched(result), ck.momentum_balance(result, 1e-5), ck.pushing(result)]
     if choices.is_exact(scene):
         found.append(ck.no_overlap(result))
     settling = scene.bodies[0].velocity[0] == 0.0 and rigid(scene)[0] < 0.0  # little energy, most of it dissipated
@@ -194,6 +194,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
         return found
     path, speed = travel(result)
     acceleration, stop, distance = rigid(scene)
+    weight = ck.mass(result) * -scene.gravity[2]
+    found.append(ck.between("mean pressure / weight", history["impulse"][-1, 2] / (weight * result.time), 0.98, 1.02))
     length = np.ptp(scene.bodies[0].mesh.nodes[:, 0])
     if acceleration > 0.0 and scene.damping is None:
         gained = (speed[-1] - speed[0]) / result.time / acceleration

@@ -77,7 +77,7 @@ def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> 
 def checks(result: tc.Result) -> list[ck.Check]:
     """Momentum, angular momentum and energy, as far as the scheme conserves them."""
     history, conserves = result.history, getattr(result.scheme, "conserves", ())
-    found = [ck.finished(result), ck.momentum_balance(result, 1e-10)]
+    found = [ck.finished(result), ck.thrown(result), ck.momentum_balance(result, 1e-10)]
     turned = history["angular_momentum"]
     change = np.abs(turned - turned[0]).max() / np.linalg.norm(turned[0])
     if "angular momentum" in conserves and not result.scene.bodies[0].material.linear:

@@ -109,7 +109,7 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def checks(result: tc.Result) -> list[ck.Check]:
     """The general laws; plateau, shock speed and stretch against the jump conditions; no growth of the energy."""
     scene, history = result.scene, result.history
-    found = [ck.finished(result), ck.momentum_balance(result, 1e-8), ck.pushing(result)]
+    found = [ck.finished(result), ck.touched(result), ck.momentum_balance(result, 1e-8), ck.pushing(result)]
     if choices.is_exact(scene):
         found.append(ck.no_overlap(result))
     if not result.ok or not isinstance(scene.contact, tc.MasslessContact):

@@ -59,8 +59,9 @@ def equals(name: str, value: float, wanted: float) -> Check:
 
 
 def finished(result: Result) -> Check:
-    """The run reached its end."""
-    return Check("finished", result.reason, "= finished", result.reason == "finished")
+    """The run reached its end, at the time that its scene asks for."""
+    whole = bool(result.time >= result.scene.duration * (1.0 - 1e-9))
+    return Check("finished", result.reason, "= finished", result.reason == "finished" and whole)
 
 
 def momentum_balance(result: Result, bound: float) -> Check:
@@ -80,6 +81,16 @@ def momentum_balance(result: Result, bound: float) -> Check:
     return at_most("momentum = impulses", np.abs(change - impulse).max() / scale, bound)
 
 
+def thrown(result: Result) -> Check:
+    """Momentum at the start against mass times mean velocity of the nodes: one velocity, or an affine one on a box."""
+    wanted = np.zeros(3)
+    for body in result.scene.bodies:
+        wanted = wanted + body.material.density * volume(body.mesh) * body.initial_velocity.mean(axis=0)
+    momentum = result.history["momentum"]
+    error = np.linalg.norm(momentum[0] - wanted) / np.linalg.norm(wanted)
+    return at_most("momentum at the start / m v, error", error if np.isfinite(momentum).all() else np.nan, 1e-6)
+
+
 def pushing(result: Result) -> Check:
     """Contact forces push, never pull: smallest normal component over the steps and, at the end, over the nodes.
 
@@ -94,8 +105,15 @@ def pushing(result: Result) -> Check:
 
 def touched(result: Result) -> Check:
     """The bodies touched an obstacle: rows of the history with a contact force."""
-    pressed = np.abs(result.history["contact_force"]).max(axis=1) > 0.0
-    return at_least("rows with contact", int(pressed.sum()), 1)
+    largest = np.abs(result.history["contact_force"]).max(axis=1)
+    return at_least("rows with contact", np.sum(largest > 0.0) if np.isfinite(largest).all() else np.nan, 1)
+
+
+def mean_time(time: np.ndarray, impulse: np.ndarray) -> float:
+    """Mean time [s] of a force with the running impulse [N s] in rows: its first moment over its integral."""
+    given = np.diff(impulse)
+    with np.errstate(invalid="ignore"):
+        return float(np.divide(given @ (time[1:] + time[:-1]) / 2.0, given.sum()))
 
 
 def no_overlap(result: Result) -> Check:

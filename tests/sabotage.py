@@ -13,6 +13,8 @@ import tcontact as tc
 
 def without_wall(scene):
     """Every plane a thousand lengths away."""
+    if not scene.obstacles:
+        return scene
     size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in scene.bodies)
     far = [replace(wall, point=tuple(np.asarray(wall.point) - 1e3 * size * wall.frame[2])) for wall in scene.obstacles]
     return replace(scene, obstacles=far)

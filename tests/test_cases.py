@@ -260,6 +260,13 @@ def test_checks_fail_when_the_physics_does():
     node[0] = (0.0, 0.0, -1e-3 * pulling.max())
     one_pulls = dataclasses.replace(result, contact_node_force=node)
     assert any(text.startswith("contact pushes") for text in failed(bar_impact, one_pulls))
+    for spoilt, name in (
+        (spoiled(result, contact_force=0.0 * history["contact_force"]), "rows with contact"),
+        (spoiled(result, impulse=1.1 * history["impulse"]), "impulse, error"),
+        (spoiled(result, time=1.1 * history["time"]), "mean time of the force"),
+        (dataclasses.replace(result, time=0.99 * result.scene.duration), "finished"),
+    ):
+        assert any(text.startswith(name) for text in failed(bar_impact, spoilt)), name
     stopped = dataclasses.replace(result, reason="diverged", ok=False)
     assert any(text.startswith("finished") for text in failed(bar_impact, stopped))
 

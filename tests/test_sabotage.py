@@ -5,6 +5,7 @@ import sabotage
 from conftest import THREADS
 
 import tcontact as tc
+from tcontact import cases
 from tcontact.study import hard_cases
 
 CASES = hard_cases.register()
@@ -57,3 +58,61 @@ def test_few_cases_declare_that_they_cannot_feel_something():
     for case in CASES.values():
         assert set(case.cannot_feel) <= set(hard_cases.CHANGES)
         assert all(reason for reason in case.cannot_feel.values())
+
+
+# the cases of cases/: small sizes, and what each cannot feel
+
+RIGID = {"modulus": "it is compared with a rigid body"}
+FREE = {"modulus": "energy and momenta are kept with every modulus"}
+SMALL = {
+    "bar-impact": ({"cells": 20}, {}),
+    "bouncing-bar": ({"cells": 20, "contacts": 2}, {}),
+    "cube-impact": ({"cells": 6}, {}),
+    "hertz-impact": ({"cells": 3}, {}),
+    "hot-slide": ({"cells": 2}, {}),
+    "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
+    "penetration-energy": ({"cells": 4}, {}),
+    "pressure-shear": ({"cells": 20}, {}),
+    "rolling-cylinder": ({"cells": 12}, RIGID),
+    "sliding-block": ({"cells": 4}, RIGID),
+    "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),
+    "wall-shock": ({"cells": 40}, {}),
+}
+
+
+def run_case(name, change=None):
+    """Checks of a small run of a case that fail, and whether the change altered anything; a refusal is noticed."""
+    case = cases.load(name)
+    scene = case.scene(**SMALL[name][0])
+    words = dict(getattr(case, "SCHEME", {"scheme": "central-difference"}))
+    kinds = (tc.CentralDifference, tc.DiscreteGradient, tc.PaperImplicit)
+    scheme = {kind.name: kind for kind in kinds}[words.pop("scheme")](**words)
+    simulate = sabotage.Spoilt(change) if change else tc.simulate
+    try:
+        found = case.checks(simulate(scene, scheme, threads=THREADS))
+    except tc.InputError as refusal:
+        return [str(refusal)], True
+    return [check for check in found if not check.passed], getattr(simulate, "altered", False)
+
+
+@pytest.mark.parametrize("change", ["wall", "modulus", "density", "duration"])
+@pytest.mark.parametrize("name", ["bar-impact", "bouncing-bar", "cube-impact"])
+def test_a_quick_case_notices_a_spoilt_computation(name, change):
+    failed, altered = run_case(name, change)
+    assert altered
+    assert failed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SMALL)
+def test_every_case_notices_a_spoilt_computation(name):
+    """Right as it is; wrong with every change that alters its scene and that it can feel."""
+    cannot_feel = SMALL[name][1]
+    assert run_case(name) == ([], False)
+    for change in sabotage.CHANGES:
+        failed, altered = run_case(name, change)
+        assert bool(failed) == (altered and change not in cannot_feel), change
+
+
+def test_every_mechanical_case_is_spoilt():
+    assert set(SMALL) == {name for name in cases.names() if hasattr(cases.load(name), "scene")}

@@ -13,7 +13,7 @@ import tcontact as tc
 from tcontact.cli import main
 from tcontact.contact_models import ImpulseContact, MasslessContact, PenaltyContact
 from tcontact.study import errors, figure, methods, pareto, problems, reference, runner, table
-from tcontact.study.exact import LameMode, PenaltyWall, SmoothBump, WallShock
+from tcontact.study.exact import LameMode, PenaltyWall, SmoothBump, SofteningBar, WallShock
 from tcontact.study.problems import penalty_wall, smooth_contact
 
 BAR = {"length": 0.1, "area": 1e-4, "young": 1e7, "density": 1000.0, "speed": 2.0}
@@ -67,6 +67,18 @@ def test_wall_shock_keeps_mass_and_momentum_and_tends_to_the_wave_speed():
         assert shock.pressure == pytest.approx(-shock.stress(shock.stretch), rel=1e-9)
         assert shock.shock_speed >= material.wave_speed * (1.0 - 1e-9)
     assert WallShock(*law, 1e-6 * material.wave_speed).shock_speed == pytest.approx(material.wave_speed, rel=1e-5)
+
+
+@pytest.mark.parametrize("mach", [1e-4, 0.1, 0.2, 0.265])
+def test_softening_bar_is_the_sum_of_small_waves(mach):
+    """v = integral of c over the stretch, by quadrature; rho c v for a weak wave; the limit where c vanishes."""
+    bar = SofteningBar(young=1e7, density=1000.0, speed=100.0 * mach)
+    q = np.linspace(bar.stretch, 1.0, 200001)
+    wave = 100.0 * np.sqrt((3.0 * q**2 - 1.0) / 2.0)
+    assert np.sum((wave[1:] + wave[:-1]) / 2.0 * np.diff(q)) == pytest.approx(bar.speed, rel=1e-6)
+    if mach < 1e-3:
+        assert bar.pressure == pytest.approx(1000.0 * 100.0 * bar.speed, rel=1e-3)
+    assert bar.reached(1.0 / np.sqrt(3.0)) == pytest.approx(26.603, rel=1e-4)
 
 
 def test_lame_mode_has_its_gradient_no_traction_and_the_right_frequency():

@@ -109,7 +109,7 @@ def figures(time: np.ndarray, force: np.ndarray, normals: list[np.ndarray], unti
         moments = [np.interp(until, time, np.append(0.0, np.cumsum(given * middle**power))) for power in range(3)]
         impulse = moments[0] if moments[0] > 0.0 else np.nan  # nothing pushed: no check passes
         mean = moments[1] / impulse
-        found.append((impulse, mean, np.sqrt(max(0.0, moments[2] / impulse - mean**2))))
+        found.append((impulse, mean, np.sqrt(np.maximum(0.0, moments[2] / impulse - mean**2))))
     return np.array(found)
 
 
