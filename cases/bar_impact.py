@@ -132,7 +132,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
         found.append(ck.energy(result, (2e-3 if scene.contact.penalty is None else 3e-3) * coarse))
     touch, release, plateau = times_and_force(scene)
     whole = result.ok and scene.duration >= release + 0.1 * (release - touch)
-    if whole and isinstance(result.scheme, tc.CentralDifference):  # implicit steps may miss the waves
+    plane = abs(body.material.poisson) < 1e-9  # a bar that bulges is no longer one-dimensional
+    if whole and plane and isinstance(result.scheme, tc.CentralDifference):  # implicit steps may miss the waves
         found += pulse(result)
     if not choices.is_exact(scene):
         return found

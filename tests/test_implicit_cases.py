@@ -32,7 +32,7 @@ def test_block_tumbles_without_loss(kind):
     result = tc.simulate(own, scheme=tc.DiscreteGradient(dt=2e-4))
     found = verdicts(tumbling_block, result)
     assert all(found.values())
-    assert len(found) == 4
+    assert len(found) == 5
     lossy = tc.simulate(own, scheme=tc.PaperImplicit(dt=2e-4))
     assert not all(verdicts(tumbling_block, replace(lossy, scheme=result.scheme)).values())
 

@@ -32,7 +32,7 @@ def test_a_cylinder_that_slides_ends_in_rolling():
     result = simulate(rolling_cylinder.scene(cells=12, friction=0.3), cfl=0.9)
     assert tc.plan(result.scene).bodies[0].contact.removal == "full"
     found = {check.name: check for check in rolling_cylinder.checks(result)}
-    assert len(found) == 11
+    assert len(found) == 12
     assert not [check for check in found.values() if not check.passed]
     assert found["friction work, error"].value <= 0.05
     # once it rolls friction takes nothing more
