@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD
+from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
@@ -163,7 +163,8 @@ def _force_pass(body: BodyPlan, nodes: int, layered: bool) -> int:
     if body.small or len(body.boundary):
         rows = MOST_ROWS if body.small and not layered else 1
     viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
-    return packs.nbytes + nodes * 4 * REAL + (rows * RAW + viscous) * REAL
+    width = RAW + VISCOUS_SUMS * (body.viscosity is not None)
+    return packs.nbytes + nodes * 4 * REAL + (rows * width + viscous) * REAL
 
 
 def _readable(size: int) -> str:
