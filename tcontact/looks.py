@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from .body_meeting import BodyMeeting
+from .far_watch import FarWatch
 from .guards import Stop
 from .normal_watch import NormalWatch
 from .path_watch import PathWatch
@@ -33,7 +34,7 @@ class Looks:
     """The looks that a scene needs; none for most scenes."""
 
     def __init__(self, run: Run) -> None:
-        found: list[Look | None] = [BodyMeeting.of(run), PathWatch.of(run), NormalWatch.of(run)]
+        found: list[Look | None] = [BodyMeeting.of(run), PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
         self.looks = [one for one in found if one is not None]
 
     def rows(self, number: int) -> int:

@@ -1,4 +1,4 @@
-"""Which faces of a body may meet an obstacle: `Body(contact="auto")`.
+"""Which faces of a body may meet an obstacle, `Body(contact="auto")`, and which obstacles are out of reach.
 
 A face may, if it looks towards the obstacle (its outward normal within 90 degrees of minus the obstacle's) and the
 obstacle is near enough at t = 0:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 SLACK = 1.5  # on the way, for what the body's waves add to its speed
 FACING = -1e-6  # cosine: faces along the way do not look at it
 SAMPLES = 257  # of a motion given as a function of time
+OUT_OF_REACH = 10.0  # times the way that a node can go
 
 
 def with_reached_faces(body: Body, scene: Scene) -> Body:
@@ -69,3 +70,19 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
     moving = float(np.linalg.norm(Rate(obstacle, "velocity").at(times), axis=1).max())
     turning = float(np.linalg.norm(Rate(obstacle, "angular_velocity").at(times), axis=1).max())
     return moving + turning * float(np.linalg.norm(positions - obstacle.reference, axis=1).max())
+
+
+def within_reach(body: Body, scene: Scene) -> list[int]:
+    """Numbers of the obstacles of the scene that the contact nodes of the body may come to; all, if it is none."""
+    nodes = body.initial_nodes[body.contact_nodes]
+    edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
+    moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
+    freed = body.material.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
+    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
+    fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
+    pushed = 2.0 * max((_speed(obstacle, nodes, scene.duration) for obstacle in scene.obstacles), default=0.0)
+    way = OUT_OF_REACH * ((own + fall + pushed) * scene.duration + edge)
+    near = [
+        number for number, obstacle in enumerate(scene.obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way
+    ]
+    return near or list(range(len(scene.obstacles)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from .contact_models import MasslessContact
 from .errors import InputError
+from .reach import within_reach
 from .rotation import spin
 from .scene import Body, Scene
 
@@ -31,15 +32,16 @@ class MasslessNodes:
 def choose_removal(scene: Scene, body: Body) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
 
-    It cannot if all obstacles are planes that share one direction, none of them turns, every contact face looks
-    along it, and the body does not start with a spin that turns it by 0.05 rad in the duration.
+    It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
+    looks along it, and the body does not start with a spin that turns it by 0.05 rad in the duration.
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
-    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in scene.obstacles):
+    near = [scene.obstacles[number] for number in within_reach(body, scene)]
+    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in near):
         return "full"
-    normals = np.array([obstacle.frame[2] for obstacle in scene.obstacles])
+    normals = np.array([obstacle.frame[2] for obstacle in near])
     if (np.abs(normals @ normals[0]) < PARALLEL).any():
         return "full"
     corners = body.initial_nodes[body.contact_faces]
@@ -56,13 +58,15 @@ def choose_removal(scene: Scene, body: Body) -> str:
 def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     """The nodes of the contact set that lose mass, with the directions they lose it in.
 
-    A supported component keeps its mass; a node whose massless directions are all supported leaves K.
+    A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
+    removal the normals are those of the obstacles within reach.
     """
     assert isinstance(scene.contact, MasslessContact)
     removal = choose_removal(scene, body)
     nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
-    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in scene.obstacles], axis=1)
+    near = [scene.obstacles[number] for number in within_reach(body, scene)]
+    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in near], axis=1)
     given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(given, axis=0, return_inverse=True)
     member = member.reshape(-1)

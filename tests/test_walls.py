@@ -1,5 +1,7 @@
 """Several walls at a body: far ones, touching ones, the same one twice; walls that let go of tall cells (METHOD 2)."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from oracle import meshes
@@ -40,8 +42,10 @@ def pushed(more=(), first=False, removal="full", penalty=None, friction=None):
 @pytest.mark.parametrize(
     ("more", "removal", "penalty", "friction"),
     [([FAR], "full", None, None), ([FAR], "full", 1e9, None), ([CEILING], "normal", None, None),
-     ([FAR, CEILING], "full", None, None), ([FAR], "full", None, 0.3)],
-    ids=["one", "penalty", "normal removal", "two, so that nodes choose three of four", "friction"],
+     ([FAR], "normal", None, None), ([FAR, CEILING], "full", None, None), ([FAR], "full", None, 0.3),
+     ([FAR], "normal", None, 0.3)],
+    ids=["one", "penalty", "normal removal, parallel", "normal removal, across",
+         "two, so that nodes choose three of four", "friction", "normal removal, friction"],
 )  # fmt: skip
 def test_a_wall_out_of_reach_changes_not_a_bit(more, removal, penalty, friction):
     alone = pushed(removal=removal, penalty=penalty, friction=friction)
@@ -172,3 +176,44 @@ def test_tall_cells_lift_off(kind, law, removal, ratio):
     assert force[-1] == 0.0
     assert result.history["gap_min"][-1] > 0.0
     assert result.history["sweeps"].max() > 60, "plain sweeps would not do"
+
+
+def falling(obstacles, removal="auto", speed=1.0):
+    """A linear cube thrown at the plane z = 0 from 1e-4 m above."""
+    mesh = tc.box_mesh((0.1,) * 3, (4,) * 3, origin=(0.0, 0.0, 1e-4))
+    body = tc.Body(mesh, rubber(), velocity=(0.0, 0.0, -speed), contact=["xmax", "zmin"])
+    return tc.Scene([body], obstacles, 1e-3, contact=tc.MasslessContact(removal=removal))
+
+
+def test_a_wall_out_of_reach_does_not_change_which_mass_is_removed():
+    """One floor: normal removal suits faces that look at it; a side wall within reach asks for full removal."""
+    side = tc.Plane(point=(50.0, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
+    near = tc.Plane(point=(0.11, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
+
+    def removal(obstacles):
+        scene = falling(obstacles)
+        body = scene.bodies[0]
+        floor = tc.Body(body.mesh, body.material, velocity=body.velocity, contact="zmin")
+        return tc.plan(tc.Scene([floor], obstacles, scene.duration)).bodies[0].contact.removal
+
+    assert removal([tc.Plane()]) == removal([tc.Plane(), side]) == removal([side, tc.Plane()]) == "normal"
+    assert removal([tc.Plane(), near]) == "full"
+    turning = tc.Plane(point=(50.0, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 100.0))
+    assert removal([tc.Plane(), turning]) == "full", "its rim comes near"
+
+
+@pytest.mark.parametrize("kind", ["many rows a launch", "frames"])
+def test_a_body_that_comes_to_a_wall_out_of_reach_stops_with_the_remedy(kind, tmp_path):
+    """The scene starts at rest far from the side wall; another run has thrown the body at it."""
+    side = tc.Plane(point=(3.0, 0.0, 0.0), normal=(-1.0, 0.0, 0.0))
+    scene = falling([tc.Plane(point=(0.0, 0.0, -0.01)), side], "normal", 0.0)
+    start, along = simulate(scene), np.array([4e3, 0.0, 0.0])
+    thrown = dataclasses.replace(start, velocity=start.velocity + along)
+    options = {"out": tmp_path / "out", "frames": 9} if kind == "frames" else {}
+    result = tc.simulate(scene, initial=thrown, **options)
+    assert result.reason == "missed-contact"
+    assert "obstacle-1" in result.message
+    assert "removal='full'" in result.message
+    assert abs(result.time - 2.9 / 4e3) <= result.dt, "the last row before it"
+    away = simulate(scene, initial=dataclasses.replace(start, velocity=start.velocity - along))
+    assert away.ok
