@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from pathlib import Path
 from typing import Any
 
 NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]*)\)|(True|False)_)")  # how its numbers name their type: np.float64(0.5)
@@ -38,9 +40,14 @@ class OutputError(OSError):
 
 
 def _short(value: Any, limit: int = 80) -> str:
+    """The value as text; a longer one is cut at its end, a path in its middle: its last part tells the most."""
     try:
         text = repr(value)
     except Exception:  # of an object that cannot say what it is, or of a number with too many digits
         text = f"<{type(value).__name__}>"
     text = NUMPY.sub(lambda found: found[1] or found[2] or "", text)
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+    if len(text) <= limit:
+        return text
+    if isinstance(value, (str, Path)) and os.sep in str(value) and "\n" not in str(value):
+        return f"{text[: limit // 4]}...{text[3 - limit + limit // 4 :]}"
+    return text[: limit - 3] + "..."

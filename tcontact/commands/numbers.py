@@ -9,6 +9,8 @@ from typing import Any
 from ..errors import InputError
 from . import words
 
+PICTURES = "pictures"
+
 
 def add(subparsers: Any) -> None:
     """Declare the command."""
@@ -19,7 +21,9 @@ def add(subparsers: Any) -> None:
         " their tables. --check compares those that every machine makes alike with the documents, --write replaces"
         " them, speeds and pictures too.",
     )
-    parser.add_argument("--only", metavar="A,B", type=words.names, help="tables by name; a wrong name lists them")
+    parser.add_argument(
+        "--only", metavar="A,B", type=words.names, help="tables by name, or pictures; a wrong name lists them"
+    )
     parser.add_argument("--check", action="store_true", help="compare with the documents; exit code 1 if they differ")
     parser.add_argument("--write", action="store_true", help="replace tables and pictures in the documents")
     parser.add_argument("--docs", metavar="DIR", type=Path, default=Path("."), help="folder of README.md and docs/ (.)")
@@ -37,17 +41,19 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.check and arguments.write:
         raise InputError("--check, --write", True, "give one of them")
-    if unknown := sorted(set(arguments.only or ()) - set(TABLES)):
-        raise InputError("--only", unknown[0], "use some of " + ", ".join(TABLES))
+    known = [*TABLES, PICTURES]
+    if unknown := sorted(set(arguments.only or ()) - set(known)):
+        raise InputError("--only", unknown[0], "use some of " + ", ".join(known))
     stated = pages.tables(arguments.docs) if arguments.check or arguments.write else {}
-    wanted = [name for name in arguments.only or TABLES if TABLES[name].repeats or not arguments.check]
+    chosen = arguments.only or known
+    wanted = [name for name in TABLES if name in chosen and (TABLES[name].repeats or not arguments.check)]
     reports = Reports(arguments.out, lambda text: print(f"  {text}", flush=True))
     new = {name: TABLES[name].lines(reports) for name in wanted}
     if arguments.check:
         return _compare(stated, new)
     if arguments.write:
         changed = pages.replace(arguments.docs, new)
-        if arguments.only is None:
+        if PICTURES in chosen:
             changed += pictures.draw(arguments.docs, reports)
         print(*(f"changed: {path}" for path in changed), sep="\n")
         return 0

@@ -41,7 +41,7 @@ def checked(origin: Any, folder: Path) -> dict[str, Any]:
     well = all(isinstance(text, str) for text in (name, label, scene)) and isinstance(pairs, list)
     if not well or not all(isinstance(pair, str) for pair in pairs):
         raise InputError("origin", origin, f"in the checkpoints of {folder}: {REMEDY}")
-    return {"case": name, "set": pairs, "label": label, "scene": scene}
+    return {"case": name, "set": pairs, "label": label} | ({"scene": scene} if "scene" in parts else {})
 
 
 def of(summary: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -59,7 +59,7 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     name, label = origin["case"], origin["label"]
     if is_scene(name):
         scene, scheme, _, given = read_scene(Path(name), origin["set"])
-        return Rebuilt(Path(name).stem, without_checks(), {"scene": origin["scene"]} | given, scene, scheme)
+        return Rebuilt(Path(name).stem, without_checks(), {"scene": origin.get("scene", name)} | given, scene, scheme)
     case = cases.load(name)
     wanted = settings.read(name, case, origin["set"])
     if label:
