@@ -33,8 +33,8 @@ def chosen(gaps, known):
     return arrays.get(near).tolist()
 
 
-def test_a_node_takes_the_three_nearest_obstacles_the_nearest_first():
-    assert chosen([4.0, 0.1, 3.0, -0.2, 0.3], [0, 1, 2]) == [3, 1, 4]
+def test_a_node_takes_the_three_nearest_obstacles_in_the_order_of_the_scene():
+    assert chosen([4.0, 0.1, 3.0, -0.2, 0.3], [0, 1, 2]) == [1, 3, 4]
 
 
 @pytest.mark.parametrize("known", [[0, 1, 2], [2, 0, 1], [1, 2, 0]])
