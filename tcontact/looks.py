@@ -49,7 +49,8 @@ class Looks:
                 try:
                     stop = one.look(run, row, time, step)
                 except FunctionError as error:
-                    stop = Stop("function-failed", f"{error}; stopped at t = {time:.6g} s; everything up to then is kept")
+                    kept = f"stopped at t = {time:.6g} s; everything up to then is kept"
+                    stop = Stop("function-failed", f"{error}; {kept}")
                 if stop is not None:
                     return stop
         return None

@@ -126,5 +126,5 @@ def test_an_end_deep_inside_an_obstacle_is_refused():
     cube = tc.Body(tc.box_mesh((0.1,) * 3, (2,) * 3), material("linear"), velocity=(0.0, 0.0, -50.0), contact="zmin")
     end = simulate(tc.Scene([cube], [], duration=4e-3))
     wall = tc.Plane((0.0, 0.0, -0.1), (0.0, 0.0, 1.0), name="wall")
-    with pytest.raises(tc.InputError, match="initial = .* ends 0.1.* inside obstacle wall"):
+    with pytest.raises(tc.InputError, match=r"initial = .* ends 0\.1.* inside obstacle wall"):
         simulate(tc.Scene([cube], [wall], duration=4e-3), initial=end)
