@@ -12,7 +12,7 @@ import numpy as np
 
 from .contact_models import MasslessContact
 from .guards import Stop
-from .path_watch import AHEAD, RARELY, SAMPLES, Crossing
+from .path_watch import AHEAD, RARELY, Crossing, times_to_come
 from .reach import within_reach
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class FarWatch:
                 )
             travel = float(np.linalg.norm(now - crossing.before, axis=1).max())
             crossing.before = now
-            faster = crossing.speed_to_come(time + step + step * np.linspace(0.0, RARELY, SAMPLES)) * step
+            faster = crossing.speed_to_come(times_to_come(run, time, step)) * step
             wait = min(wait, 0.5 * gap / max(AHEAD * travel / rows + faster, 1e-300))
         self.due, self._seen = row + max(1, int(wait)), row
         return None

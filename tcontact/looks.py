@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from .body_meeting import BodyMeeting
+from .errors import FunctionError
 from .far_watch import FarWatch
 from .guards import Stop
 from .normal_watch import NormalWatch
@@ -45,7 +46,11 @@ class Looks:
         """Take the looks that are due after a row, all of them after the last (step = 0). Returns a stop or None."""
         for one in self.looks:
             if row >= one.due or step == 0.0:
-                stop = one.look(run, row, time, step)
+                try:
+                    stop = one.look(run, row, time, step)
+                except FunctionError as error:
+                    kept = f"stopped at t = {time:.6g} s; everything up to then is kept"
+                    stop = Stop("function-failed", f"{error}; {kept}")
                 if stop is not None:
                     return stop
         return None

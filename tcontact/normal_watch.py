@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .contact_models import MasslessContact
+from .errors import FunctionError
 from .guards import Stop
 from .obstacles import Obstacle
 from .obstacles.motion import Motion
@@ -77,7 +78,10 @@ class NormalWatch:
                 run.warn(f"{text}; {REMEDY}", RotationWarning)
         for obstacle in run.scene.obstacles:
             if obstacle.turns:
-                far = _wall_angle(Motion(obstacle), np.linspace(0.0, duration, TIMES))
+                try:
+                    far = _wall_angle(Motion(obstacle), np.linspace(0.0, duration, TIMES))
+                except FunctionError:  # the run stops there; until then its looks tell
+                    continue
                 if far > SPINS:
                     text = f"the {obstacle.shape} {obstacle.name or ''}".rstrip()
                     text += f" turns by {np.degrees(far):.3g} degrees under removal='normal'"

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .contact_models import PenaltyContact
+from .errors import FunctionError
 from .guards import Stop
 from .obstacles import Obstacle
 from .obstacles.motion import Motion
@@ -72,12 +73,18 @@ class Crossing:
         return np.asarray((now - points[0]) @ frames[0].T)
 
     def speed_to_come(self, times: np.ndarray) -> float:
-        """Largest speed [m/s] that a function of time gives the obstacle near the nodes at the times [s]; else 0."""
+        """Largest speed [m/s] that a function of time gives the obstacle near the nodes at the times [s]; else 0.
+
+        It is infinite where a function fails: the next look then comes after the next row, if the run gets there.
+        """
         motion = self.motion
         if motion is None or not (motion.velocity.varies or motion.spin.varies):
             return 0.0
         arm = float(np.linalg.norm(self.before, axis=1).max())
-        speeds, spins = (np.linalg.norm(rate.at(times), axis=1) for rate in (motion.velocity, motion.spin))
+        try:
+            speeds, spins = (np.linalg.norm(rate.at(times), axis=1) for rate in (motion.velocity, motion.spin))
+        except FunctionError:
+            return float("inf")
         return float((speeds + arm * spins).max())
 
     def follow(self, now: np.ndarray) -> tuple[int | None, float, float]:
@@ -165,10 +172,15 @@ class PathWatch:
                     what = f"node {node} of {state.plan.label} passed through {crossing.obstacle.shape} {name}"
                     what += f" at t = {time + step:.6g} s"
                     return Stop("missed-contact", f"{what}; {_remedy(run, crossing, travel / rows)}")
-                faster = crossing.speed_to_come(time + step + step * np.linspace(0.0, RARELY, SAMPLES)) * step
+                faster = crossing.speed_to_come(times_to_come(run, time, step)) * step
                 wait = min(wait, allowed / max(AHEAD * travel / rows + faster, 1e-300))
         self.due, self._seen = row + max(1, int(wait)), row
         return None
+
+
+def times_to_come(run: Run, time: float, step: float) -> np.ndarray:
+    """Times [s] until the next look, none beyond the end of the run: functions may be known until there only."""
+    return np.minimum(time + step + step * np.linspace(0.0, RARELY, SAMPLES), max(run.scene.duration, time))
 
 
 def _remedy(run: Run, crossing: Crossing, travel: float) -> str:

@@ -118,6 +118,9 @@ def _nothing(folder: Path, damaged: bool) -> str:
         return "its checkpoints are damaged; run again"
     if not (folder / FILE).is_file():
         return "holds no run; give the folder of a run that stopped"
-    if "reason" in ResultData.open(folder / FILE).attributes:
+    reason = ResultData.open(folder / FILE).attributes.get("reason")
+    if reason == "interrupted":
+        return "the run there was interrupted and left no checkpoint: run again, with checkpoint= (--checkpoint)"
+    if reason is not None:
         return f"the run there has ended; there is nothing to go on with (`tcontact render {folder} --plots` draws it)"
     return "holds no checkpoint: it stopped before the first one, or was run without; run again"

@@ -16,6 +16,7 @@ from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
+from .contact_models import PenaltyContact
 from .errors import InputError, OutputError
 from .folder_lock import locked
 from .friction_layer import LayerState
@@ -23,6 +24,7 @@ from .friction_layer.grid import depths
 from .friction_models import FrictionLayer
 from .history import MOST_ROWS
 from .loop import Run
+from .mesh_geometry import shortest_edge
 from .plan import Plan, plan
 from .progress import ProgressBar
 from .recorder import Recorder, check_folder, make_folder, unwritten
@@ -205,7 +207,32 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     for body, speeds in zip(scene.bodies, velocities, strict=True):
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]
+    _check_outside(scene, positions)
     return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+
+
+def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
+    """Refuse the end of another run, positions [n, 3] [m] of every body, deep inside an obstacle. Raises `InputError`.
+
+    Less than a cell is left to the first step; a penalty may be pressed in further.
+    """
+    contact = scene.contact
+    if contact is None or isinstance(contact, PenaltyContact) or getattr(contact, "penalty", None) is not None:
+        return
+    for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
+        if not body.touches:
+            continue
+        allowed = shortest_edge(body.mesh.nodes, body.mesh.cells)
+        for number, obstacle in enumerate(scene.obstacles):
+            gap = obstacle.gap(there[body.contact_nodes])
+            lowest = int(np.argmin(gap))
+            if gap[lowest] < -allowed:
+                raise InputError(
+                    "initial",
+                    float(gap[lowest]),
+                    f"node {body.contact_nodes[lowest]} of {scene.label(index)} ends {-gap[lowest]:.6g} inside obstacle"
+                    f" {scene.obstacle_label(number)} (allowed: {allowed:.3g}); move the obstacle apart",
+                )
 
 
 def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:

@@ -119,3 +119,12 @@ def test_contact_nodes_without_mass_start_in_equilibrium_so_the_last_cell_of_a_s
     whole = 0.5 * body.material.young * strain**2 * 0.01
     assert first["elastic"][0] == pytest.approx((1.0 - 1.0 / n) * whole, rel=1e-9)
     assert first["energy_error"][0] == 0.0
+
+
+def test_an_end_deep_inside_an_obstacle_is_refused():
+    """Such a start would end in inverted cells, whose message does not name the cause."""
+    cube = tc.Body(tc.box_mesh((0.1,) * 3, (2,) * 3), material("linear"), velocity=(0.0, 0.0, -50.0), contact="zmin")
+    end = simulate(tc.Scene([cube], [], duration=4e-3))
+    wall = tc.Plane((0.0, 0.0, -0.1), (0.0, 0.0, 1.0), name="wall")
+    with pytest.raises(tc.InputError, match=r"initial = .* ends 0\.1.* inside obstacle wall"):
+        simulate(tc.Scene([cube], [wall], duration=4e-3), initial=end)

@@ -245,3 +245,21 @@ def test_thin_parts_of_a_sampled_obstacle_are_passed_through_and_thick_ones_not(
     assert passes(plate, (0.3, 0.1, 0.7), (0.3, 0.1, -0.7))
     assert not passes(plate, (0.95, 0.0, 0.7), (0.95, 0.0, -0.7))
     assert not passes(plate, (0.3, 0.1, 0.7), (0.31, 0.1, 0.05))
+
+
+@pytest.mark.parametrize("removal", ["full", "normal"])
+def test_motions_are_not_asked_for_beyond_the_end(removal):
+    """Looks ask ahead; a function that is known until the end and one step more is enough for the run."""
+    asked = []
+
+    def velocity(time):
+        asked.append(time)
+        return 0.0, 0.0, 0.1
+
+    plate = tc.Box((0.0, 0.0, -0.1), (1.0, 1.0, 0.1), velocity=velocity)
+    far = tc.Plane((9.0, 0.0, 0.0), (-1.0, 0.0, 0.0), velocity=velocity)
+    body = cube(0.0, cells=2)
+    scene = tc.Scene([body], [plate, far], 5e-3, contact=CONTACTS[f"massless, {removal}"])
+    result = tc.simulate(scene)
+    assert result.reason == "finished", result.message
+    assert max(asked) <= scene.duration + 2.0 * result.dt

@@ -234,6 +234,11 @@ def test_without_anything_to_go_on_from(stopped, tmp_path):
     tc.simulate(physics, FINE, out=tmp_path / "ended", frames=2, checkpoint={"every_steps": 20})
     with pytest.raises(tc.InputError, match="has ended"):
         tc.resume(tmp_path / "ended", physics, FINE)
+    data = ResultFile.reopen(tmp_path / "ended" / "result.vtkhdf", 2, {})
+    data.write_attributes({"reason": "interrupted"})
+    data.close()
+    with pytest.raises(tc.InputError, match="interrupted and left no checkpoint"):
+        tc.resume(tmp_path / "ended", physics, FINE)
 
 
 def test_a_result_file_with_too_few_frames_is_refused(stopped, tmp_path):
