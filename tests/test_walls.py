@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from oracle import meshes
 from scenes import simulate
-from test_static_solve import problem
+from test_static_solve import problem, solved
 
 import tcontact as tc
+from tcontact import arrays
+from tcontact.kernels import friction as rubbing
+from tcontact.kernels import lanes, static_control
 
 SPEED = 0.01  # m/s: moves of 1e-5 m in the time that a wave needs there and back
 FAR = tc.Plane(point=(0.0, 100.0, 0.0), normal=(0.0, -1.0, 0.0))
@@ -143,6 +146,46 @@ def test_the_residual_sees_an_overlap(law, rows):
     overlap = -result.history["gap_min"][-1]
     assert overlap > 1e-7
     assert result.history["static_residual"][-1] * reference >= stiffness * overlap
+
+
+def residual(state):
+    """Residual of the row of the present state, without a step."""
+    state.advance(0.0, 0.0, 0.0, 0.0, (0.0, 0.0))
+    return np.array(arrays.get(state.serial.sums))[lanes.CONTACT_AT + 5]
+
+
+@pytest.mark.parametrize("friction", [None, 0.5])
+def test_the_residual_sees_balanced_states_that_break_contact_laws(friction):
+    """Every node stays in balance; overlaps, forces across a gap and friction outside its cone count on their own."""
+    mesh, depth, across = tc.box_mesh((0.1,) * 3, (3,) * 3), 1e-6, 3e-6
+    contact = tc.MasslessContact(removal="full", tolerance=1e-12, sweeps=400)
+    scene = tc.Scene(
+        bodies=[tc.Body(mesh, rubber(), contact="zmin")],
+        obstacles=[tc.Plane()],
+        duration=1.0,
+        contact=contact,
+        friction=None if friction is None else tc.Coulomb(friction),
+    )
+    start = np.zeros((mesh.node_count, 3))
+    start[mesh.nodes[:, 2] > 0.0] = (across, 0.0, -1e-4)
+    _, state = solved(scene, start)
+    static, _, _ = problem(scene)
+    stiffness = np.diag(static._tangent(start)).min()
+    reference = np.array(arrays.get(state.contact.static_solve.stats))[static_control.F_REF]
+    placed = np.array(arrays.get(state.u)).reshape(-1, 3)
+    assert residual(state) <= 1e-9
+    for shift in (-depth, depth):  # a translation changes no force: an overlap, and forces across a gap
+        arrays.set_values(state.u, placed + np.array([0.0, 0.0, shift]))
+        assert residual(state) * reference >= stiffness * depth > 1e-4 * reference
+    arrays.set_values(state.u, placed)
+    assert residual(state) <= 1e-9
+    if friction is not None:
+        traces = np.array(arrays.get(state.contact.friction.traces)).reshape(-1, rubbing.TRACE)
+        sticking = np.linalg.norm(traces[:, rubbing.TRACTION : rubbing.TRACTION + 3], axis=1)
+        coefficient = 1e-3
+        state.contact.friction.data[rubbing.COEFFICIENT] = coefficient  # the forces stay, their bound does not
+        excess = (sticking - coefficient * traces[:, rubbing.PRESSING]).max()
+        assert residual(state) * reference >= 0.99 * excess > 1e-4 * reference
 
 
 def lifted(kind, law, removal, ratio):
