@@ -188,6 +188,30 @@ def test_the_residual_sees_balanced_states_that_break_contact_laws(friction):
         assert residual(state) * reference >= 0.99 * excess > 1e-4 * reference
 
 
+def test_the_residual_sees_overlaps_and_gaps_at_two_walls():
+    """A cube pressed into the edge of two walls: a move along a normal breaks the law of that wall."""
+    mesh, depth = tc.box_mesh((0.1,) * 3, (3,) * 3), 1e-6
+    scene = tc.Scene(
+        bodies=[tc.Body(mesh, rubber(), contact=["zmin", "xmin"])],
+        obstacles=[tc.Plane(), tc.Plane(normal=(1.0, 0.0, 0.0))],
+        duration=1.0,
+        contact=tc.MasslessContact(removal="full", tolerance=1e-12, sweeps=400),
+    )
+    start = np.zeros((mesh.node_count, 3))
+    start[(mesh.nodes[:, 2] > 0.0) & (mesh.nodes[:, 0] > 0.0)] = (-1e-4, 0.0, -1e-4)
+    _, state = solved(scene, start)
+    static, _, _ = problem(scene)
+    reference = np.array(arrays.get(state.contact.static_solve.stats))[static_control.F_REF]
+    placed = np.array(arrays.get(state.u)).reshape(-1, 3)
+    wanted = np.diag(static._tangent(start)).min() * depth / reference
+    assert wanted > 1e-4
+    for shift in ((0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0), (-1, 0, -1)):
+        arrays.set_values(state.u, placed + depth * np.array(shift, dtype=float))
+        assert residual(state) >= wanted, shift
+    arrays.set_values(state.u, placed + depth * np.array((0.0, 1.0, 0.0)))
+    assert residual(state) <= 1e-9
+
+
 def lifted(kind, law, removal, ratio):
     """A body whose cells are `ratio` times taller than wide, standing on one end, thrown at the floor."""
     body = tc.Body(
