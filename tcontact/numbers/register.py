@@ -64,6 +64,7 @@ RUNS = (
         "force, relative L2 error; rms of its plateau; energy error",
         "{:.1e}; {:.1e}; {:.1e}",
         ("checks > force, relative L2 error", "checks > plateau rms", "energy_error_max"),
+        quick=True,
     ),
     Row(
         "run bouncing-bar",
@@ -79,6 +80,7 @@ RUNS = (
         "{:.3f}; {:.3f}; {:.1e}",
         ("checks > plateau / jump conditions", "checks > shock speed / jump conditions", "energy_error_max"),
         note="Mach 0.1, over the jump conditions",
+        quick=True,
     ),
     Row(
         "run cube-impact",
@@ -94,6 +96,7 @@ RUNS = (
         "restitution; mean force / (rho c v A); energy error",
         "{:.3f}; {:.3f}; {:.1e}",
         ("checks > restitution", "checks > mean force / (rho c v A)", "energy_error_max"),
+        quick=True,
     ),
     Row(
         "run cube-impact --set formulation=reduced",
@@ -137,6 +140,7 @@ RUNS = (
         ("checks > pressure / (rho c_d v_n)", "checks > shear / exact", "checks > friction work / exact"),
         note="80 hexes, exact: 1",
         short=True,
+        quick=True,
     ),
     *(
         Row(
@@ -161,6 +165,7 @@ RUNS = (
         ("checks > stop distance / rigid", "energy_error_max"),
         note="rigid block: 1",
         short=True,
+        quick=True,
     ),
     Row("run sliding-block --set motion=slide", "acceleration", "{:.4f}", ("checks > acceleration / rigid",)),
     Row(
@@ -184,6 +189,7 @@ RUNS = (
         ("checks > 34 m/s: temperature error / rise, 0.1..0.6 us", "checks > 34 m/s: tau error, 0.1..0.6 us"),
         note="34 m/s, error against an independent code",
         short=True,
+        quick=True,
     ),
 )
 
