@@ -53,7 +53,7 @@ def test_the_documents_have_every_table_and_every_row_states_figures(stated):
         assert len(stated[name]) == len(chosen) + len(tables.HEAD)
         for line, row in zip(stated[name][len(tables.HEAD) :], chosen, strict=True):
             assert row.quantity in line
-            assert len(pages.NUMBER.findall(line.rpartition("| ")[0].rpartition("| ")[2])) >= 1
+            assert pages.NUMBER.findall(line.split("|")[-2])
     assert all(
         "`tcontact bench" in line or "`tcontact run" in line for line in stated["short"][2:] + stated["speed"][2:]
     )

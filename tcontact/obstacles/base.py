@@ -17,8 +17,8 @@ class Obstacle:
     """A rigid obstacle with prescribed motion; use one of its shapes (`Plane`, `Sphere`, ...).
 
     name: for messages and results, or None; velocity [m/s] of its reference point and angular_velocity [rad/s], in
-    world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is asked from
-    t = 0 until up to one step after the duration, where the last row lies.
+    world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is asked
+    from t = 0 until up to one step after the duration, where the last row lies.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.
     """
