@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+LONGEST_PATH = 1024
 NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]*)\)|(True|False)_)")  # how its numbers name their type: np.float64(0.5)
 
 
@@ -40,7 +41,7 @@ class OutputError(OSError):
 
 
 def _short(value: Any, limit: int = 80) -> str:
-    """The value as text; a longer one is cut at its end, a path in its middle: its last part tells the most."""
+    """The value as text; a longer one is cut, but for paths, which are there to be found."""
     try:
         text = repr(value)
     except Exception:  # of an object that cannot say what it is, or of a number with too many digits
@@ -48,6 +49,5 @@ def _short(value: Any, limit: int = 80) -> str:
     text = NUMPY.sub(lambda found: found[1] or found[2] or "", text)
     if len(text) <= limit:
         return text
-    if isinstance(value, (str, Path)) and os.sep in str(value) and "\n" not in str(value):
-        return f"{text[: limit // 4]}...{text[3 - limit + limit // 4 :]}"
-    return text[: limit - 3] + "..."
+    path = isinstance(value, (str, Path)) and os.sep in str(value) and str(value).isprintable()
+    return text if path and len(text) <= LONGEST_PATH else text[: limit - 3] + "..."

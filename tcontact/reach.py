@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .errors import FunctionError
 from .mesh_geometry import shortest_edge
 from .obstacles.motion import Rate
 
@@ -80,7 +81,10 @@ def within_reach(body: Body, scene: Scene) -> list[int]:
     freed = body.material.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
     own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
     fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
-    pushed = 2.0 * max((_speed(obstacle, nodes, scene.duration) for obstacle in scene.obstacles), default=0.0)
+    try:
+        pushed = 2.0 * max((_speed(obstacle, nodes, scene.duration) for obstacle in scene.obstacles), default=0.0)
+    except FunctionError:  # it may go anywhere; the run that asks it then stops there
+        pushed = np.inf
     way = OUT_OF_REACH * ((own + fall + pushed) * scene.duration + edge)
     near = [
         number for number, obstacle in enumerate(scene.obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..errors import OutputError
 from . import register
 from .reports import Reports
 
@@ -18,13 +19,16 @@ FROM_RUNS = {
 
 
 def draw(root: Path, reports: Reports) -> list[Path]:
-    """Make the pictures in docs/ below `root` again; returns them."""
+    """Make the pictures in docs/ below `root` again; returns them. Raises `OutputError` if a run left none."""
     from ..render import render_picture
 
     made = []
     for name, (command, picture) in FROM_RUNS.items():
         reports(command)
-        made.append(_small([reports.folder(command) / picture], root / "docs" / name))
+        drawn = reports.folder(command) / picture
+        if not drawn.exists():
+            raise OutputError(f"`tcontact {command}` left no {picture}; run it again")
+        made.append(_small([drawn], root / "docs" / name))
     reports(CUBE)
     folder = reports.folder(CUBE)
     pressed = render_picture(
