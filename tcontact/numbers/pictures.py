@@ -52,5 +52,5 @@ def _small(parts: list[Path], path: Path) -> Path:
         left += picture.width
     if sheet.width > 1400:
         sheet = sheet.resize((1400, round(sheet.height * 1400 / sheet.width)))
-    sheet.quantize(256).save(path, optimize=True)
+    sheet.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2).save(path, optimize=True)
     return path
