@@ -43,7 +43,7 @@ NUMBERS = 8
 
 @ti.func
 def force_place(viscous: ti.template()):
-    """Of the viscous forces; before them stand the displacements, from NUMBERS on."""
+    """Return where the viscous forces begin; the displacements stand before them, from NUMBERS on."""
     return NUMBERS + 3 * int(viscous[NODES])
 
 
@@ -69,7 +69,7 @@ def stress_of_step(h, moduli):
 
 @ti.func
 def mean_step_force(x, d, moduli, law: ti.template()):
-    """The same for hexes with one volume change per cell, which is D(x) - D(x - d), to the last digits."""
+    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
     mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
     points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
     now = hex_slopes(mode_x)
@@ -86,7 +86,7 @@ def at_rest(corner, c: ti.template()):
 
 @ti.func
 def present(corner, c: ti.template()):
-    """The same of its present position."""
+    """Component c of the present position of a corner, over the lanes."""
     return corner[c] + corner[3 + c]
 
 

@@ -66,7 +66,7 @@ def spanned_heights(kind: str, corners: FloatArray) -> FloatArray:
 
 
 def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
-    """The same for hexes; shortest of the four heights of tetrahedra [m]."""
+    """Return the shortest height [m] of cells: that of `spanned_heights` for hexes, of all four for tetrahedra."""
     if kind == "hex8":
         return spanned_heights(kind, corners)
     return np.minimum(spanned_heights(kind, corners), spanned_heights(kind, corners[:, ::-1]))

@@ -72,7 +72,7 @@ def test_no_flipped_bit_goes_by_in_silence(kind, tmp_path):
 
 
 def test_a_flipped_bit_of_any_stored_number_is_found(tmp_path):
-    """Of every dataset one number: the file says so to every HDF5 program, and `ResultData` names the frame."""
+    """Change one number of every dataset: every HDF5 program is told by the file, and `ResultData` names the frame."""
     path = written(tmp_path)
     with h5py.File(path) as file:
         names = []

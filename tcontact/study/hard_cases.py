@@ -170,7 +170,7 @@ def sound(results: Sequence[Result], energy: float = 0.05, momentum: float = 1e-
 
 
 def worst(checks: Sequence[ck.Check]) -> ck.Check:
-    """Of one check of several runs: a failed one, else the one with the largest magnitude."""
+    """Pick one of several runs' results of a check: a failed one, else the one with the largest magnitude."""
     return max(checks, key=lambda check: (not check.passed, abs(float(check.value))))
 
 

@@ -91,7 +91,7 @@ class CellViscosity:
 
 
 def corner_lists(plan: BodyPlan, surface: OwnRows) -> tuple[np.ndarray, np.ndarray]:
-    """Of every boundary node the force rows of its corners in contact cells: where they begin [s+1], rows.
+    """List the force rows of the corners in contact cells by boundary node: where each begins [s+1], and the rows.
 
     The corners of images belong to their masters.
     """

@@ -127,7 +127,7 @@ def stable_step(body, penalty=None, normals=()):
 
 
 def heights(nodes, cells):
-    """Of a parallelepiped with the face centres of a hex the shortest [m]; of a tetrahedron the same times sqrt 2."""
+    """Return the shortest height [m]: of the parallelepiped of a hex, or of a tetrahedron times sqrt 2."""
     corner = nodes[cells]
     if cells.shape[1] == 4:
         rows = np.linalg.inv(corner[:, 1:] - corner[:, :1])  # their columns: gradients of the shape functions

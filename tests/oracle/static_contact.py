@@ -83,7 +83,7 @@ class StaticContact:
             self.before = u.copy()
 
     def viscous_force(self, u):
-        """Of every node [n, 3]."""
+        """Return the viscous force of every node [n, 3]."""
         if self.before is None:
             return np.zeros_like(u)
         return assemble(self.viscous.cells, cell_force(self.viscous, self.law, u - self.before), len(u))
