@@ -12,12 +12,15 @@ from ..terms.internal_force import InternalForce
 def without_energy(force: InternalForce, variant: str, law: str) -> InternalForce:
     """The same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
     from ..kernels import internal_force, laws
+    from ..kernels.signatures import signature_of
 
     name = law + " without energy"
     laws.LAWS.setdefault(name, _bare(laws.LAWS[law]))
     laws.MODULI.setdefault(name, laws.MODULI[law])
     other = copy(force)
-    other.kernel = Prepared(internal_force.make_step(variant, name, WIDTHS[variant]))
+    other.kernel = Prepared(
+        internal_force.make_step(variant, name, signature_of({"body": force.bundle()}), WIDTHS[variant])
+    )
     return other
 
 

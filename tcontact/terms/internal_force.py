@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
+
+if TYPE_CHECKING:
+    from ..kernels.bundles import Body
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
 
@@ -26,6 +30,7 @@ class InternalForce:
 
     def __init__(self, plan: BodyPlan) -> None:
         from ..kernels.internal_force import make_step
+        from ..kernels.signatures import signature_of
 
         kind, material = plan.variant, plan.body.material
         packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
@@ -33,9 +38,6 @@ class InternalForce:
         if plan.contact is not None and plan.contact.graph is not None:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
             packs = self.surface.packs
-        self.step = make_step(kind, material.law, **plan.options)
-        self.kernel: Callable[..., None] = Prepared(self.step)
-        self._measure = Prepared(self.step)
         self.gravity = plan.gravity
         self.moduli = (*material.moduli, *[0.0] * (MODULI - len(material.moduli)))
         self.connectivity = arrays.put(packs.connectivity)
@@ -52,6 +54,9 @@ class InternalForce:
             self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
         self.constants = (*self.moduli, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
+        self.step = make_step(kind, material.law, signature_of({"body": self.bundle()}), **plan.options)
+        self.kernel: Callable[..., None] = Prepared(self.step)
+        self._measure = Prepared(self.step)
 
     def advance(
         self,
@@ -78,8 +83,17 @@ class InternalForce:
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """The arrays of the pass, as in kernels/bundles.Body."""
+        return (u, v, *self._arrays())
+
+    def _arrays(self) -> tuple[arrays.Array, ...]:
         first = (self.connectivity, self.chunks, self.info, self.reference, self.mass, self.parameters)
-        return (*first, u, v, self.rows, self.special_force, self.node_sums, self.cell_sums)
+        return (*first, self.rows, self.special_force, self.node_sums, self.cell_sums)
+
+    def bundle(self) -> Body:
+        """The arrays under their names, without a state."""
+        from ..kernels.bundles import Body
+
+        return Body(*[self.reference] * 2, *self._arrays())
 
     def without_special(self) -> InternalForce:
         """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
