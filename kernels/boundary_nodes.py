@@ -8,7 +8,7 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .lanes import BOUNDARY_SUMS, SUPPORT_AT, SUPPORT_SUMS
+from .lanes import BOUNDARY_SUMS, DRIFT, KICK_AFTER, KICK_BEFORE, SUPPORT_AT, SUPPORT_SUMS
 
 
 @ti.func
@@ -35,7 +35,7 @@ def hand_over(body: ti.template(), touching: ti.template(), k, total):
 @ti.func
 def kick_and_drift(body: ti.template(), listed: ti.template()):
     """u, v are advanced in place by the steps in params; sums at time level n."""
-    kick_before, kick_after, drift = body.params[0], body.params[1], body.params[2]
+    kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
     for s in range(listed.nodes.shape[0]):
         node = listed.nodes[s]

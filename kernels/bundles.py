@@ -16,6 +16,8 @@ class Body(NamedTuple):
     v: Array = None
     connectivity: Index = None
     chunk_table: Index = None
+    segments: Index = None
+    corner_rows: Index = None
     node_info: Index = None
     position: Array = None
     mass: Array = None
@@ -118,7 +120,6 @@ class System(NamedTuple):
     settings and stats: static_control.py.
     """
 
-    corner_rows: Index = None
     lane_start: Index = None
     pack_start: Index = None
     column: Index = None

@@ -4,12 +4,16 @@ The corners of a pack are gathered into vectors over its lanes, the cell's arith
 forces are scattered lane by lane, without atomics, into the force row of their chunk. The vectors are explicit SIMD
 values (KEEP_VECTORS, compile_options.py), so nothing depends on what a loop vectoriser makes of the host.
 
-Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
-there the corner forces stay apart and no node sums them.
+Chunks of contact cells give each corner of each cell a row of its own (`corner_rows` lists those of a boundary node):
+there the corner forces stay apart, for the static solve, and the node sum reads them as they are.
 
-`cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
-part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity,
-then the pressure each cell held.
+A chunk has packs of every block of cells (an element with a law and its constants, tcontact/packing.py): its segments
+of kind i of those that the kernel was made for stand at chunk_table[chunk * (kinds + 3) + i] up to that of kind i + 1;
+then come where its force rows begin, less its first node, and 1 for contact cells.
+
+`cell_sums` [chunks * CHUNK_SUMS]: elastic energy [J], smallest det F over the Gauss points, the part of the elastic
+energy that is hourglass energy [J] (0 for elements without); of viscosity power [W] and largest rate [1/s]. The linear
+law sets no limit to det F: beside nonlinear laws its cells do not count for it.
 """
 
 import functools
@@ -19,11 +23,23 @@ import taichi as ti
 from . import elements, laws
 from .lanes import (
     CELL_SUMS,
-    TABLE,
+    CHUNK_BITS,
+    CHUNK_COUNT,
+    CHUNK_SUMS,
+    CONNECTIVITY,
+    END_CELL,
+    END_PACK,
+    FIRST_PACK,
+    KICK_AFTER,
+    KICK_BEFORE,
+    LANE,
+    MASSLESS,
+    MATERIAL,
+    MATERIAL_NUMBERS,
+    ROW,
+    SEGMENT,
     VISCOSITY,
-    VISCOUS_HELD,
-    VISCOUS_START,
-    VISCOUS_SUMS,
+    WIDTHS,
 )
 from .vectors import MASK
 
@@ -49,21 +65,18 @@ def gather_velocity(body: ti.template(), start, width: ti.template()):
 
 @ti.func
 def with_mass(body: ti.template(), start, massless, width: ti.template()):
-    """1 in lanes where this corner is not one of the massless nodes, the first special ones; else 0."""
-    number = ti.Vector([body.node_info[body.connectivity[start + lane]] >> 8 for lane in range(width)])
+    """1 in lanes where this corner is not one of the massless nodes, the first boundary nodes; else 0."""
+    number = ti.Vector([body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS) for lane in range(width)])
     zero = ti.Vector([0.0 for _ in range(width)])
     return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
 
 
-@functools.cache
-def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
-    """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
+def make_block_phase(kind: str, law: str, viscous: bool):
+    """Make block_phase(body, base, own, first, end): the packs of one kind and law in a chunk, its segments first..end.
 
-    cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
-    KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
-    stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
+    It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate of them.
     """
-    corners = elements.CORNERS[kind]
+    corners, width = elements.CORNERS[kind], WIDTHS[kind]
     force_of = elements.force_of(kind, law)
     law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
     lane_numbers = list(range(width))
@@ -74,63 +87,102 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
         viscosity_of = VISCOSITIES[kind]
 
     @ti.func
+    def block_phase(body: ti.template(), base, own, first, end):
+        lanes = ti.Vector(lane_numbers)
+        zero = ti.Vector([0.0 for _ in range(width)])
+        one = zero + 1.0
+        energy = zero
+        hourglass = zero
+        change = zero + 1e300
+        power, fastest = zero, zero
+        for segment in range(first, end):
+            at = segment * SEGMENT
+            cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
+            first_row = ti.select(own == 1, 3 * body.segments[at + ROW], base)
+            moduli = [body.params[material + i] for i in range(moduli_count)]
+            for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
+                start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
+                corner = [gather(body, start + k * width, width) for k in range(corners)]
+                x = [[corner[k][c] for k in range(corners)] for c in range(3)]
+                y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
+                # padding lanes repeat the last cell without stiffness
+                weight = ti.select(lanes + pack * width < cell_end, one, zero)
+                answer = force_of(x, y, [modulus * weight for modulus in moduli], law_of)
+                energy += answer[1]
+                change = ti.min(change, answer[2])
+                if ti.static(len(answer) > 3):
+                    hourglass += answer[3]
+                if ti.static(viscous):
+                    velocity = [gather_velocity(body, start + k * width, width) for k in range(corners)]
+                    here = weight
+                    for k in ti.static(range(corners)):
+                        here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
+                    w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
+                    constants = [body.params[material + VISCOSITY + i] for i in range(MATERIAL_NUMBERS - VISCOSITY)]
+                    added = viscosity_of(x, y, w, constants[0], constants[1])
+                    rate = constants[3] * here * added[3]
+                    fastest = ti.max(fastest, rate)
+                    # where the step is above the stable one, until it is shortened: the viscous pressure may at most
+                    # reverse the strain rate of a cell
+                    limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
+                    density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
+                    pressure = density * added[1]
+                    held_at = (
+                        ti.cast(body.params[CHUNK_COUNT], ti.i32) * CHUNK_SUMS + body.segments[at + LANE] + pack * width
+                    )
+                    held = [held_at + lane for lane in range(width)]
+                    power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
+                    for lane in ti.static(range(width)):
+                        body.cell_sums[held[lane]] = pressure[lane]
+                    for c, k in ti.static(ti.ndrange(3, corners)):
+                        answer[0][c][k] += density * added[0][c][k]
+                for k in ti.static(range(corners)):
+                    for lane in ti.static(range(width)):
+                        place = start + k * width + lane
+                        row = (3 * ti.select(own == 1, place, body.connectivity[place]) + first_row) & MASK
+                        old = [body.rows[row + c] for c in range(3)]
+                        for c in ti.static(range(3)):
+                            body.rows[row + c] = ti.select(own == 1, 0.0, old[c]) + answer[0][c][k][lane]
+        return [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
+
+    return block_phase
+
+
+@functools.cache
+def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
+    """Cell phase of kinds of cells, each an element (names in `elements.FORCES`) with a law (`laws.LAWS`); memoised.
+
+    cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
+    KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
+    stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
+    """
+    phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
+    count = len(kinds)
+    limiting = [not law.startswith("linear_elastic") for _, law in kinds]
+    judged = limiting if any(limiting) else [True] * count
+
+    @ti.func
     def cell_phase(first, end, body: ti.template(), stride: ti.template()):
         for s in range((end - first) * stride):
             if s % stride == 0:
                 chunk = first + s // stride
-                base = 3 * body.chunk_table[chunk * TABLE + 2]
-                cell_end, own = body.chunk_table[chunk * TABLE + 3], body.chunk_table[chunk * TABLE + 4]
-                moduli = [body.params[6 + i] for i in range(moduli_count)]
-                lanes = ti.Vector(lane_numbers)
-                zero = ti.Vector([0.0 for _ in range(width)])
-                one = zero + 1.0
-                energy = zero
-                hourglass = zero
-                change = zero + 1e300
-                power, fastest = zero, zero
-                for pack in range(body.chunk_table[chunk * TABLE], body.chunk_table[chunk * TABLE + 1]):
-                    start = pack * (corners * width)
-                    corner = [gather(body, start + k * width, width) for k in range(corners)]
-                    x = [[corner[k][c] for k in range(corners)] for c in range(3)]
-                    y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
-                    # padding lanes repeat the last cell without stiffness
-                    weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                    answer = force_of(x, y, [modulus * weight for modulus in moduli], law_of)
-                    energy += answer[1]
-                    change = ti.min(change, answer[2])
-                    if ti.static(len(answer) > 3):
-                        hourglass += answer[3]
-                    if ti.static(viscous):
-                        velocity = [gather_velocity(body, start + k * width, width) for k in range(corners)]
-                        here = weight
-                        for k in ti.static(range(corners)):
-                            here *= with_mass(body, start + k * width, body.params[VISCOSITY + 3], width)
-                        w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
-                        added = viscosity_of(x, y, w, body.params[VISCOSITY], body.params[VISCOSITY + 1])
-                        rate = body.params[VISCOSITY + 4] * here * added[3]
-                        fastest = ti.max(fastest, rate)
-                        # beyond a stable step, until it is shortened: at most what turns the rate of a cell round
-                        most = 2.0 / ti.max(body.params[0] + body.params[1], TINY)
-                        density = body.params[VISCOSITY + 2] * here * ti.min(one, most / ti.max(rate, TINY))
-                        pressure = density * added[1]
-                        held = [VISCOUS_HELD + pack * width + lane for lane in range(width)]
-                        power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
-                        for lane in ti.static(range(width)):
-                            body.cell_sums[held[lane]] = pressure[lane]
-                        for c, k in ti.static(ti.ndrange(3, corners)):
-                            answer[0][c][k] += density * added[0][c][k]
-                    for k in ti.static(range(corners)):
-                        for lane in ti.static(range(width)):
-                            place = start + k * width + lane
-                            row = (3 * ti.select(own == 1, place, body.connectivity[place]) + base) & MASK
-                            old = [body.rows[row + c] for c in range(3)]
-                            for c in ti.static(range(3)):
-                                body.rows[row + c] = old[c] + answer[0][c][k][lane]
-                body.cell_sums[chunk * CELL_SUMS] = energy.sum()
-                body.cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
-                body.cell_sums[chunk * CELL_SUMS + 2] = hourglass.sum()
+                table = chunk * (count + 3)
+                base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]
+                energy, hourglass, power, fastest, change = 0.0, 0.0, 0.0, 0.0, 1e300
+                for i in ti.static(range(count)):
+                    part = phases[i](body, base, own, body.chunk_table[table + i], body.chunk_table[table + i + 1])
+                    energy += part[0]
+                    if ti.static(judged[i]):
+                        change = ti.min(change, part[1])
+                    hourglass += part[2]
+                    power += part[3]
+                    fastest = ti.max(fastest, part[4])
+                place = chunk * CHUNK_SUMS
+                body.cell_sums[place] = energy
+                body.cell_sums[place + 1] = 1.0 + change
+                body.cell_sums[place + 2] = hourglass
                 if ti.static(viscous):
-                    body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS] = power.sum()
-                    body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1] = fastest.max()
+                    body.cell_sums[place + CELL_SUMS] = power
+                    body.cell_sums[place + CELL_SUMS + 1] = fastest
 
     return cell_phase

@@ -26,17 +26,31 @@ from .cell_phase import gather
 from .cells import hex_gradients, hex_mode_forces, hex_modes
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
-from .lanes import CHUNKS, GRAIN, TABLE
+from .lanes import (
+    CHUNK_BITS,
+    CHUNK_COUNT,
+    CONNECTIVITY,
+    END_PACK,
+    FIRST_PACK,
+    GRAIN,
+    LAME,
+    LANE,
+    MATERIAL,
+    ROW,
+    SEGMENT,
+    WIDTHS,
+)
 from .mean_dilatation import along, with_pressure
 from .reduced_hex import hex_slopes
 from .signatures import Signature, kernel_of
 from .vectors import MASK, load
 
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
-# eta [s] of every contact cell in the lanes of their packs, and the force of every corner there.
-# numbers: lambda and mu [Pa], 1/dt [1/s] of the rates, 1/dt of the tangent in use, power of the last step [W];
-# boundary nodes, lanes, and where the own rows of contact cells begin among the force rows
-LAMBDA, MU, RATE, TANGENT_RATE, POWER, NODES, LANES, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6, 7
+# eta [s] of every contact cell in the lanes of their packs, the force of every corner there, and eta of the contact
+# cells in the order of their pairs.
+# numbers: 1/dt [1/s] of the rates, 1/dt of the tangent in use, power of the last step [W]; boundary nodes, lanes,
+# corners, and where lanes and own rows of contact cells begin among those of all cells
+RATE, TANGENT_RATE, POWER, NODES, LANES, CORNERS, FIRST_LANE, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6, 7
 NUMBERS = 8
 
 
@@ -54,6 +68,11 @@ def eta_place(viscous: ti.template()):
 @ti.func
 def rows_place(viscous: ti.template()):
     return eta_place(viscous) + int(viscous[LANES])
+
+
+@ti.func
+def cells_place(viscous: ti.template()):
+    return rows_place(viscous) + 3 * int(viscous[CORNERS])
 
 
 @ti.func
@@ -89,14 +108,12 @@ def present(corner, c: ti.template()):
     return corner[c] + corner[3 + c]
 
 
-@functools.cache
-def make_viscous_phase(kind: str, law: str, width: int):
-    """Viscous corner forces of the contact cells of a kind with a law, packed `width` wide; memoised.
+def make_block_viscosity(kind: str, law: str):
+    """Make block_viscosity(body, viscous, first, end): corner forces of the contact cells of one kind and law.
 
-    viscous_phase(body, viscous, stride): the chunks behind those of the body (a `bundles.Body`) hold the contact cells;
-    `viscous` gets the force of every corner of theirs; stride as in cell_phase.py.
+    first, end: segments (cell_phase.py) of a chunk.
     """
-    corners = elements.CORNERS[kind]
+    corners, width = elements.CORNERS[kind], WIDTHS[kind]
     linear = law.startswith("linear_elastic")
     law_of = laws.LAWS[law] if linear else stress_of_step
     force_of = elements.force_of(kind, law)
@@ -106,34 +123,56 @@ def make_viscous_phase(kind: str, law: str, width: int):
     place_of = at_rest if linear else present
 
     @ti.func
+    def block_viscosity(body: ti.template(), viscous: ti.template(), first, end):
+        rate = viscous[RATE]
+        for segment in range(first, end):
+            at = segment * SEGMENT
+            lane_at = eta_place(viscous) + body.segments[at + LANE] - int(viscous[FIRST_LANE])
+            row_at = rows_place(viscous) + 3 * (body.segments[at + ROW] - int(viscous[FIRST_ROW]))
+            material = body.segments[at + MATERIAL] + LAME
+            stiff, shear = rate * body.params[material], rate * body.params[material + 1]
+            for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
+                start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
+                corner = [gather(body, start + k * width, width) for k in range(corners)]
+                past = [earlier(body, viscous, start + k * width, width) for k in range(corners)]
+                d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
+                x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
+                eta = load(viscous, lane_at + pack * width, width)  # 0 in padding lanes
+                answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
+                for k in ti.static(range(corners)):
+                    for lane in ti.static(range(width)):
+                        place = (row_at + 3 * (start + k * width + lane)) & MASK
+                        for c in ti.static(range(3)):
+                            viscous[place + c] = answer[0][c][k][lane]
+
+    return block_viscosity
+
+
+@functools.cache
+def make_viscous_phase(cells: tuple[tuple[str, str], ...]):
+    """Viscous corner forces of the contact cells of kinds of cells (element, law); memoised.
+
+    viscous_phase(body, viscous, stride): the second half of the chunks of a `bundles.Body` holds the contact cells;
+    `viscous` gets the force of every corner of theirs; stride as in cell_phase.py.
+    """
+    phases, count = [make_block_viscosity(kind, law) for kind, law in cells], len(cells)
+
+    @ti.func
     def viscous_phase(body: ti.template(), viscous: ti.template(), stride: ti.template()):
-        for s in range(CHUNKS * stride):
+        chunks = int(body.params[CHUNK_COUNT]) // 2
+        for s in range(chunks * stride):
             if s % stride == 0:
-                chunk = CHUNKS + s // stride
-                origin = body.chunk_table[CHUNKS * TABLE]
-                stiff, shear = viscous[RATE] * viscous[LAMBDA], viscous[RATE] * viscous[MU]
-                for pack in range(body.chunk_table[chunk * TABLE], body.chunk_table[chunk * TABLE + 1]):
-                    start = pack * (corners * width)
-                    corner = [gather(body, start + k * width, width) for k in range(corners)]
-                    past = [earlier(body, viscous, start + k * width, width) for k in range(corners)]
-                    d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
-                    x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
-                    eta = load(viscous, eta_place(viscous) + (pack - origin) * width, width)  # 0 in padding lanes
-                    answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
-                    first = rows_place(viscous) + 3 * (start - origin * (corners * width))
-                    for k in ti.static(range(corners)):
-                        for lane in ti.static(range(width)):
-                            place = (first + 3 * (k * width + lane)) & MASK
-                            for c in ti.static(range(3)):
-                                viscous[place + c] = answer[0][c][k][lane]
+                table = (int(body.params[CHUNK_COUNT]) // 2 + s // stride) * (count + 3)
+                for i in ti.static(range(count)):
+                    phases[i](body, viscous, body.chunk_table[table + i], body.chunk_table[table + i + 1])
 
     return viscous_phase
 
 
 @functools.cache
-def make_viscous_pass(kind: str, law: str, width: int, signature: Signature):
+def make_viscous_pass(cells: tuple[tuple[str, str], ...], signature: Signature):
     """The phase as a kernel of its own, for many contact cells; signature: a Body, and a Launch with viscous_cells."""
-    viscous_phase = make_viscous_phase(kind, law, width)
+    viscous_phase = make_viscous_phase(cells)
 
     @ti.func
     def viscous_pass(body: ti.template(), launch: ti.template()):
@@ -145,28 +184,28 @@ def make_viscous_pass(kind: str, law: str, width: int, signature: Signature):
 @ti.func
 def earlier(body: ti.template(), viscous: ti.template(), start, width: ti.template()):
     """Displacement (3) of one corner at the row before, each a vector over the lanes."""
-    number = [(body.node_info[body.connectivity[start + lane]] >> 8) - 1 for lane in range(width)]
+    number = [(body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS)) - 1 for lane in range(width)]
     at = [(NUMBERS + 3 * s) & MASK for s in number]
     return [ti.Vector([viscous[i + c] for i in at]) for c in range(3)]
 
 
 @ti.func
-def viscous_force(system: ti.template(), viscous: ti.template(), s):
+def viscous_force(body: ti.template(), viscous: ti.template(), s):
     """The viscous force [3] of boundary node s, all its contact cells together."""
     total = ti.Vector.zero(ti.f64, 3)
     first = rows_place(viscous) - 3 * int(viscous[FIRST_ROW])
-    for i in range(system.corner_rows[s], system.corner_rows[s + 1]):
-        total += three(viscous, first + 3 * system.corner_rows[i])
+    for i in range(body.corner_rows[s], body.corner_rows[s + 1]):
+        total += three(viscous, first + 3 * body.corner_rows[i])
     return total
 
 
 @ti.func
-def viscous_load(body: ti.template(), listed: ti.template(), system: ti.template(), viscous: ti.template()):
+def viscous_load(body: ti.template(), listed: ti.template(), viscous: ti.template()):
     """At a row: the viscous force joins that of the cells, its power is taken, and rates count from here."""
     power = 0.0
     for s in range(listed.nodes.shape[0]):
         place = NUMBERS + 3 * s
-        now, last = viscous_force(system, viscous, s), three(viscous, force_place(viscous) + 3 * s)
+        now, last = viscous_force(body, viscous, s), three(viscous, force_place(viscous) + 3 * s)
         here = row(body.u, listed.nodes[s])
         power += 0.5 * (now + last).dot(here - three(viscous, place))
         for j in ti.static(range(3)):
@@ -181,6 +220,6 @@ def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template()):
     """Pair stiffnesses of the contact cells with their viscosity: (1 + eta/dt) K of the cell."""
     viscous[TANGENT_RATE] = viscous[RATE]
     for cell in range(pairs.start.shape[0] - 1):
-        factor = 1.0 + viscous[RATE] * viscous[eta_place(viscous) + cell]
+        factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
             pairs.values[i] = factor * pairs.values[i]

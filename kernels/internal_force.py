@@ -8,8 +8,7 @@ With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gi
 First the cells (cell_phase.py), then the nodes (node_phase.py). Chunks and node ranges are fixed in number: same bits
 on any number of threads.
 
-`params`: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), up to 3 moduli of the law [Pa] (laws.py), and
-what only some bodies have (lanes.py).
+`params`: lanes.py.
 """
 
 import functools
@@ -18,27 +17,31 @@ import taichi as ti
 
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lanes import GRAIN, WIDTHS
+from .lanes import GRAIN
 from .node_phase import node_phase
 from .signatures import Signature, kernel_of
 
 
 @functools.cache
 def make_step(
-    kind: str, law: str, signature: Signature, width: int | None = None, damped: bool = False, viscous: bool = False
+    kinds: tuple[tuple[str, str], ...],
+    signature: Signature,
+    damped: bool = False,
+    viscous: bool = False,
+    cornered: bool = False,
 ):
-    """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
+    """Step kernel of kinds of cells (element, law), memoised; every array flat, u and v [3n], rows zero at the start.
 
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
-    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`, packed `width` wide
-    (default WIDTHS[kind]).
-    damped: with mass-proportional damping; viscous: with bulk viscosity.
+    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`.
+    damped: with mass-proportional damping; viscous: with bulk viscosity; cornered: with contact cells.
     """
-    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
+    cell_phase = make_cell_phase(kinds, viscous)
+    count = len(kinds)
 
     @ti.func
     def step(first, end, ranges, body: ti.template()):
         cell_phase(first, end, body, GRAIN)
-        node_phase(body, ranges, GRAIN, damped)
+        node_phase(body, ranges, count, GRAIN, damped, cornered)
 
     return compiled_with(kernel_of(step, signature, ("first", "end", "ranges")), **KEEP_VECTORS)

@@ -1,11 +1,18 @@
 """Sizes that the host and the kernels agree on: packed cells (tcontact/packing.py), sweeps, sums of a row."""
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in so many does the work
-CHUNKS = 8  # fixed number of force rows: the same bits at any thread count
+CHUNKS = 8  # of ordinary cells, and as many of contact cells: the same bits at any thread count. More for more threads:
+MOST_CHUNKS = 31
+CHUNK_BITS = 5  # of node_info for the first chunk of a node, as many for the last one; then the boundary node + 1
+CHUNK_MASK = (1 << CHUNK_BITS) - 1
 WIDTHS = dict.fromkeys(  # lanes of a pack
     ("hex8", "hex8-affine", "hex8-reduced", "hex8-mean-dilatation", "hex8-mean-dilatation-affine", "tet4"), 8
 )
-TABLE = 5  # numbers per chunk in chunk_table: first pack, end pack, row base, end of its cells, 1 if they own rows
+# numbers of a segment, the packs of one block of cells in one chunk: first and end pack of the block; end of its cells
+# (pack * width + lane); where in `connectivity` its pack 0 begins; where in `params` its material stands; the row of
+# place 0 of `connectivity`, for contact cells; the number of its first lane among the lanes of all blocks
+SEGMENT = 7
+FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE = range(SEGMENT)
 # numbers that kernels sum up, and of all of them side by side in a raw row
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
@@ -24,10 +31,22 @@ FRICTION_AT = CONTACT_AT + CONTACT_SUMS
 LOADS_AT = FRICTION_AT + FRICTION_SUMS
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
 MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
-# places in `params` that only some bodies have
-DAMPING_RATE = 9  # [1/s]
-VISCOSITY = 10  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
-VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]; per chunk they stand after all the cell sums
-VISCOUS_START = 2 * CHUNKS * CELL_SUMS
-VISCOUS_HELD = VISCOUS_START + 2 * CHUNKS * VISCOUS_SUMS  # and then the viscous pressure of every cell
+# places in `params`: kicks and drift [s], gravity [m/s^2] (3), rate of the damping [1/s], 1 where boundary nodes move
+# like all others (products), number of massless nodes, number of chunks; then the materials: constants of the law
+# (MODULI), with viscosity also Lame's constants [Pa] and those of the bulk viscosity: c1 c [m/s], c2^2, density
+# [kg/m^3], mean over smallest corner mass of a cell
+KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING_RATE, FREE, MASSLESS, CHUNK_COUNT, MATERIALS = (
+    0,
+    1,
+    2,
+    3,
+    6,
+    7,
+    8,
+    9,
+    10,
+)
+LAME, VISCOSITY, MATERIAL_NUMBERS = MODULI, MODULI + 2, MODULI + 6  # where these begin in a material, and their end
+VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]
+CHUNK_SUMS = CELL_SUMS + VISCOUS_SUMS  # of a chunk in `cell_sums`; after all chunks the viscous pressure of every lane
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

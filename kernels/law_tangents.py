@@ -18,6 +18,8 @@ With G = grad N in the reference state d2W/dF dF of every law of laws.py has the
 
 import taichi as ti
 
+from .lanes import MATERIALS
+
 
 @ti.func
 def linear_elastic(f, lam, mu):
@@ -51,12 +53,12 @@ def pressed_neo_hookean(f, pressure, mu):
 
 @ti.func
 def two_moduli(params: ti.template()):
-    return [[params[6], params[7]]]
+    return [[params[MATERIALS], params[MATERIALS + 1]]]
 
 
 @ti.func
 def mooney_rivlin_moduli(params: ti.template()):
-    return [[params[6], params[7]], [params[8], -0.5 * params[8]]]
+    return [[params[MATERIALS], params[MATERIALS + 1]], [params[MATERIALS + 2], -0.5 * params[MATERIALS + 2]]]
 
 
 # the parts of every law that are summed up: (tangent, whether it has an R), and lam and mu of each from the parameters

@@ -1,30 +1,40 @@
-"""What follows the force pass at the ordinary nodes: their force, kick and drift.
+"""What follows the force pass at the nodes: their force, kick and drift.
 
     a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
 
-Each node sums its chunk rows in chunk order, clears them for the next step and moves. Special nodes hand out f in
-special_force [3*s+c] and are not moved.
-`node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
+Each node sums its chunk rows in chunk order, clears them for the next step and moves. A boundary node adds the corner
+rows of its contact cells, corner_rows[s] .. corner_rows[s + 1] in the same array, hands out f in special_force [3*s+c]
+and is not moved (but for products, params[FREE] = 1, where every node is an ordinary one).
+`node_sums` [ranges*10], moved nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
 about the origin (3), sum m u (3).
 """
 
 import taichi as ti
 
-from .lanes import DAMPING_RATE, NODE_SUMS, TABLE
+from .lanes import CHUNK_BITS, CHUNK_MASK, DAMPING_RATE, DRIFT, FREE, GRAVITY, KICK_AFTER, KICK_BEFORE, NODE_SUMS
 
 
 @ti.func
-def node_phase(body: ti.template(), ranges, stride: ti.template(), damped: ti.template()):
+def node_phase(
+    body: ti.template(),
+    ranges,
+    kinds: ti.template(),
+    stride: ti.template(),
+    damped: ti.template(),
+    cornered: ti.template(),
+):
     """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
 
-    damped: with mass-proportional damping (damping.py).
+    kinds: how many kinds of cells chunk_table knows (cell_phase.py); damped: with mass-proportional
+    damping (damping.py); cornered: with contact cells.
     """
     for s in range(ranges * stride):
         if s % stride == 0:
             part = s // stride
             nodes = body.node_info.shape[0]
-            kick_before, kick_after, drift = body.params[0], body.params[1], body.params[2]
-            gravity = [body.params[3], body.params[4], body.params[5]]
+            kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
+            gravity = [body.params[GRAVITY + c] for c in range(3)]
+            free = body.params[FREE] == 1.0
             kinetic = 0.0
             momentum = [0.0, 0.0, 0.0]
             spin = [0.0, 0.0, 0.0]
@@ -32,14 +42,21 @@ def node_phase(body: ti.template(), ranges, stride: ti.template(), damped: ti.te
             for i in range(part * nodes // ranges, (part + 1) * nodes // ranges):
                 info = body.node_info[i]
                 force = [0.0, 0.0, 0.0]
-                for c in range(info & 15, ((info >> 4) & 15) + 1):
-                    row = 3 * (body.chunk_table[c * TABLE + 2] + i)
+                for c in range(info & CHUNK_MASK, ((info >> CHUNK_BITS) & CHUNK_MASK) + 1):
+                    row = 3 * (body.chunk_table[c * (kinds + 3) + kinds + 1] + i)
                     for d in ti.static(range(3)):
                         force[d] += body.rows[row + d]
                         body.rows[row + d] = 0.0
-                if info >= 256:
+                boundary = (info >> (2 * CHUNK_BITS)) - 1
+                if ti.static(cornered):
+                    if boundary >= 0:
+                        for place in range(body.corner_rows[boundary], body.corner_rows[boundary + 1]):
+                            row = 3 * body.corner_rows[place]
+                            for d in ti.static(range(3)):
+                                force[d] += body.rows[row + d]
+                if boundary >= 0 and not free:
                     for d in ti.static(range(3)):
-                        body.special_force[3 * ((info >> 8) - 1) + d] = force[d]
+                        body.special_force[3 * boundary + d] = force[d]
                 else:
                     m = body.mass[i]
                     inverse = 1.0 / m

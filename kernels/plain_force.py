@@ -12,6 +12,7 @@ import taichi as ti
 
 from . import cells, elements, laws
 from .arguments import ARRAY, INDEX
+from .lanes import MATERIALS
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
@@ -86,7 +87,7 @@ def make_plain_force(kind: str, law: str):
             node = [3 * connectivity[cell * corners + k] for k in range(corners)]
             x = [[position[i + c] for i in node] for c in range(3)]
             y = [[u[i + c] for i in node] for c in range(3)]
-            force = force_of(x, y, [params[6 + i] for i in range(count)], law_of)
+            force = force_of(x, y, [params[MATERIALS + i] for i in range(count)], law_of)
             for k, c in ti.static(ti.ndrange(corners, 3)):
                 force_out[node[k] + c] += force[c][k]
 

@@ -9,14 +9,14 @@ import taichi as ti
 
 from .lanes import (
     CELL_SUMS,
-    CHUNKS,
+    CHUNK_COUNT,
+    CHUNK_SUMS,
     FRICTION_AT,
     FRICTION_SUMS,
     LOADS_AT,
     NODE_SUMS,
     RAW,
     TRACKED,
-    VISCOUS_START,
     VISCOUS_SUMS,
 )
 
@@ -43,15 +43,16 @@ def log_row(
     place = number * width
     for j in ti.static(range(NODE_SUMS)):
         total = 0.0
-        for part in range(CHUNKS):
+        for part in range(body.node_sums.shape[0] // NODE_SUMS):
             total += body.node_sums[part * NODE_SUMS + j]
         raw[place + j] = total
     place += NODE_SUMS
     elastic, least, hourglass = 0.0, 1e300, 0.0
-    for chunk in range(CHUNKS):
-        elastic += body.cell_sums[chunk * CELL_SUMS]
-        least = ti.min(least, body.cell_sums[chunk * CELL_SUMS + 1])
-        hourglass += body.cell_sums[chunk * CELL_SUMS + 2]
+    chunks = int(body.params[CHUNK_COUNT])
+    for chunk in range(chunks):
+        elastic += body.cell_sums[chunk * CHUNK_SUMS]
+        least = ti.min(least, body.cell_sums[chunk * CHUNK_SUMS + 1])
+        hourglass += body.cell_sums[chunk * CHUNK_SUMS + 2]
     raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
     place += CELL_SUMS
     for j in range(FRICTION_AT):
@@ -60,9 +61,9 @@ def log_row(
     if ti.static(viscous or touching.kinds.viscous):
         power, fastest = cell_power, 0.0
         if ti.static(viscous):
-            for chunk in range(CHUNKS):
-                power += body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS]
-                fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
+            for chunk in range(chunks):
+                power += body.cell_sums[chunk * CHUNK_SUMS + CELL_SUMS]
+                fastest = ti.max(fastest, body.cell_sums[chunk * CHUNK_SUMS + CELL_SUMS + 1])
         raw[place], raw[place + 1] = power, fastest
         place += VISCOUS_SUMS
     if ti.static(touching.kinds.friction != ""):

@@ -22,7 +22,7 @@ import taichi as ti
 from .bundles import Kinds
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
+from .lanes import CELL_SUMS, CHUNK_COUNT, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, GRAVITY, MOST_SLOTS, NODE_SUMS, RAW
 from .node_phase import node_phase
 from .raw_rows import log_row, row_width
 from .signatures import Signature, kernel_of
@@ -51,8 +51,7 @@ def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.
 @functools.cache
 def make_serial_step(
     signature: Signature,
-    kind: str,
-    law: str,
+    cells: tuple[tuple[str, str], ...],
     contact: str | None,
     kinds: Kinds,
     plain: bool,
@@ -64,7 +63,7 @@ def make_serial_step(
     viscous: bool = False,
     tied: bool = False,
 ):
-    """Kernel for a kind and law with these terms, memoised.
+    """Kernel for kinds of cells (element, law) with these terms, memoised.
 
     signature: of the bundles of `serial_step` in order, each with what the scene has of it.
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
@@ -78,7 +77,8 @@ def make_serial_step(
     kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
     resists = contact == "massless" and kinds.viscous
-    cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes or measures else None
+    cell_phase = make_cell_phase(cells, viscous) if passes or measures else None
+    cell_kinds, cornered = len(cells), contact == "massless"
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
@@ -102,14 +102,14 @@ def make_serial_step(
     if resists:
         from .cell_viscosity import POWER, RATE, make_viscous_phase, viscous_load
 
-        viscous_phase = make_viscous_phase(kind, law, WIDTHS[kind]) if passes or measures else None
+        viscous_phase = make_viscous_phase(cells) if passes or measures else None
     if contact == "massless":
         from .massless_contact import massless_load, predict
         from .static_control import CONVERGED, MEASURE, NEXT
         from .static_control import SWEEPS as SWEEPS_DONE
         from .static_solve import make_resolve
 
-        resolve = make_resolve(kind, law, block, slots, plain)
+        resolve = make_resolve(cells, block, slots, plain)
 
     @ti.func
     def push_back(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
@@ -166,7 +166,7 @@ def make_serial_step(
             touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
                 remember(body, touching)
-        fall = time * ti.Vector([body.params[3], body.params[4], body.params[5]])
+        fall = time * ti.Vector([body.params[GRAVITY], body.params[GRAVITY + 1], body.params[GRAVITY + 2]])
         predict(body, touching, ratio, fall, control[EXACT], block, slots)
 
     @ti.func
@@ -183,6 +183,10 @@ def make_serial_step(
         viscous_cells, images, stats = ti.static(launch.viscous_cells, launch.images, system.stats)
         ti.loop_config(serialize=True)
         for _ in range(1):
+            chunks = int(body.params[CHUNK_COUNT])
+            ordinary = chunks
+            if ti.static(cornered):
+                ordinary = chunks // 2
             state = int(control[START])
             number, stop, first = 0, 0, int(control[FIRST])
             control[WANTS_MEASURE] = 0.0
@@ -190,11 +194,10 @@ def make_serial_step(
             while state != STOP:
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
-                        chunk = ti.select(state == MEASURED, CHUNKS, 0)
-                        cell_phase(chunk, chunk + CHUNKS, body, 1)
+                        cell_phase(ti.select(state == MEASURED, ordinary, 0), chunks, body, 1)
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
-                        node_phase(body, CHUNKS, 1, damped)
+                        node_phase(body, ordinary, cell_kinds, 1, damped, cornered)
                 if ti.static(resists):
                     if state == PASS or state == BOUNDARY:
                         past = control[BEFORE]
@@ -203,7 +206,7 @@ def make_serial_step(
                         if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
                             viscous_phase(body, viscous_cells, 1)
                     if state == PASS or state == BOUNDARY:
-                        viscous_load(body, listed, system, viscous_cells)
+                        viscous_load(body, listed, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(body.special_force, images)

@@ -60,7 +60,7 @@ def assemble(
     block: ti.template(),
     slots: ti.template(),
 ):
-    """Right sides B^t (f_ext - f), constraints and static residual of the contact nodes; clears the rows it reads."""
+    """Right sides B^t (f_ext - f), constraints and static residual of the contact nodes."""
     stats = ti.static(system.stats)
     scale = system.settings[LEAST_FORCE]
     stride = system.stiffness.shape[0]
@@ -75,15 +75,13 @@ def assemble(
         rounding = ti.max(rounding, EPSILON * moved)
         force = ti.Vector.zero(ti.f64, 3)
         magnitude = 0.0
-        for i in range(system.corner_rows[k], system.corner_rows[k + 1]):
-            part = row(body.rows, system.corner_rows[i])
-            for j in ti.static(range(3)):
-                body.rows[3 * system.corner_rows[i] + j] = 0.0
+        for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
+            part = row(body.rows, body.corner_rows[i])
             force += part
             magnitude += part.norm()
         scale = ti.max(scale, magnitude)
         if ti.static(touching.kinds.viscous):
-            force += viscous_force(system, viscous, k)
+            force += viscous_force(body, viscous, k)
         b = basis_of(touching.basis, k, block)
         right = b.transpose() @ (row(listed.load, k) - force)
         normals, gaps = constraints(touching, k, b, x, block, slots)
@@ -164,11 +162,12 @@ def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
 
 
 @functools.cache
-def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
+def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, plain: bool):
     """resolve(body, listed, touching, pairs, system, viscous, first): what follows a measure.
 
     stats[NEXT] asks for more; viscous: data of viscous contact cells (cell_viscosity.py).
     """
+    ((kind, law),) = cells
     tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
     if kind == "hex8-reduced":
         tangent = make_reduced_tangent(law, block)

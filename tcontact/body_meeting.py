@@ -19,9 +19,9 @@ from .guards import Stop
 from .triangle_distance import smallest_distance, winding_number
 
 if TYPE_CHECKING:
+    from .body_view import BodyView
     from .loop import Run
     from .scene import Body
-    from .state import BodyState
 
 RARELY = 64  # rows between looks at bodies that are far apart
 SOON = 16  # rows until the next look that surfaces are searched for, if they come no nearer than that
@@ -38,7 +38,7 @@ class Surface:
     repeats.
     """
 
-    def __init__(self, body: Body, state: BodyState) -> None:
+    def __init__(self, body: Body, state: BodyView) -> None:
         plan = state.plan
         every = body.mesh.boundary_faces()
         nodes = np.unique(every)
@@ -51,7 +51,7 @@ class Surface:
         self.edge, self.mean_edge = float(lengths.min()), float(lengths.mean())
         self.period = np.zeros(3) if body.images is None else np.array(body.images.period)
 
-    def positions(self, state: BodyState) -> np.ndarray:
+    def positions(self, state: BodyView) -> np.ndarray:
         """Where the surface nodes are now [k, 3] [m]."""
         return np.asarray(self.start + state.latest()[self.nodes])
 

@@ -11,13 +11,15 @@ M is the mass after redistribution, as the step has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from typing import Any
 
 import numpy as np
 
 from .plan import BodyPlan
 
-Product = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Search = Generator[np.ndarray, np.ndarray, Any]  # yields a displacement [3n] and is sent the acceleration -M^-1 f there
+Product = Callable[[np.ndarray, np.ndarray, np.ndarray], Search]
 ViscousForce = Callable[[np.ndarray, np.ndarray], np.ndarray]
 ROUNDS = 6  # searches at most
 CLOSE = 1e-3  # two steps that differ by this share are the same
@@ -47,12 +49,13 @@ class DampedStep:
         x[nodes] = np.einsum("sij,sj->si", self.plan.inverses, rows[nodes])
         return np.asarray(x if images is None else images.follow(x)).reshape(-1)
 
-    def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> Search:
         """K x and C x."""
         scale = self.small / np.abs(x).max()
-        return self.stiffness(u, here, x), self.viscous_force(u, scale * x) / scale
+        stiff = yield from self.stiffness(u, here, x)
+        return stiff, self.viscous_force(u, scale * x) / scale
 
-    def _search(self, u: np.ndarray, here: np.ndarray, rate: float, products: int) -> float:
+    def _mode(self, u: np.ndarray, here: np.ndarray, rate: float, products: int) -> Search:
         """Look for the fastest mode of M^-1 (K + rate C): the largest eigenvalue with its residual, over itself.
 
         Lanczos with momenta p and displacements x = M^-1 p of a kinetic energy p.x/2 of 1/2: M^-1 is all it needs.
@@ -65,7 +68,7 @@ class DampedStep:
         keep, alphas, betas = [], [], []
         for _ in range(min(products, u.size)):
             keep.append(p)
-            stiff, resisting = self._products(u, here, x)
+            stiff, resisting = yield from self._products(u, here, x)
             following = self._summed(stiff + rate * resisting) - beta * before
             alphas.append(dot(x, following))
             following -= alphas[-1] * p
@@ -80,7 +83,7 @@ class DampedStep:
         self.start = sum((weight * part for weight, part in zip(top, keep, strict=True)), np.zeros_like(p))
         return 1.0 + float(betas[-1] * abs(top[-1]) / values[-1])
 
-    def estimate(self, u: np.ndarray, here: np.ndarray, elastic: float, products: int) -> float:
+    def search(self, u: np.ndarray, here: np.ndarray, elastic: float, products: int) -> Search:
         """The step [s] at displacement u [3n]; here: -M^-1 f(u); elastic [s]: where to begin.
 
         The mode x found at a step has its own limit, dt^2 k + 2 dt c = 4 with k = x.K x, c = x.C x for x.M x = 1; there
@@ -88,10 +91,11 @@ class DampedStep:
         """
         dt = elastic
         for _ in range(ROUNDS):
-            over = self._search(u, here, 2.0 / dt, products)
+            over = yield from self._mode(u, here, 2.0 / dt, products)
             assert self.start is not None
             x = self._moved(self.start)
-            k, c = (over * dot(x, part) / dot(x, self.start) for part in self._products(u, here, x))
+            parts = yield from self._products(u, here, x)
+            k, c = (over * dot(x, part) / dot(x, self.start) for part in parts)
             before, dt = dt, 4.0 / (np.sqrt(max(c * c + 4.0 * k, 0.0)) + c)
             if abs(dt - before) <= CLOSE * dt:
                 break

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
-from .packing import WIDTHS, append_own_rows, pack_cells
+from .kernels.lanes import CHUNK_SUMS, FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_SUMS
+from .packing import CellPacks
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
+from .terms.internal_force import pack_domain
 
 if TYPE_CHECKING:
+    from .domain import Domain
     from .plan import BodyPlan, Plan
 
 REAL, WHOLE = 8, 4  # bytes of a number
@@ -21,10 +23,10 @@ SYMMETRIC = 6
 def describe(plan: Plan) -> str:
     """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
     lines = ["terms: " + ", ".join(plan.terms)]
-    for body in plan.bodies:
-        lines.append(_body(body))
-        lines.append("  kernels: " + ", ".join(kernels(plan, body)))
-        sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, body).items()]
+    for domain in plan.domains:
+        lines += [_body(body) for body in domain.bodies]
+        lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
+        sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
         lines.append("  memory: " + ", ".join(sizes))
     return "\n".join(lines)
 
@@ -56,72 +58,72 @@ GEOMETRY = {
 }
 
 
-def kernels(plan: Plan, body: BodyPlan) -> list[str]:
-    """The kernels a step of the body launches, each with what it does in one launch."""
-    law = body.body.material.law
-    beside = [] if body.images is None else ["images of periodic nodes"]
-    if body.contact is not None:
-        massless = body.contact.graph is not None
+def kernels(plan: Plan, domain: Domain) -> list[str]:
+    """The kernels a step of the bodies of a domain launch, each with what it does in one launch."""
+    cells = "; ".join(", ".join(kind) for kind in domain.kinds)
+    beside = [] if domain.images is None else ["images of periodic nodes"]
+    if domain.contact is not None:
+        massless = domain.contact.graph is not None
         load = {"penalty-contact": "penalty load", "impulse-contact": "impulse load"}.get(
             plan.contact_term or "", "gaps"
         )
         beside.append("massless load, prediction" if massless else load)
-        if body.few_contact_cells and not body.small:  # else a pass of the other kernel or of this one
+        if domain.few_contact_cells and not domain.small:  # else a pass of the other kernel or of this one
             beside.append("contact cells")
-        if body.viscous_cells:
+        if domain.viscous_cells:
             beside.append("viscosity of the contact cells")
         if massless:
             beside.append("static solve")
-        if plan.scene.friction is not None and len(body.contact.nodes):
+        if plan.scene.friction is not None and len(domain.contact.nodes):
             beside.append("friction")
-    if len(body.support_rows):
+    if len(domain.support_rows):
         beside.append("support reactions")
-    if len(body.boundary) and body.damping is not None:
+    if len(domain.boundary) and domain.damping is not None:
         beside.append("damping of the boundary nodes")
-    if len(body.boundary):
+    if len(domain.boundary):
         beside.append("kick and drift of the boundary nodes")
-    layers = _layered(plan, body)
-    if body.small:
-        parts = ", ".join([*body.options, "force pass", *beside]) + ("" if layers else "; many steps a launch")
-        names = [f"serial_step({body.variant}, {law}: {parts})"]
+    layers = _layered(plan, domain)
+    if domain.small:
+        parts = ", ".join([*domain.options, "force pass", *beside]) + ("" if layers else "; many steps a launch")
+        names = [f"serial_step({cells}: {parts})"]
     else:
-        names = [f"step({', '.join([body.variant, law, *body.options])})"]
+        names = [f"step({', '.join([cells, *domain.options])})"]
         names += [f"serial_step({', '.join(beside)})"] if beside else []
-        if body.viscous_cells and not body.few_contact_cells:
-            names.append(f"viscous_pass({body.variant}, {law})")
+        if domain.viscous_cells and not domain.few_contact_cells:
+            names.append(f"viscous_pass({cells})")
     return [*names, "layer"] if layers else names
 
 
-def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
-    """Bytes by term that the body will take, as in `Result.memory`."""
-    nodes = len(body.reference)
-    listed = len(body.boundary)
-    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(body, nodes, _layered(plan, body))}
+def memory(plan: Plan, domain: Domain) -> dict[str, int]:
+    """Bytes by term that the bodies of a domain will take, as in `Result.memory`."""
+    nodes, packs = len(domain.reference), pack_domain(domain)
+    listed = len(domain.boundary)
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(domain, packs, _layered(plan, domain))}
     if listed:
         result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
-    if len(body.support_rows):
-        result["supports"] = len(body.support_rows) * (2 * WHOLE + REAL)
-    if body.images is not None:
-        result["periodic"] = 2 * WHOLE * len(body.images.followers)
-    contact = body.contact
+    if len(domain.support_rows):
+        result["supports"] = len(domain.support_rows) * (2 * WHOLE + REAL)
+    if domain.images is not None:
+        result["periodic"] = 2 * WHOLE * len(domain.images.followers)
+    contact = domain.contact
     if contact is not None:
         slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
         size = count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
-        size += _obstacles(plan, body)
+        size += _obstacles(plan, domain)
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
-            size += len(body.heirs[1]) * WHOLE
+            size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
-            corners = graph.cells.size * body.cells.shape[1]
-            size += corners * WHOLE + (corners + listed if body.viscous_cells else len(graph.corners)) * WHOLE
-            size += 8 * body.cells.shape[1] * 3 * REAL
+            size += len(packs.corners) * WHOLE
+            size += sum(8 * block.cells.shape[1] * 3 * REAL for block in domain.blocks[:1])
         result[plan.contact_term or "contact"] = size
-        if body.viscous_cells and contact.graph is not None:
-            lanes = -(-contact.graph.cells.size // WIDTHS[body.variant]) * WIDTHS[body.variant]
-            result["cell-viscosity"] = REAL * (8 + 6 * listed + lanes * (1 + 3 * body.cells.shape[1]))
+        if domain.viscous_cells and contact.graph is not None:
+            lanes = packs.lanes - packs.first_contact_lane
+            numbers = 8 + 6 * listed + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
+            result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
             stays = contact.graph is not None and contact.block > 1
             per_slot = FRICTION_TRACE if stays else 1
@@ -130,18 +132,18 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
     return result
 
 
-def _layered(plan: Plan, body: BodyPlan) -> bool:
-    """Whether the body has friction layers, which take their step between the two parts of every row."""
-    contact = body.contact
+def _layered(plan: Plan, domain: Domain) -> bool:
+    """Whether the bodies have friction layers, which take their step between the two parts of every row."""
+    contact = domain.contact
     return isinstance(plan.scene.friction, FrictionLayer) and contact is not None and len(contact.nodes) > 0
 
 
-def _obstacles(plan: Plan, body: BodyPlan) -> int:
+def _obstacles(plan: Plan, domain: Domain) -> int:
     """Records of the obstacles, rows of them while they move, and grids of distances."""
     obstacles = plan.scene.obstacles
     rows = 1
     if plan.scene.moving:
-        rows += (MOST_ROWS if body.small else 1) + 1
+        rows += (MOST_ROWS if domain.small else 1) + 1
     grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 
@@ -155,16 +157,15 @@ def _layers(friction: FrictionModel, count: int) -> int:
     return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
 
 
-def _force_pass(body: BodyPlan, nodes: int, layered: bool) -> int:
-    packs = pack_cells(body.cells, nodes, WIDTHS[body.variant])
-    if body.contact is not None and body.contact.graph is not None:
-        packs = append_own_rows(packs, body.cells[body.contact.graph.cells]).packs
+def _force_pass(domain: Domain, packs: CellPacks, layered: bool) -> int:
+    nodes, listed = len(domain.reference), len(domain.boundary)
     rows = 0
-    if body.small or len(body.boundary):
-        rows = MOST_ROWS if body.small and not layered else 1
-    viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
-    width = RAW + VISCOUS_SUMS * (body.viscosity is not None)
-    return packs.nbytes + nodes * 4 * REAL + (rows * width + viscous) * REAL
+    if domain.small or listed:
+        rows = MOST_ROWS if domain.small and not layered else 1
+    viscous = 0 if domain.viscosity is None else CHUNK_SUMS * packs.all_chunks + packs.lanes
+    corners = (listed + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
+    width = RAW + VISCOUS_SUMS * (domain.viscosity is not None)
+    return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL
 
 
 def _readable(size: int) -> str:

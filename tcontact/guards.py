@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .body_view import BodyView
 from .history import History
 from .measured import PLACE
 from .scene import Scene
-from .state import BodyState
 from .worst_cell import worst_cell
 
 GROWTH = 10.0  # an energy this many times what the run can hold is a blow-up
@@ -27,7 +27,7 @@ class Stop:
 class Guards:
     """NaN, inverted cells, energy growth and static solves that did not converge."""
 
-    def __init__(self, scene: Scene, states: list[BodyState], implicit: bool = False) -> None:
+    def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
         self.scene, self.implicit = scene, implicit
         self.states = states
         self.floor = sum(
@@ -45,25 +45,23 @@ class Guards:
         least = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
         return {"jacobian": least, "energy": GROWTH * history.budget() + self.floor}
 
-    def check(
-        self, row: np.ndarray, bodies: list[np.ndarray], history: History, over_limit: bool, step: float = 0.0
-    ) -> Stop | None:
+    def check(self, row: np.ndarray, history: History, over_limit: bool, step: float = 0.0) -> Stop | None:
         """The stop that the last row asks for, or None.
 
         over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
         """
         time = f"at t = {row[0]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
-        jacobian = PLACE["jacobian_min"]
-        for state, part, nonlinear in zip(self.states, bodies, self.nonlinear, strict=True):
-            if nonlinear and not part[jacobian][0] > 0.0:
-                where = self._worst(state, step)
-                if over_limit:
-                    return Stop("diverged", f"{where} {time}; {remedy}")
-                advice = self._against_inversion()
-                if state.plan.body.material.law == "st_venant_kirchhoff":
-                    advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
-                return Stop("inverted-cell", f"{where} {time}; {advice}")
+        if any(self.nonlinear) and not row[PLACE["jacobian_min"]][0] > 0.0:
+            state, where = self._worst(
+                step, [view for view, may in zip(self.states, self.nonlinear, strict=True) if may]
+            )
+            if over_limit:
+                return Stop("diverged", f"{where} {time}; {remedy}")
+            advice = self._against_inversion()
+            if state.plan.body.material.law == "st_venant_kirchhoff":
+                advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
+            return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
         energy = row[1] + row[2] + row[3]
         if not finite or energy > GROWTH * history.budget() + self.floor:
@@ -71,15 +69,14 @@ class Guards:
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
             )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
-            where = self._worst(max(self.states, key=lambda state: -_jacobian(state)), step)
+            _state, where = self._worst(step, self.states)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
                 advice = "use a scheme that conserves energy (discrete-gradient), or a smaller dt"
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
-            trouble = None if state.contact is None else state.contact.trouble
-            if trouble:
-                return Stop("not-converged", f"{state.plan.label}, {time}: {trouble}")
+            if state.trouble:
+                return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}")
         return None
 
     def _against_inversion(self) -> str:
@@ -94,16 +91,17 @@ class Guards:
         more = 2.0 * viscosity.quadratic
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
-    def _worst(self, state: BodyState, step: float) -> str:
-        """Name the cell with the smallest det F at the level of the row; step [s]: the one made since."""
-        with np.errstate(all="ignore"):
-            there = state.displacement_before(step)
-        cell, value = worst_cell(state.plan.body.mesh, there, state.plan.body.formulation)
-        centre = state.plan.body.mesh.nodes[state.plan.body.mesh.cells[cell]].mean(axis=0)
-        place = ", ".join(f"{value:.4g}" for value in centre)
-        return f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"
-
-
-def _jacobian(state: BodyState) -> float:
-    value = float(state.internal_force.sums()[11])
-    return value if np.isfinite(value) else -np.inf
+    def _worst(self, step: float, among: list[BodyView]) -> tuple[BodyView, str]:
+        """The body with the smallest det F at the level of the row, and the cell in words; step [s]: made since."""
+        worst = None
+        for state in among:
+            with np.errstate(all="ignore"):
+                there = state.displacement_before(step)
+            cell, value = worst_cell(state.plan.body.mesh, there, state.plan.body.formulation)
+            if worst is None or not value >= worst[2]:
+                worst = state, cell, value
+        assert worst is not None
+        state, cell, value = worst
+        mesh = state.plan.body.mesh
+        place = ", ".join(f"{part:.4g}" for part in mesh.nodes[mesh.cells[cell]].mean(axis=0))
+        return state, f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import arrays, validate
+from .body_view import BodyView
 from .contact_models import MasslessContact, PenaltyContact
 from .end_checks import end_warnings
 from .errors import FunctionError, InputError, OutputError
@@ -27,7 +28,7 @@ from .result import Result
 from .scene import Scene
 from .schemes import Scheme
 from .snapshot import Snapshot
-from .stable_step import StableStep, largest_rate, with_viscosity
+from .stable_step import StableStep, StableSteps, largest_rate, with_viscosity
 from .warning_kinds import LockingWarning
 
 if TYPE_CHECKING:
@@ -75,22 +76,24 @@ class Run:
     ) -> None:
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.warnings: list[str] = []
-        self.states = [
-            scheme.state(scene, body, u, v, planned.layout)
-            for body, u, v in zip(planned.bodies, displacement, velocity, strict=True)
-        ]
+        self.domains: list[Any] = scheme.states(scene, planned, displacement, velocity)
+        views = {id(view.plan): view for domain in self.domains for view in domain.views}
+        self.states: list[BodyView] = [views[id(body)] for body in planned.bodies]
         # a function of time that fails is asked by what can touch, which goes first: then nothing has moved yet
-        self._order = sorted(self.states, key=lambda state: state.contact is None)
+        self._order = sorted(self.domains, key=lambda domain: domain.contact is None)
         for body in planned.bodies:
             text = locking(body.body, body.label)
             if text is not None:
                 self.warn(text, LockingWarning)
-        self.limits = []
-        for state in self.states:
-            stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
-            stiffness = None if scheme.implicit else stiffness
-            viscous = getattr(getattr(state, "serial", None), "viscous_force", None)
-            self.limits.append(StableStep(state.plan, state.internal_force, scene.obstacles, stiffness, viscous))
+        stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
+        stiffness = None if scheme.implicit else stiffness
+        self.limits = [
+            StableSteps(
+                domain.internal_force.without_boundary(),
+                [StableStep(view.plan, scene.obstacles, stiffness, view.viscous_force) for view in domain.views],
+            )
+            for domain in self.domains
+        ]
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
@@ -111,8 +114,8 @@ class Run:
         )
 
     def _limit(self, **options: int) -> float:
-        pairs = zip(self.states, self.limits, strict=True)
-        found = min(limit.estimate(np.array(arrays.get(state.u)), **options) for state, limit in pairs)
+        pairs = zip(self.domains, self.limits, strict=True)
+        found = min(limit.estimate(np.array(arrays.get(domain.u)), **options) for domain, limit in pairs)
         self._elastic = min(limit.elastic for limit in self.limits)
         self._damped = min(limit.damped for limit in self.limits)
         return found
@@ -170,14 +173,13 @@ class Run:
                     snapshot = self._snapshot(before, after)
                     done = self._step(time, before, after, 1)
                 times = np.cumsum([time, *[after] * (done - 1)])
-                rows = [state.rows(times) for state in self.states]
-                table = combined(rows, self.planned.layout)
+                table = combined([domain.rows(times) for domain in self.domains], self.planned.layout)
                 self._keep(table)
                 row, time = table[-1], float(times[-1])
                 row_number += done - 1
                 if first:
                     first, compiled, output = False, perf_counter(), 0.0
-                stop = self.guards.check(row, [part[-1] for part in rows], self.history, self.over_limit, after)
+                stop = self.guards.check(row, self.history, self.over_limit, after)
                 stop = stop or self.looks.take(self, row_number, time, after)
                 if snapshot is not None and frame and recorder is not None:
                     writing = perf_counter()
@@ -217,8 +219,8 @@ class Run:
         if frames > 1:  # the last comes anyway
             course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
         course.begun, course.frames, course.first_dt = True, frames, self.dt
-        for state in self.states:
-            self.scheme.begin(state, self.dt)
+        for domain in self.domains:
+            self.scheme.begin(domain, self.dt)
 
     def _snapshot(self, before: float, after: float) -> Snapshot:
         return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
@@ -251,22 +253,22 @@ class Run:
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """One step of every body, or up to `many` of a small one; returns how many."""
         if many == 1:
-            for state in self._order:
-                self.scheme.step(state, time, before, after)
+            for domain in self._order:
+                self.scheme.step(domain, time, before, after)
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
             stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
         try:
-            return self.scheme.step(self.states[0], time, before, after, many, **stop_at)
+            return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
         except FunctionError:  # at one of these rows: go as far as the functions do
             return self._step(time, before, after, 1)
 
     def _rows_until(self, span: float, number: int) -> int:
         """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""
-        if len(self.states) > 1 or self.pressures:
+        if len(self.domains) > 1 or self.pressures:
             return 1
-        rows = min(self.states[0].rows_at_once, int(span / self.dt))
+        rows = min(self.domains[0].rows_at_once, int(span / self.dt))
         if any(self.guards.nonlinear):
             rows = min(rows, self._next_check - number + 1)
         return max(1, min(rows, self.looks.rows(number)))
@@ -290,7 +292,7 @@ class Run:
         crushed = jacobian < self._jacobian - CRUSHED
         if number < self._next_check and not crushed:
             return
-        if not all(np.isfinite(arrays.get(state.u)).all() for state in self.states):
+        if not all(np.isfinite(arrays.get(domain.u)).all() for domain in self.domains):
             return  # for the guards to stop at the next row
         limit = self._limit(products=FEW_PRODUCTS)
         if self._keep_below(limit):
@@ -326,8 +328,8 @@ class Run:
             for text, kind in end_warnings(self.scene, self.scheme, history, dt, self.guards.floor):
                 self.warn(text, kind)
         memory: dict[str, int] = {}
-        for state in self.states:
-            for name, size in state.memory().items():
+        for domain in self.domains:
+            for name, size in domain.memory().items():
                 memory[name] = memory.get(name, 0) + size
         return Result(
             ok=stop is None,

@@ -23,8 +23,8 @@ from .obstacles.motion import Motion
 from .obstacles.thickness import half_thickness_of_grid
 
 if TYPE_CHECKING:
+    from .body_view import BodyView
     from .loop import Run
-    from .state import BodyState
 
 RARELY = 256  # rows between looks at nodes that are far from the obstacle or slow
 AHEAD = 2.0  # how much faster than now nodes may get until the next look
@@ -53,7 +53,7 @@ class Crossing:
     entry [k, 3]: normal where a node that is inside came in, 0 for nodes outside.
     """
 
-    def __init__(self, state: BodyState, obstacle: Obstacle, half: float, dt: float) -> None:
+    def __init__(self, state: BodyView, obstacle: Obstacle, half: float, dt: float) -> None:
         contact = state.plan.contact
         assert contact is not None
         self.nodes = contact.nodes
@@ -64,7 +64,7 @@ class Crossing:
         gap, normal = obstacle.local(self.before)
         self.entry = np.where((gap < -SURFACE * self.half)[:, None], normal, 0.0)
 
-    def positions(self, state: BodyState, time: float) -> np.ndarray:
+    def positions(self, state: BodyView, time: float) -> np.ndarray:
         """Where the nodes are [k, 3] [m], in the axes that the obstacle has at the time [s]."""
         now = self.reference + state.latest()[self.nodes]
         if self.motion is None:

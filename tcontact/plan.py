@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from .periodic import Images
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
+
+if TYPE_CHECKING:
+    from .domain import Domain
 
 # up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
 # and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
@@ -141,21 +144,6 @@ class BodyPlan:
         return {name: True for name, is_there in present.items() if is_there}
 
     @property
-    def constants(self) -> tuple[float, ...]:
-        """What those need in the parameters of a pass, as numbered in kernels/lanes.py."""
-        rate = () if self.damping is None else (self.damping.rate,)
-        if self.viscosity is None:
-            return rate
-        material, contact = self.body.material, self.contact
-        masses = cell_masses(self.body.mesh, material.density)
-        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
-        massless = 0 if contact is None or contact.basis is None else len(contact.nodes)
-        if massless and contact is not None and self.images is not None:  # their followers come next in the list
-            massless += len(self.images.followers_of(contact.nodes))
-        speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
-        return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
-
-    @property
     def heirs(self) -> tuple[np.ndarray, np.ndarray]:
         """Who takes what the static solve leaves unbalanced, as `contact_graph.heirs`."""
         assert self.contact is not None
@@ -189,6 +177,13 @@ class Plan:
 
     scene: Scene
     bodies: tuple[BodyPlan, ...]
+
+    @cached_property
+    def domains(self) -> tuple[Domain, ...]:
+        """The bodies in the groups that take their steps together."""
+        from .domain import domains_of
+
+        return domains_of(self.bodies)
 
     @property
     def contact_term(self) -> str | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .body_view import BodyView
 from .checkpoint.store import FILES as CHECKPOINTS
 from .errors import FunctionError, InputError, OutputError
 from .folder_lock import check_free
@@ -16,7 +17,6 @@ from .frame_fields import LAYERS
 from .obstacles.description import describe
 from .scene import Scene
 from .snapshot import Snapshot
-from .state import BodyState
 from .vtkhdf import ResultData, ResultFile
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Recorder:
         self,
         folder: Path,
         scene: Scene,
-        states: list[BodyState],
+        states: list[BodyView],
         title: str,
         fields: Sequence[str],
         frames: int | None = None,

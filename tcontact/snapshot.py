@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .state import BodyState
+from .body_view import BodyView
 
 
 class Snapshot:
@@ -14,7 +14,7 @@ class Snapshot:
     that end and start here; dt [s]: the step of a run, where none has ended; whole: the velocity is that of the level.
     """
 
-    def __init__(self, states: list[BodyState], before: float, after: float, dt: float, whole: bool = False) -> None:
+    def __init__(self, states: list[BodyView], before: float, after: float, dt: float, whole: bool = False) -> None:
         self.states = states
         # an implicit scheme has the velocity of the level itself
         self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0

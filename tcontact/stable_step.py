@@ -7,24 +7,82 @@ Force products M^-1 K w come from the force pass itself, as differences about th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from . import arrays
-from .damped_step import DampedStep, ViscousForce
+from .damped_step import DampedStep, Search, ViscousForce
 from .errors import InputError
 from .mesh_geometry import spanned_heights
 from .obstacles import Obstacle
 from .plan import BodyPlan
-from .terms.internal_force import InternalForce
 
 PRODUCTS = 20
 SAFETY = 0.98
 DIFFERENCE = 1e-6  # largest displacement of a product, over the size of the smallest cell
 
 
+class ForcePass(Protocol):
+    """A force pass over several bodies in one numbering."""
+
+    def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
+        """out += -f(u)/mass, both [3n]."""
+        ...
+
+    def viscous_sums(self) -> np.ndarray:
+        """Viscous power [W] and largest rate [1/s]."""
+        ...
+
+
+class StableSteps:
+    """Estimates the stable step of every body of a domain; each product of a search is one pass for all of them."""
+
+    def __init__(self, force: ForcePass, bodies: Sequence[StableStep]) -> None:
+        self.force, self.bodies = force, bodies
+        self._ends = np.cumsum([body.mass.size for body in bodies])
+        self.trial, self.answer = arrays.zeros(int(self._ends[-1])), arrays.zeros(int(self._ends[-1]))
+
+    def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
+        """The stable step [s] at displacement u [3n] of all bodies; the next call starts from the modes found."""
+        parts = np.split(u, self._ends[:-1])
+        searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
+        asked: list[np.ndarray | None] = [next(search) for search in searches]
+        found = [np.inf] * len(searches)
+        while any(one is not None for one in asked):
+            rest = [part if one is None else one for one, part in zip(asked, parts, strict=True)]
+            answers = np.split(self._acceleration(rest[0] if len(rest) == 1 else np.concatenate(rest)), self._ends[:-1])
+            for number, search in enumerate(searches):
+                if asked[number] is not None:
+                    try:
+                        asked[number] = search.send(answers[number])
+                    except StopIteration:
+                        asked[number] = None
+        rate = 0.0 if self.bodies[0].plan.viscosity is None else float(self.force.viscous_sums()[1])
+        for number, body in enumerate(self.bodies):
+            found[number] = with_viscosity(body.elastic, rate, body.damped)
+        return min(found)
+
+    @property
+    def elastic(self) -> float:
+        """The last estimate [s] without viscosity."""
+        return min(body.elastic for body in self.bodies)
+
+    @property
+    def damped(self) -> float:
+        """The last estimate [s] with the viscosity of the contact cells alone."""
+        return min(body.damped for body in self.bodies)
+
+    def _acceleration(self, u: np.ndarray) -> np.ndarray:
+        """-M^-1 f(u), a copy."""
+        arrays.set_values(self.trial, u)
+        arrays.set_values(self.answer, np.zeros_like(u))
+        self.force.minus_force(self.trial, self.answer)
+        return np.array(arrays.get(self.answer))
+
+
 class StableStep:
-    """Estimates the stable step of one body with its force pass.
+    """The search for the stable step of one body, with force products that somebody else takes (`StableSteps`).
 
     stiffness [N/m^3]: of a penalty per area, on contact nodes with their mass; taken as closed, along the normals of
     planes that do not turn, along all directions for other obstacles; viscous_force: of viscous contact cells.
@@ -33,15 +91,11 @@ class StableStep:
     def __init__(
         self,
         plan: BodyPlan,
-        force: InternalForce,
         obstacles: Sequence[Obstacle],
         stiffness: float | None,
         viscous_force: ViscousForce | None = None,
     ) -> None:
         self.plan = plan
-        self.force = force.without_special()
-        self.trial = arrays.zeros(3 * len(plan.reference))
-        self.answer = arrays.zeros(3 * len(plan.reference))
         self.mass = np.repeat(plan.lumped, 3)
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
@@ -65,22 +119,17 @@ class StableStep:
         np.maximum.at(bound, self.plan.cells, rate[:, None])
         return bound, float(height.min())
 
-    def _acceleration(self, u: np.ndarray) -> np.ndarray:
-        """-M^-1 f(u), a copy."""
-        arrays.set_values(self.trial, u)
-        arrays.set_values(self.answer, np.zeros_like(u))
-        self.force.minus_force(self.trial, self.answer)
-        return np.array(arrays.get(self.answer))
-
-    def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """K(u) vector [N] of the free body; here: -M^-1 f(u)."""
         scale = DIFFERENCE * self.size / np.abs(vector).max()
-        return self.mass * (here - self._acceleration(u + scale * vector)) / scale
+        there = yield u + scale * vector
+        return self.mass * (here - there) / scale
 
-    def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """M^-1 K(u) vector; here: -M^-1 f(u)."""
         scale = DIFFERENCE * self.size / np.abs(vector).max()
-        product = (here - self._acceleration(u + scale * vector)) / scale
+        there = yield u + scale * vector
+        product = (here - there) / scale
         if self.penalty is not None and self.plan.contact is not None:
             nodes = self.plan.contact.nodes
             part = vector.reshape(-1, 3)[nodes]
@@ -113,10 +162,10 @@ class StableStep:
         length = np.sqrt(dot(vector, self.mass, vector))
         return vector / length if length > 0.0 else vector
 
-    def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
-        """The stable step [s] of the body at displacement u [3n]; the next call starts from the mode that was found."""
+    def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
+        """Set `elastic` and `damped` at displacement u [3n]; the next search starts from the mode that was found."""
         mass = self.mass
-        here = self._acceleration(u)
+        here = yield u
         current = self._first(here)
         before = np.zeros_like(current)
         keep = [current.astype(np.float32)]  # only to start the next estimate from
@@ -124,7 +173,7 @@ class StableStep:
         betas: list[float] = []
         beta = 0.0
         for _ in range(min(products, u.size)):
-            following = self._product(u, here, current) - beta * before
+            following = (yield from self._product(u, here, current)) - beta * before
             alpha = dot(current, mass, following)
             following -= alpha * current
             beta = float(np.sqrt(max(dot(following, mass, following), 0.0)))
@@ -146,9 +195,7 @@ class StableStep:
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
         self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
         if self.damping is not None:
-            self.damped = SAFETY * self.damping.estimate(u, here, self.elastic, products)
-        rate = 0.0 if self.plan.viscosity is None else float(self.force.viscous_sums()[1])
-        return with_viscosity(self.elastic, rate, self.damped)
+            self.damped = SAFETY * (yield from self.damping.search(u, here, self.elastic, products))
 
 
 def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:

@@ -34,7 +34,7 @@ class VonMises:
         self._position = arrays.put(mesh.nodes)
         self._moduli = arrays.put(np.array(body.material.moduli))
         self._u = arrays.zeros(3 * mesh.node_count)
-        self._stress = arrays.zeros(packs.pack_count * packs.width)
+        self._stress = arrays.zeros(packs.lanes)
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """Stress [m] [Pa] at a displacement [n, 3] [m], both as the user numbers them; the next call overwrites it."""

@@ -87,27 +87,27 @@ class Step:
         self.kind, self.law = kind, law
         self.moduli = MODULI.get(law, (LAM, MU))
         self.packs = pack_cells(cells, len(nodes), WIDTHS[kind], chunks)
-        self.info = self.packs.with_special(np.array(special, dtype=int))
+        self.info = self.packs.with_boundary(np.array(special, dtype=int))
         self.nodes = nodes.ravel().copy()
         self.mass = np.random.default_rng(2).uniform(0.5, 2.0, len(nodes))
         self.rows = np.zeros(3 * self.packs.row_count)
         self.special_force = np.zeros(max(1, 3 * len(special)))
-        self.node_sums, self.cell_sums = np.zeros(10 * chunks), np.zeros(3 * chunks)
+        self.node_sums, self.cell_sums = np.zeros(10 * chunks), np.zeros(5 * chunks)
 
     def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0)):
         packs = self.packs
-        params = np.array([kick_before, kick_after, drift, *gravity, *self.moduli])
+        params = np.array([kick_before, kick_after, drift, *gravity, 0.0, 0.0, 0.0, packs.chunks, *self.moduli])
         from tcontact.kernels.bundles import Body
         from tcontact.kernels.internal_force import make_step
         from tcontact.kernels.signatures import arguments, signature_of
 
         body = {
             "body": Body(
-                u, v, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass, params, self.rows,
-                self.special_force, self.node_sums, self.cell_sums,
+                u, v, packs.connectivity, packs.chunk_table, packs.segments, None, self.info, self.nodes, self.mass,
+                params, self.rows, self.special_force, self.node_sums, self.cell_sums,
             )
         }  # fmt: skip
-        make_step(self.kind, self.law, signature_of(body))(0, packs.chunks, packs.chunks, *arguments(body))
+        make_step(((self.kind, self.law),), signature_of(body))(0, packs.chunks, packs.chunks, *arguments(body))
         assert not self.rows.any()
 
     def force(self, u):
@@ -116,7 +116,7 @@ class Step:
         before = flat.tobytes()
         self(flat, v)
         assert flat.tobytes() == before
-        return -v.reshape(-1, 3) * self.mass[:, None], self.cell_sums[::3].sum(), self.cell_sums[1::3].min()
+        return -v.reshape(-1, 3) * self.mass[:, None], self.cell_sums[::5].sum(), self.cell_sums[1::5].min()
 
 
 def both(law, kind):

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from .. import arrays, runtime
+from ..domain import Domain
 from ..plan import plan
 from ..result import Result
 from ..scene import Scene
 from ..simulate import simulate
-from ..state import BodyState
+from ..state import DomainState
 from . import accuracy, assembled, blocks, timing
 from .configuration import Configuration
 from .parts import parts_of_a_step
@@ -88,7 +89,7 @@ class Beside:
         body = plan(scene).bodies[0]
         zero, velocity = np.zeros((len(body.reference), 3)), scene.bodies[0].initial_velocity
         finish = runtime.load().sync
-        state = BodyState(scene, body, zero, velocity)
+        state = DomainState(scene, Domain((body,)), [zero], [velocity])
         plain = PlainStep(body, zero, velocity[body.node_order], dt)
         force = state.internal_force
         bare = without_energy(force, body.variant, body.body.material.law)

@@ -95,7 +95,7 @@ def parts_of_a_step(scene: Scene) -> dict[str, float]:
     )
     parts = Parts()
     for part, path in OF_A_BODY.items():
-        parts.time(run.states[0], path, part)
+        parts.time(run.domains[0], path, part)
     for part, path in OF_THE_RUN.items():
         parts.time(run, path, part)
     result = run.go(0, None, FirstStep(parts.reset), perf_counter())

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import arrays, runtime
+from ..kernels.lanes import MATERIALS
 from ..launch import Prepared
 from ..plan import BodyPlan
 
@@ -58,7 +59,7 @@ class PlainStep:
         self.connectivity = arrays.put(plan.cells)
         self.position = arrays.put(plan.reference)
         self.mass = arrays.put(plan.lumped)
-        self.parameters = arrays.put(np.array([0.0] * 6 + [*material.moduli]))
+        self.parameters = arrays.put(np.array([0.0] * MATERIALS + [*material.moduli]))
         self.u, self.v = arrays.put(displacement), arrays.put(velocity)
         self.force = arrays.zeros(displacement.size)
         self.dt = dt

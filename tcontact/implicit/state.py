@@ -1,4 +1,4 @@
-"""A body under an implicit scheme as the loop sees it: the same face as `tcontact.state.BodyState`.
+"""A body under an implicit scheme as the loop sees it: the same face as `tcontact.state.DomainState` and its views.
 
 Row n holds the level n and the forces of the step that ended there, those of mid-step: the contact force of the step.
 """
@@ -27,7 +27,7 @@ class ElasticForce:
     def __init__(self, body: ImplicitBody) -> None:
         self.body = body
 
-    def without_special(self) -> ElasticForce:
+    def without_boundary(self) -> ElasticForce:
         """Itself: every node is an ordinary one here."""
         return self
 
@@ -38,12 +38,9 @@ class ElasticForce:
         change = -self.body.cells.force(1.0) / self.body.plan.lumped[:, None]
         arrays.set_values(out, arrays.get(out) + change.reshape(-1))
 
-    def sums(self) -> np.ndarray:
-        """Only the smallest det F is asked for, at place 11."""
-        result = np.zeros(13)
-        measures = arrays.get(self.body.cells.measures).reshape(-1, 2)
-        result[11] = 1.0 + float(measures[:, 1].min())
-        return result
+    def viscous_sums(self) -> np.ndarray:
+        """No viscosity here."""
+        return np.zeros(2)
 
 
 class Contact:
@@ -57,6 +54,7 @@ class ImplicitState:
     """Level, row and terms of one body; displacement, velocity [n, 3]: its start, in the user's numbering."""
 
     rows_at_once = 1
+    viscous_force = None  # of contact cells
 
     def __init__(
         self,
@@ -80,6 +78,12 @@ class ImplicitState:
         self._shown = self._taken  # of the last row
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
+        self.views = [self]
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the last step found no end; None if it did."""
+        return self.contact.trouble
 
     def begin_contact(self, dt: float) -> None:
         """The first level; dt [s]: the first step."""

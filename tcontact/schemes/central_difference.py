@@ -17,10 +17,9 @@ from ..errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..measured import Layout
-    from ..plan import BodyPlan, Plan
+    from ..plan import Plan
     from ..scene import Scene
-    from ..state import BodyState
+    from ..state import DomainState
 
 DEFAULT_CFL = 0.9
 
@@ -56,23 +55,27 @@ class CentralDifference:
     def check(self, planned: Plan) -> None:
         """Every scene can be run."""
 
-    def state(
-        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
-    ) -> BodyState:
-        """The state of a body that starts there [n, 3]."""
-        from ..state import BodyState
+    def states(
+        self, scene: Scene, planned: Plan, displacement: list[np.ndarray], velocity: list[np.ndarray]
+    ) -> list[DomainState]:
+        """The state of every domain, whose bodies start there [n, 3]."""
+        from ..state import DomainState
 
-        return BodyState(scene, plan, displacement, velocity, layout)
+        found = []
+        for domain in planned.domains:
+            u, v = ([values[number] for number in domain.numbers] for values in (displacement, velocity))
+            found.append(DomainState(scene, domain, u, v, planned.layout))
+        return found
 
-    def begin(self, body: BodyState, dt: float) -> None:
+    def begin(self, body: DomainState, dt: float) -> None:
         """Static solve of the start; dt [s]: the first step."""
         body.begin_contact(dt)
 
-    def step(self, body: BodyState, time: float, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
+    def step(self, body: DomainState, time: float, before: float, after: float, rows: int = 1, **stop_at: float) -> int:
         """Row n and then x^{n+1}: half a kick of the step before, row n, half a kick and the drift of the step after.
 
         time [s]: of level n; before, after [s]: the steps that end and start there; 0 before the first and after the
-        last row. A small body does up to `rows` such steps at once; stop_at: see `BodyState.advance`. Returns the rows
-        done.
+        last row. A small body does up to `rows` such steps at once; stop_at: see `DomainState.advance`.
+        Returns the rows done.
         """
         return body.advance(before / 2, after / 2, after, time, (before, after), rows, **stop_at)

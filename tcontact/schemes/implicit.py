@@ -17,8 +17,7 @@ from ..contact_models import ImpulseContact
 from ..errors import InputError
 
 if TYPE_CHECKING:
-    from ..measured import Layout
-    from ..plan import BodyPlan, Plan
+    from ..plan import Plan
     from ..scene import Scene
 
 
@@ -136,13 +135,14 @@ class ImplicitScheme:
                 remedy = f"{self.name} takes obstacles at rest; use scheme='central-difference'"
                 raise InputError(f"Scene.obstacles[{number}]", obstacle.name or type(obstacle).__name__, remedy)
 
-    def state(
-        self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
-    ) -> Any:
-        """The state of a body that starts there [n, 3]."""
+    def states(
+        self, scene: Scene, planned: Plan, displacement: list[np.ndarray], velocity: list[np.ndarray]
+    ) -> list[Any]:
+        """The state of every body, which starts there [n, 3]: each has its own equations."""
         from ..implicit.state import ImplicitState
 
-        return ImplicitState(scene, plan, displacement, velocity, layout, self)
+        starts = zip(planned.bodies, displacement, velocity, strict=True)
+        return [ImplicitState(scene, body, u, v, planned.layout, self) for body, u, v in starts]
 
     def begin(self, body: Any, dt: float) -> None:
         """Equilibrium of what has no mass at the start."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..plan import BodyPlan
+from ..domain import Domain
 
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
@@ -20,12 +20,12 @@ class BoundaryNodes:
 
     name = "boundary-nodes"
 
-    def __init__(self, plan: BodyPlan, force: arrays.Array) -> None:
+    def __init__(self, domain: Domain, force: arrays.Array) -> None:
         self.force = force
-        self.nodes = arrays.put(plan.boundary.astype(np.int32))
-        self.mass = arrays.put(flat_tensors(plan.tensors))
-        self.inverse_mass = arrays.put(flat_tensors(plan.inverses))
-        self.load = arrays.put(plan.loads)
+        self.nodes = arrays.put(domain.boundary.astype(np.int32))
+        self.mass = arrays.put(flat_tensors(domain.tensors))
+        self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
+        self.load = arrays.put(domain.loads)
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/bundles.Listed."""
@@ -41,10 +41,10 @@ class Supports:
 
     name = "supports"
 
-    def __init__(self, plan: BodyPlan) -> None:
-        self.rows = arrays.put(plan.support_rows.astype(np.int32))
-        self.axes = arrays.put(plan.support_axes.astype(np.int32))
-        self.speeds = arrays.put(plan.speeds)
+    def __init__(self, domain: Domain) -> None:
+        self.rows = arrays.put(domain.support_rows.astype(np.int32))
+        self.axes = arrays.put(domain.support_axes.astype(np.int32))
+        self.speeds = arrays.put(domain.speeds)
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/bundles.Supported."""

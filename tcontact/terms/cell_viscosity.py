@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import arrays
+from ..domain import Domain
 from ..launch import Prepared
 from ..mesh_geometry import shortest_heights
-from ..packing import OwnRows
-from ..plan import BodyPlan
+from ..packing import WIDTHS
 from .internal_force import InternalForce
 
 if TYPE_CHECKING:
@@ -30,34 +30,40 @@ class CellViscosity:
 
     name = "cell-viscosity"
 
-    def __init__(self, plan: BodyPlan, force: InternalForce) -> None:
+    def __init__(self, domain: Domain, force: InternalForce) -> None:
         from ..kernels import cell_viscosity as names
         from ..kernels.bundles import Launch
         from ..kernels.signatures import signature_of
 
-        contact, surface, material = plan.contact, force.surface, plan.body.material
-        assert contact is not None
-        assert contact.graph is not None
-        assert surface is not None
-        self.names, self.plan, self.internal_force = names, plan, force
-        cells = plan.cells[contact.graph.cells]
-        count, corners = cells.shape
-        nodes, lanes = len(plan.boundary), -(-count // surface.width) * surface.width
+        packs = force.packs
+        self.names, self.domain, self.internal_force = names, domain, force
+        nodes, first_lane = len(domain.boundary), packs.first_contact_lane
+        lanes = np.zeros(packs.lanes - first_lane)
+        cells, count = [np.zeros(0)], 0
+        for block in domain.blocks:
+            contact, kind, width = block.body.contact, block.body.body.mesh.kind, WIDTHS[block.variant]
+            if len(block.contact):
+                assert contact is not None
+                corners = block.cells[len(block.cells) - len(block.contact) :]
+                eta = contact.viscosity * SPACING[kind] * shortest_heights(kind, domain.reference[corners])
+                eta /= block.material.wave_speed
+                lanes[count : count + len(eta)] = eta
+                count += -(-len(eta) // width) * width
+                cells.append(eta)
         numbers = np.zeros(names.NUMBERS)
-        numbers[[names.LAMBDA, names.MU]] = material.lame_lambda, material.lame_mu
-        numbers[[names.NODES, names.LANES, names.FIRST_ROW]] = nodes, lanes, surface.first_row
-        eta = np.zeros(lanes)
-        heights = shortest_heights(plan.body.mesh.kind, plan.reference[cells])
-        eta[:count] = contact.viscosity * SPACING[plan.body.mesh.kind] * heights / material.wave_speed
-        self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), eta, np.zeros(3 * lanes * corners)]))
+        numbers[[names.NODES, names.LANES, names.CORNERS]] = nodes, len(lanes), packs.row_count - packs.first_corner_row
+        numbers[[names.FIRST_LANE, names.FIRST_ROW]] = first_lane, packs.first_corner_row
+        rows = np.zeros(3 * (packs.row_count - packs.first_corner_row))
+        self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), lanes, rows, *cells]))
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
-        self._rows = slice(names.NUMBERS + 6 * nodes + lanes, None)
-        cell, corner = np.divmod(np.arange(cells.size), corners)
-        self._nodes, self._places = cells.reshape(-1), surface.rows(cell, corner) - surface.first_row
+        start = names.NUMBERS + 6 * nodes + len(lanes)
+        self._rows = slice(start, start + len(rows))
+        touching = [block.cells[len(block.cells) - len(block.contact) :].reshape(-1) for block in domain.blocks]
+        self._nodes, self._places = np.concatenate(touching), packs.corners - packs.first_corner_row
         self.launch: Callable[..., None] | None = None
-        if not plan.few_contact_cells:
+        if not domain.few_contact_cells:
             signature = signature_of({"body": force.bundle(), "launch": Launch(viscous_cells=self.data)})
-            self.launch = Prepared(names.make_viscous_pass(plan.variant, material.law, surface.width, signature))
+            self.launch = Prepared(names.make_viscous_pass(domain.kinds, signature))
 
     def set_rate(self, rate: float) -> None:
         """1/dt [1/s] of the strain rates of the next pass."""
@@ -77,13 +83,13 @@ class CellViscosity:
         """
         kept = arrays.get(self.data).copy()
         data = kept.copy()
-        data[self._before] = (u - step).reshape(-1, 3)[self.plan.boundary].reshape(-1)
+        data[self._before] = (u - step).reshape(-1, 3)[self.domain.boundary].reshape(-1)
         data[self.names.RATE] = 1.0
         arrays.set_values(self.data, data)
         measure(arrays.put(u))
         rows = arrays.get(self.data)[self._rows].reshape(-1, 3)[self._places]
         total = np.stack(
-            [np.bincount(self._nodes, rows[:, axis], len(self.plan.reference)) for axis in range(3)], axis=1
+            [np.bincount(self._nodes, rows[:, axis], len(self.domain.reference)) for axis in range(3)], axis=1
         )
         arrays.set_values(self.data, kept)
         return total.reshape(-1)
@@ -91,19 +97,3 @@ class CellViscosity:
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
         return [self.data]
-
-
-def corner_lists(plan: BodyPlan, surface: OwnRows) -> tuple[np.ndarray, np.ndarray]:
-    """List the force rows of the corners in contact cells by boundary node: where each begins [s+1], and the rows.
-
-    The corners of images belong to their masters.
-    """
-    assert plan.contact is not None
-    assert plan.contact.graph is not None
-    cells = plan.cells[plan.contact.graph.cells]
-    row = np.full(len(plan.reference), -1)
-    row[plan.boundary] = np.arange(len(plan.boundary))
-    named = row[cells if plan.images is None else plan.images.master[cells]].reshape(-1)
-    order = np.argsort(named, kind="stable")
-    cell, corner = np.divmod(order, cells.shape[1])
-    return np.searchsorted(named[order], np.arange(len(plan.boundary) + 1)), surface.rows(cell, corner)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from .. import arrays
+from ..domain import Domain
 from ..errors import InputError
 from ..kernels.lanes import MOST_SLOTS
-from ..plan import BodyPlan, ContactPlan
+from ..plan import ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
 from .friction import Friction
@@ -38,14 +39,14 @@ class ContactTerm:
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells are
 
-    def __init__(self, scene: Scene, plan: BodyPlan) -> None:
-        assert plan.contact is not None
-        contact: ContactPlan = plan.contact
+    def __init__(self, scene: Scene, domain: Domain) -> None:
+        assert domain.contact is not None
+        contact: ContactPlan = domain.contact
         self.slots = min(len(scene.obstacles), MOST_SLOTS)
-        centre = plan.reference[contact.all_nodes].mean(axis=0)
-        self.obstacles = Obstacles(scene, centre, MOST_ROWS if plan.small else 1)
-        self.reference = arrays.put(plan.reference[contact.nodes] - centre)
-        self.all_reference = arrays.put(plan.reference[contact.all_nodes] - centre)
+        centre = domain.reference[contact.all_nodes].mean(axis=0)
+        self.obstacles = Obstacles(scene, centre, MOST_ROWS if domain.small else 1)
+        self.reference = arrays.put(domain.reference[contact.nodes] - centre)
+        self.all_reference = arrays.put(domain.reference[contact.all_nodes] - centre)
         self.nodes = arrays.put(contact.nodes.astype(np.int32))
         self.all_nodes = arrays.put(contact.all_nodes.astype(np.int32))
         self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
@@ -53,11 +54,11 @@ class ContactTerm:
         self.contact_force = arrays.zeros(3 * len(contact.nodes))
         self.friction: Friction | None = None
 
-    def rub(self, scene: Scene, plan: BodyPlan) -> None:
+    def rub(self, scene: Scene, domain: Domain) -> None:
         """Take the friction of the scene, if there is any."""
-        if scene.friction is not None and plan.contact is not None and len(plan.contact.nodes):
+        if scene.friction is not None and domain.contact is not None and len(domain.contact.nodes):
             stays = self.kernel == "massless" and self.block > 1
-            self.friction = make_friction(scene, plan.contact, self.slots, stays)
+            self.friction = make_friction(scene, domain.contact, self.slots, stays)
 
     @property
     def kinds(self) -> Kinds:
@@ -118,13 +119,13 @@ class PenaltyContactTerm(ContactTerm):
     name = "penalty-contact"
     kernel = "penalty"
 
-    def __init__(self, scene: Scene, plan: BodyPlan) -> None:
+    def __init__(self, scene: Scene, domain: Domain) -> None:
         from ..contact_models import PenaltyContact
 
-        super().__init__(scene, plan)
+        super().__init__(scene, domain)
         assert isinstance(scene.contact, PenaltyContact)
-        assert plan.contact is not None
-        self.give = arrays.put(scene.contact.stiffness * plan.contact.areas)
+        assert domain.contact is not None
+        self.give = arrays.put(scene.contact.stiffness * domain.contact.areas)
 
 
 class ImpulseContactTerm(ContactTerm):
@@ -135,25 +136,25 @@ class ImpulseContactTerm(ContactTerm):
 
 
 def make_contact(
-    scene: Scene, plan: BodyPlan, listed: BoundaryNodes | None, force: InternalForce
+    scene: Scene, domain: Domain, listed: BoundaryNodes | None, force: InternalForce
 ) -> ContactTerm | None:
     """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
     from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
 
-    if plan.contact is None:
+    if domain.contact is None:
         return None
     term: ContactTerm
-    if len(plan.contact.nodes) == 0:  # supports hold every node of the set along the normals
-        term = ContactTerm(scene, plan)
+    if len(domain.contact.nodes) == 0:  # supports hold every node of the set along the normals
+        term = ContactTerm(scene, domain)
     elif isinstance(scene.contact, MasslessContact):
         from .massless_contact import MasslessContactTerm
 
-        term = MasslessContactTerm(scene, plan, force)
+        term = MasslessContactTerm(scene, domain, force)
     elif isinstance(scene.contact, PenaltyContact):
-        term = PenaltyContactTerm(scene, plan)
+        term = PenaltyContactTerm(scene, domain)
     elif isinstance(scene.contact, ImpulseContact):
-        term = ImpulseContactTerm(scene, plan)
+        term = ImpulseContactTerm(scene, domain)
     else:
         raise InputError("Scene.contact", scene.contact, "unknown contact model")
-    term.rub(scene, plan)
+    term.rub(scene, domain)
     return term

@@ -245,21 +245,26 @@ class LayeredFriction(Friction):
             return end
         return np.asarray(self._start[number] + self._share * (end - self._start[number]))
 
-    def state(self, nodes: np.ndarray) -> LayerState:
-        """The layers as a run leaves them; nodes [k]: what the user calls the contact nodes."""
+    def state(self, nodes: np.ndarray, part: slice) -> LayerState:
+        """The layers as a run leaves them; nodes [k]: what the user calls the contact nodes; part: which of all."""
         layer = self.layer
         waiting = self._waiting if self.stays else self._waiting + self._pending()
-        internal = layer.state() | {"waiting": waiting, "substeps": np.array(self.substeps)}
-        temperature, strain = layer.temperature(), layer.plastic_strain()
-        return LayerState(nodes, layer.depth, temperature, strain, self.shear(), self.model.material, internal)
+        internal = {name: values[part] if np.ndim(values) else values for name, values in layer.state().items()}
+        internal |= {"waiting": waiting[part], "substeps": np.array(self.substeps)}
+        temperature, strain = layer.temperature()[part], layer.plastic_strain()[part]
+        return LayerState(nodes, layer.depth, temperature, strain, self.shear()[part], self.model.material, internal)
 
-    def take_over(self, nodes: np.ndarray, state: LayerState) -> None:
-        """Begin with the layers that another run has left; contact nodes [k] that had none there begin as new ones."""
+    def take_over(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
+        """Begin with the layers that another run has left; contact nodes [k] that had none there begin as new ones.
+
+        part: which of all contact nodes they are.
+        """
         order = np.argsort(state.nodes)
         rows = order[np.minimum(np.searchsorted(state.nodes[order], nodes), len(order) - 1)]
         mine = np.flatnonzero(state.nodes[rows] == nodes)
-        self.layer.take_over(mine, rows[mine], state.internal)
-        self._waiting[mine] = self._owed[mine] = state.internal["waiting"][rows[mine]]
+        there = mine + part.start
+        self.layer.take_over(there, rows[mine], state.internal)
+        self._waiting[there] = self._owed[there] = state.internal["waiting"][rows[mine]]
         self.substeps = min(int(state.internal["substeps"]), self.model.substeps)
 
     def owned(self) -> list[arrays.Array]:

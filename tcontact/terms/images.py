@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .. import arrays
+from ..domain import Domain
 from ..periodic import Images
-from ..plan import BodyPlan
 
 
 class PeriodicImages:
@@ -12,8 +12,8 @@ class PeriodicImages:
 
     name = "periodic"
 
-    def __init__(self, plan: BodyPlan, images: Images) -> None:
-        self.pairs = arrays.put(images.pairs(plan.boundary).astype("int32"))
+    def __init__(self, domain: Domain, images: Images) -> None:
+        self.pairs = arrays.put(images.pairs(domain.boundary).astype("int32"))
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

@@ -9,52 +9,83 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
+from ..domain import CellBlock, Domain
+from ..kernels import lanes
+from ..kernels.lanes import CELL_SUMS, CHUNK_SUMS, MODULI, NODE_SUMS
 from ..launch import Prepared
-from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
-from ..plan import BodyPlan
+from ..lumped_mass import cell_masses
+from ..packing import CHUNKS, WIDTHS, Block, CellPacks, pack_blocks
 
 if TYPE_CHECKING:
     from ..kernels.bundles import Body
 
-CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
+
+def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
+    """The cells of a domain in packs."""
+    size = len(material_numbers(domain, domain.blocks[0]))
+    blocks = [
+        Block(
+            block.cells,
+            WIDTHS[block.variant],
+            domain.kinds.index(block.kind),
+            lanes.MATERIALS + number * size,
+            len(block.contact),
+        )
+        for number, block in enumerate(domain.blocks)
+    ]
+    return pack_blocks(blocks, len(domain.reference), len(domain.kinds), chunks)
+
+
+def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
+    """What stands in `params` for the cells of a block, as in kernels/lanes.py."""
+    material, viscosity = block.material, domain.viscosity
+    numbers = [*material.moduli, *[0.0] * (MODULI - len(material.moduli))]
+    if domain.dissipates:
+        numbers += [material.lame_lambda, material.lame_mu]
+    if viscosity is not None:
+        masses = cell_masses(block.body.body.mesh, material.density)
+        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
+        numbers += [speed, square, material.density, uneven]
+    return numbers
 
 
 class InternalForce:
-    """Force pass over the cells of a body; its boundary nodes hand out their force instead of being moved.
+    """Force pass over the cells of a domain; its boundary nodes hand out their force instead of being moved.
 
-    Massless contact cells are listed once more with corner rows of their own (`surface`): one kernel serves both.
+    packs: how the cells are packed; corner_rows: the force rows of the corners of contact cells, by boundary node.
     """
 
     name = "internal-force"
 
-    def __init__(self, plan: BodyPlan) -> None:
+    def __init__(self, domain: Domain) -> None:
         from ..kernels.internal_force import make_step
         from ..kernels.signatures import signature_of
 
-        kind, material = plan.variant, plan.body.material
-        packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
-        self.surface: OwnRows | None = None
-        if plan.contact is not None and plan.contact.graph is not None:
-            self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
-            packs = self.surface.packs
-        self.gravity = plan.gravity
-        self.moduli = (*material.moduli, *[0.0] * (MODULI - len(material.moduli)))
+        self.packs = packs = pack_domain(domain)
+        self.chunks = packs.chunks
+        self.gravity = domain.gravity
         self.connectivity = arrays.put(packs.connectivity)
-        self.chunks = arrays.put(packs.chunk_table)
-        self.info = arrays.put(packs.with_special(plan.boundary))
-        self.reference = arrays.put(plan.reference)
-        self.mass = arrays.put(plan.lumped)
+        self.table = arrays.put(packs.chunk_table)
+        self.segments = arrays.put(packs.segments)
+        self.info = arrays.put(packs.with_boundary(domain.boundary))
+        self.reference = arrays.put(domain.reference)
+        self.mass = arrays.put(domain.lumped)
         self.rows = arrays.zeros(3 * packs.row_count)
-        self.special_force = arrays.zeros(3 * len(plan.boundary))
-        self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        self.cell_sums = arrays.zeros(VISCOUS_START)
-        self.viscous = plan.viscosity is not None
-        if self.viscous:
-            self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
-        self.constants = (*self.moduli, *plan.constants)
-        self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
-        self.step = make_step(kind, material.law, signature_of({"body": self.bundle()}), **plan.options)
+        self.special_force = arrays.zeros(3 * len(domain.boundary))
+        self.node_sums = arrays.zeros(packs.chunks * NODE_SUMS)
+        self.corner_rows = arrays.put(corner_lists(domain, packs)) if len(packs.corners) else None
+        self.viscous = domain.viscosity is not None
+        held = packs.lanes if self.viscous else 0
+        self.cell_sums = arrays.zeros(packs.all_chunks * CHUNK_SUMS + held)
+        constants = [0.0 if domain.damping is None else domain.damping.rate, 0.0]
+        constants += [_massless_count(domain), packs.all_chunks]
+        self.constants = [float(value) for value in constants]
+        for block in domain.blocks:
+            self.constants += material_numbers(domain, block)
+        self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING_RATE + self.constants))
+        signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
+        self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
 
@@ -70,36 +101,56 @@ class InternalForce:
     ) -> None:
         """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
         self.set_steps(kick_before, kick_after, drift, loaded=loaded)
-        self.kernel(0, CHUNKS, CHUNKS, *self.arguments(u, v))
+        self.kernel(0, self.packs.all_chunks, self.chunks, *self.arguments(u, v))
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
-        """Corner forces dW/du of the massless contact cells at u, into their own rows; nothing moves."""
-        self._measure(CHUNKS, 2 * CHUNKS, 0, *self.arguments(u, v))
+        """Corner forces dW/du of the contact cells at u, into their own rows; nothing moves."""
+        self._measure(self.chunks, 2 * self.chunks, 0, *self.arguments(u, v))
 
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""
         gravity = self.gravity if loaded else np.zeros(3)
-        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity, *self.constants]))
+        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """The arrays of the pass, as in kernels/bundles.Body."""
-        return (u, v, *self._arrays())
+        return (u, v, *self._arrays)
 
+    @property
     def _arrays(self) -> tuple[arrays.Array, ...]:
-        first = (self.connectivity, self.chunks, self.info, self.reference, self.mass, self.parameters)
-        return (*first, self.rows, self.special_force, self.node_sums, self.cell_sums)
+        cells = [self.connectivity, self.table, self.segments]
+        if self.corner_rows is not None:
+            cells.append(self.corner_rows)
+        nodes = (self.info, self.reference, self.mass, self.parameters)
+        return (*cells, *nodes, self.rows, self.special_force, self.node_sums, self.cell_sums)
 
     def bundle(self) -> Body:
-        """The arrays under their names, without a state."""
+        """The arrays under their names; the positions stand for the state."""
         from ..kernels.bundles import Body
 
-        return Body(*[self.reference] * 2, *self._arrays())
+        return Body(
+            u=self.reference,
+            v=self.reference,
+            connectivity=self.connectivity,
+            chunk_table=self.table,
+            segments=self.segments,
+            corner_rows=self.corner_rows,
+            node_info=self.info,
+            position=self.reference,
+            mass=self.mass,
+            params=self.parameters,
+            rows=self.rows,
+            special_force=self.special_force,
+            node_sums=self.node_sums,
+            cell_sums=self.cell_sums,
+        )
 
-    def without_special(self) -> InternalForce:
+    def without_boundary(self) -> InternalForce:
         """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
         other = copy(self)
-        other.info = arrays.put(arrays.get(self.info) & CHUNK_BITS)
-        other.parameters = arrays.put(arrays.get(self.parameters))
+        values = np.array(arrays.get(self.parameters))
+        values[lanes.FREE] = 1.0
+        other.parameters = arrays.put(values)
         if self.viscous:  # products leave the pressures alone
             other.cell_sums = arrays.put(arrays.get(self.cell_sums))
         other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
@@ -111,16 +162,45 @@ class InternalForce:
 
     def sums(self) -> np.ndarray:
         """Sums of the last pass [13]: ordinary nodes (10), elastic energy [J], smallest det F, hourglass energy [J]."""
-        nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
-        cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
+        nodes, cells = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self._chunk_sums()
         return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
 
     def viscous_sums(self) -> np.ndarray:
         """With bulk viscosity: power dissipated in the step to the last pass [W], largest rate of a cell [1/s]."""
-        chunks = arrays.get(self.cell_sums)[VISCOUS_START:VISCOUS_HELD].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
-        return np.array([chunks[:, 0].sum(), chunks[:, 1].max()])
+        cells = self._chunk_sums()
+        return np.array([cells[:, CELL_SUMS].sum(), cells[:, CELL_SUMS + 1].max()])
+
+    def _chunk_sums(self) -> np.ndarray:
+        count = self.packs.all_chunks
+        return arrays.get(self.cell_sums)[: count * CHUNK_SUMS].reshape(count, CHUNK_SUMS)
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        shared = [self.connectivity, self.chunks, self.info, self.reference, self.mass, self.rows]
+        shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
+        shared += [] if self.corner_rows is None else [self.corner_rows]
         return [*shared, self.cell_sums] if self.viscous else shared
+
+
+def _massless_count(domain: Domain) -> int:
+    """How many boundary nodes come first that have massless components: the contact nodes and who follows them."""
+    contact = domain.contact
+    if contact is None or contact.basis is None:
+        return 0
+    followers = 0 if domain.images is None else len(domain.images.followers_of(contact.nodes))
+    return len(contact.nodes) + followers
+
+
+def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
+    """The force rows of the corners of contact cells by boundary node: where each begins [s + 1], and the rows.
+
+    The corners of images belong to their masters.
+    """
+    place = np.full(len(domain.reference), -1)
+    place[domain.boundary] = np.arange(len(domain.boundary))
+    cells = [block.cells[len(block.cells) - len(block.contact) :].reshape(-1) for block in domain.blocks]
+    nodes = np.concatenate(cells)
+    owner = place[nodes if domain.images is None else domain.images.master[nodes]]
+    assert (owner >= 0).all()
+    order = np.argsort(owner, kind="stable")
+    starts = np.searchsorted(owner[order], np.arange(len(domain.boundary) + 1))
+    return np.concatenate([starts + len(starts), packs.corners[order]])

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
-from ..plan import BodyPlan
+from ..domain import Domain
 from ..scene import Scene
 from .cell_viscosity import CellViscosity
 from .contact import ContactTerm
@@ -20,27 +20,27 @@ class MasslessContactTerm(ContactTerm):
     name = "massless-contact"
     kernel = "massless"
 
-    def __init__(self, scene: Scene, plan: BodyPlan, force: InternalForce) -> None:
-        super().__init__(scene, plan)
-        model, contact = scene.contact, plan.contact
+    def __init__(self, scene: Scene, domain: Domain, force: InternalForce) -> None:
+        super().__init__(scene, domain)
+        model, contact = scene.contact, domain.contact
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.basis is not None
         self.block = contact.block
         self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
         self.exact = model.penalty is None
-        self.kicked = bool(plan.inverses[: len(contact.nodes)].any())
+        self.kicked = bool(domain.inverses[: len(contact.nodes)].any())
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.massless = contact.basis[:, :, : self.block]
         self.basis = arrays.put(self.massless)
         self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
         self.last = arrays.zeros(len(contact.nodes) * self.block)
-        start, rows = plan.heirs
+        start, rows = domain.residual_receivers
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
-        self.static_solve = StaticSolve(scene, plan, force, self.slots)
-        self.viscous = plan.viscous_cells
-        self.cell_viscosity = CellViscosity(plan, force) if self.viscous else None
+        self.static_solve = StaticSolve(scene, domain, self.slots)
+        self.viscous = domain.viscous_cells
+        self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
 
     @property
     def trouble(self) -> str | None:

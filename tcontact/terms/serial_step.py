@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..domain import Domain
 from ..kernels.lanes import LOADS_AT
 from ..launch import Prepared
-from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
 from .contact import MOST_ROWS, ContactTerm
 from .friction_layer import LayeredFriction
@@ -20,7 +20,7 @@ class SerialStep:
 
     def __init__(
         self,
-        plan: BodyPlan,
+        domain: Domain,
         force: InternalForce,
         listed: BoundaryNodes | None,
         supports: Supports | None,
@@ -41,9 +41,9 @@ class SerialStep:
         self.sums = arrays.zeros(LOADS_AT + loads)
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
-        self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
+        self.rows_at_once = MOST_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.places = raw_rows.row_places(plan.dissipates, self.kinds.friction != "", loads)
+        self.places = raw_rows.row_places(domain.dissipates, self.kinds.friction != "", loads)
         self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
@@ -63,17 +63,16 @@ class SerialStep:
         self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
-            plan.variant,
-            plan.body.material.law,
+            domain.kinds,
             None if contact is None else contact.kernel,
             self.kinds,
             contact is not None and contact.plain,
             listed is not None,
             supports is not None,
-            plan.small,
-            plan.few_contact_cells,
+            domain.small,
+            domain.few_contact_cells,
             tied=images is not None,
-            **plan.options,
+            **domain.options,
         )
         self._launch = Prepared(self.kernel)
         self._exact = 1.0 if contact is None or contact.exact else 0.0

@@ -6,14 +6,12 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..domain import Domain
 from ..kernels.lanes import SWEEP_LANES
 from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
-from ..plan import BodyPlan
 from ..scene import Scene
 from ..sweep_order import sweep_order
-from .cell_viscosity import corner_lists
-from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-6  # the sweeps then go on to here if they can
@@ -30,24 +28,24 @@ LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mea
 class StaticSolve:
     """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
 
-    def __init__(self, scene: Scene, plan: BodyPlan, force: InternalForce, slots: int) -> None:
+    def __init__(self, scene: Scene, domain: Domain, slots: int) -> None:
         from ..kernels import static_control as names
 
-        contact, material, model = plan.contact, plan.body.material, scene.contact
+        contact, model, body = domain.contact, scene.contact, domain.bodies[0]
+        material = body.body.material
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.graph is not None
-        assert force.surface is not None
         graph, block = contact.graph, contact.block
         self.names = names
         self.law, self.removal = material.law, contact.removal
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
-        self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
+        self.poisson = material.poisson if body.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
         room = len(contact.nodes) + SWEEP_LANES - 1
-        cells = plan.cells[graph.cells]
-        _values, gradients, weights = shape_functions(plan.body.mesh.kind)
+        cells = np.concatenate([block.cells[len(block.cells) - len(block.contact) :] for block in domain.blocks])
+        _values, gradients, weights = shape_functions(body.body.mesh.kind)
         pairs = {
             "cell_nodes": cells.reshape(-1),
             "shape_gradients": gradients,
@@ -62,13 +60,8 @@ class StaticSolve:
             "entry_place": order.entry_place,
         }
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
-        width = cells.shape[1]
-        start, corners = graph.corner_start, force.surface.rows(graph.corners // width, graph.corners % width)
-        if plan.viscous_cells:
-            start, corners = corner_lists(plan, force.surface)
         self.stats = arrays.put(self._start())
         self.system = {
-            "corner_rows": arrays.put(np.concatenate([start + len(start), corners])),
             "lane_start": arrays.put(order.lane_start),
             "pack_start": arrays.put(order.pack_start),
             "column": arrays.put(order.column),
@@ -80,7 +73,7 @@ class StaticSolve:
             "normals": arrays.zeros(room * slots * block),
             "push": arrays.zeros(room * (block + 1)),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(self._settings(scene, plan, model, graph.cells)),
+            "settings": arrays.put(self._settings(scene, domain, model, cells)),
             "stats": self.stats,
         }
 
@@ -89,9 +82,10 @@ class StaticSolve:
         stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, scene: Scene, plan: BodyPlan, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
-        material, names = plan.body.material, self.names
-        assert plan.contact is not None
+    def _settings(self, scene: Scene, domain: Domain, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
+        body, names = domain.bodies[0], self.names
+        material = body.body.material
+        assert domain.contact is not None
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
@@ -104,12 +98,12 @@ class StaticSolve:
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         if not linear:
-            settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
-        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(plan.contact.areas.mean())
+            settings[names.REACH] = REACH * shortest_edge(domain.reference, cells)
+        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(domain.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.RELAXATION] = 1.0
         if model.penalty is None and scene.friction is None:
-            settings[names.RELAXATION] = RELAXATION.get((plan.body.mesh.kind, str(self.removal)), 1.0)
+            settings[names.RELAXATION] = RELAXATION.get((body.body.mesh.kind, str(self.removal)), 1.0)
         return settings
 
     def _stat(self, number: int) -> float:
