@@ -11,10 +11,9 @@ import functools
 
 import taichi as ti
 
-from .law_tangents import PARTS
-from .massless_node import basis_of
+from .materials import LAWS
 from .reduced_hex import HOURGLASS
-from .surface_tangent import corner
+from .surface_tangent import add_pair, corner
 
 CORNERS = 8
 
@@ -29,17 +28,19 @@ def hourglass_modes(a):
 @functools.cache
 def make_reduced_tangent(law: str, block: int):
     """reduced_tangent(body, basis, pairs) fills pairs.values, as `surface_tangent` does for full integration."""
-    parts, moduli_of = PARTS[law]
+    parts, count = LAWS[law].tangents, len(LAWS[law].parameters)
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
-        moduli = moduli_of(body.params)
-        stiff = moduli[0][0] + 2.0 * moduli[0][1]  # lam + 2 mu at small strains, of Mooney-Rivlin too
+        parameters = [body.params[6 + i] for i in range(count)]
+        stiff = parameters[0] + 2.0 * parameters[1]  # lam + 2 mu at small strains
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
             gammas = ti.Vector.zero(ti.f64, 4 * CORNERS)
             first = cell * CORNERS
+            for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+                pairs.values[i] = 0.0
             origin = pairs.cell_nodes[first]
             volume = 0.0
             for q in range(pairs.weights.shape[0]):
@@ -72,31 +73,23 @@ def make_reduced_tangent(law: str, block: int):
                 gamma = hourglass_modes(a) - twist @ corner(slopes, a)
                 for h in ti.static(range(4)):
                     gammas[4 * a + h] = gamma[h]
-            for part in ti.static(range(len(parts))):
-                m, t, c1, c2, r = parts[part][0](f, volume * moduli[part][0], volume * moduli[part][1])
+            for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                same = 0.0
+                for h in ti.static(range(4)):
+                    same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
+                add_pair(pairs, basis, p, same * ti.Matrix.identity(ti.f64, 3), block, False)
+            for part in ti.static(parts):
+                data = part.point(f, parameters, 0.0)
                 for a in range(CORNERS):
-                    mg = m @ corner(slopes, a)
+                    mg = part.corner(data, corner(slopes, a))
                     for j in ti.static(range(3)):
                         moved[3 * a + j] = mg[j]
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):
                     left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                    ga, gb = corner(slopes, left), corner(slopes, right)
-                    a, b = corner(moved, left), corner(moved, right)
-                    same = ga.dot(t @ gb)
-                    if ti.static(part == 0):
-                        for h in ti.static(range(4)):
-                            same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
-                    value = same * ti.Matrix.identity(ti.f64, 3) + c1 * b.outer_product(a) + c2 * a.outer_product(b)
-                    if ti.static(parts[part][1]):
-                        value += ga.dot(gb) * r
-                    basis_a = basis_of(basis, pairs.nodes[2 * p], block)
-                    basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
-                    projected = basis_a.transpose() @ value @ basis_b
-                    for i, j in ti.static(ti.ndrange(block, block)):
-                        place = (p * block + i) * block + j
-                        if ti.static(part == 0):
-                            pairs.values[place] = projected[i, j]
-                        else:
-                            pairs.values[place] = pairs.values[place] + projected[i, j]
+                    value = volume * part.pair(
+                        data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                    )
+                    add_pair(pairs, basis, p, value, block, False)
 
     return reduced_tangent

@@ -25,6 +25,7 @@ from .massless_node import (
     off_the_obstacles,
     unbalanced,
 )
+from .materials import LAWS
 from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
@@ -172,6 +173,7 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
     tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
     if kind == "hex8-reduced":
         tangent = make_reduced_tangent(law, block)
+    refuses = LAWS[law].refusal != ""
 
     @ti.func
     def resolve(
@@ -203,8 +205,8 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
                 stats[NEXT] = MEASURE
         stats[CONVERGED] = 0.0
         if stats[RESIDUAL] <= ti.max(system.settings[TOLERANCE], stats[ROUNDING]):
-            # St Venant-Kirchhoff in compression beyond its limit: a node's own tangent is not positive definite
-            if law != "st_venant_kirchhoff" or stats[PIVOT] > 0.0:
+            # beyond the limit of a law a node's own tangent is not positive definite
+            if not refuses or stats[PIVOT] > 0.0:
                 stats[CONVERGED] = 1.0
 
     return resolve

@@ -1,6 +1,6 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
-A sum over the parts of the law (law_tangents.py). Only contact cells and only pairs of their corners in K, each once:
+A sum over the parts of the law (`Tangent` of materials/law.py). Only contact cells and only pairs of their corners in K, each once:
 A_ba = A_ab^t. With one volume change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v now)
 the points have p in place of k (J - 1), and there is the stiffness of the change itself,
 
@@ -11,8 +11,8 @@ import functools
 
 import taichi as ti
 
-from .law_tangents import MEAN_PARTS, PARTS
 from .massless_node import basis_of
+from .materials import LAWS
 
 MOST_CORNERS = 8
 
@@ -55,18 +55,32 @@ def cell_volume(body: ti.template(), pairs: ti.template(), first, corners, linea
     return volume, change / volume - 1.0, spread
 
 
+@ti.func
+def add_pair(
+    pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()
+):
+    """Add a stiffness [3, 3] to that of pair p, in the bases of its two nodes; plain: they are the identity."""
+    projected = value
+    if ti.static(not plain):
+        left, right = basis_of(basis, pairs.nodes[2 * p], block), basis_of(basis, pairs.nodes[2 * p + 1], block)
+        projected = left.transpose() @ value @ right
+    for i, j in ti.static(ti.ndrange(block, block)):
+        place = (p * block + i) * block + j
+        pairs.values[place] = pairs.values[place] + projected[i, j]  # "+=" would be an atomic
+
+
 @functools.cache
 def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
     """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity.
 
     mean: with one volume change per cell.
     """
-    parts, moduli_of = (MEAN_PARTS if mean else PARTS)[law]
-    linear = law == "linear_elastic"
+    parts, linear, count = LAWS[law].tangents, LAWS[law].linear, len(LAWS[law].parameters)
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
-        moduli = moduli_of(body.params)
+        parameters = [body.params[6 + i] for i in range(count)]
+        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
         corners = pairs.cell_nodes.shape[0] // (pairs.start.shape[0] - 1)
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
@@ -76,63 +90,32 @@ def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
                 pairs.values[i] = 0.0
             pressure = 0.0
             if ti.static(mean):
-                stiff = moduli[0][0]
+                stiff = parameters[0]
                 reference, change, spread = cell_volume(body, pairs, first, corners, linear)
                 pressure = stiff * change
                 if ti.static(linear):
                     pressure = 0.0
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):
                     left, right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
-                    if ti.static(plain):
-                        for i, j in ti.static(ti.ndrange(3, 3)):
-                            pairs.values[(p * 3 + i) * 3 + j] = stiff / reference * left[i] * right[j]
-                    else:
-                        into_left = basis_of(basis, pairs.nodes[2 * p], block).transpose() @ left
-                        into_right = basis_of(basis, pairs.nodes[2 * p + 1], block).transpose() @ right
-                        for i, j in ti.static(ti.ndrange(block, block)):
-                            value = stiff / reference * into_left[i] * into_right[j]
-                            pairs.values[(p * block + i) * block + j] = value
+                    add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
             for q in range(pairs.weights.shape[0]):
                 jacobian, slope = gradients_at(body, pairs, first, corners, q)
                 inverse = jacobian.inverse()
                 volume = pairs.weights[q] * jacobian.determinant()
                 f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
-                for part in ti.static(range(len(parts))):
-                    lam, mu = moduli[part][0], moduli[part][1]
-                    if ti.static(mean and part == 0):
-                        lam = pressure
-                    m, t, c1, c2, r = parts[part][0](f, volume * lam, volume * mu)
+                for part in ti.static(parts):
+                    data = part.point(f, at_points, pressure)
                     for a in range(corners):
                         g = inverse.transpose() @ corner(pairs.shape_gradients, q * corners + a)
-                        mg = m @ g
+                        mg = part.corner(data, g)
                         for j in ti.static(range(3)):
                             slopes[3 * a + j] = g[j]
                             moved[3 * a + j] = mg[j]
                     for p in range(pairs.start[cell], pairs.start[cell + 1]):
                         left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                        ga, gb = corner(slopes, left), corner(slopes, right)
-                        a, b = corner(moved, left), corner(moved, right)
-                        same = ga.dot(t @ gb)
-                        if ti.static(plain):
-                            for i, j in ti.static(ti.ndrange(3, 3)):
-                                value = c1 * b[i] * a[j] + c2 * a[i] * b[j]
-                                if ti.static(i == j):
-                                    value += same
-                                if ti.static(parts[part][1]):
-                                    value += ga.dot(gb) * r[i, j]
-                                place = (p * 3 + i) * 3 + j
-                                pairs.values[place] = pairs.values[place] + value  # "+=" would be an atomic
-                        else:
-                            basis_a = basis_of(basis, pairs.nodes[2 * p], block)
-                            basis_b = basis_of(basis, pairs.nodes[2 * p + 1], block)
-                            aa, ab = basis_a.transpose() @ a, basis_a.transpose() @ b
-                            ba, bb = basis_b.transpose() @ a, basis_b.transpose() @ b
-                            shared = same * (basis_a.transpose() @ basis_b)
-                            if ti.static(parts[part][1]):
-                                shared += ga.dot(gb) * (basis_a.transpose() @ r @ basis_b)
-                            for i, j in ti.static(ti.ndrange(block, block)):
-                                value = shared[i, j] + c1 * ab[i] * ba[j] + c2 * aa[i] * bb[j]
-                                place = (p * block + i) * block + j
-                                pairs.values[place] = pairs.values[place] + value
+                        value = volume * part.pair(
+                            data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                        )
+                        add_pair(pairs, basis, p, value, block, plain)
 
     return surface_tangent
