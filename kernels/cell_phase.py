@@ -57,7 +57,7 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
-    """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
+    """Cell phase of a kind (names in `elements.FUNCTIONS`) with a law (`laws.LAWS`), packed `width` wide; memoised.
 
     cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
     KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
@@ -67,11 +67,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     force_of = elements.force_of(kind, law)
     law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
     lane_numbers = list(range(width))
-    viscosity_of = None
-    if viscous:
-        from .bulk_viscosity import VISCOSITIES
-
-        viscosity_of = VISCOSITIES[kind]
+    viscosity_of = elements.FUNCTIONS[kind].viscosity
 
     @ti.func
     def cell_phase(first, end, body: ti.template(), stride: ti.template()):

@@ -25,12 +25,9 @@ from .arguments import ARRAY, INDEX
 from .boundary_nodes import row
 from .bundles import Body
 from .cell_phase import gather
-from .cells import hex_gradients, hex_mode_forces, hex_modes
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
 from .lanes import CHUNKS, GRAIN, TABLE
-from .mean_dilatation import along, with_pressure
-from .reduced_hex import hex_slopes
 from .vectors import MASK, load
 
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
@@ -68,17 +65,6 @@ def stress_of_step(h, moduli):
 
 
 @ti.func
-def mean_step_force(x, d, moduli, law: ti.template()):
-    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
-    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
-    points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
-    now = hex_slopes(mode_x)
-    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
-    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
-    return with_pressure(points, moduli[0], now[0], now[1], change)
-
-
-@ti.func
 def at_rest(corner, c: ti.template()):
     """Component c of the reference position of a corner, out of its position and displacement (6)."""
     return corner[c]
@@ -100,10 +86,7 @@ def make_viscous_phase(kind: str, law: str, width: int):
     corners = elements.CORNERS[kind]
     linear = law.startswith("linear_elastic")
     law_of = laws.LAWS[law] if linear else stress_of_step
-    force_of = elements.force_of(kind, law)
-    if not linear:  # deformed cells are no parallelepipeds
-        force_of = mean_step_force if kind in elements.MEAN else elements.FORCES[kind.removesuffix("-affine")]
-
+    force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
     place_of = at_rest if linear else present
 
     @ti.func

@@ -10,7 +10,7 @@ With G = grad N in the reference state d2W/dF dF of every law of laws.py has the
     Mooney-Rivlin          the sum of neo-Hookean's of bulk, M and of St Venant-Kirchhoff's of 4 c2, -2 c2 (laws.py)
 
 (exact second derivatives of the energies). Where the volume change is that of the cell, with a pressure p
-(mean_dilatation.py), the points keep
+(elements/hex8_mean_dilatation.py), the points keep
 
     linear elastic         lam = 0
     neo-Hookean            c1 = mu - p J,  c2 = p J

@@ -12,7 +12,7 @@ I1 - 3 = 2 tr E, I2 - 3 = 4 tr E + 2 ((tr E)^2 - E:E). Its quadratic is St Venan
 
 Everything is put together from H and J - 1, never from F - I or J minus one: at strain 1e-9 the stress keeps its digits
 and the energy is still a square. A law is a function `law(H, moduli) -> [P, W, J - 1]` of 3x3 lists without branches
-or library calls; the entries may be scalars or vectors of lanes (see `cells`). moduli: [lam, mu], Mooney-Rivlin's
+or library calls; the entries may be scalars or vectors of lanes (see `elements`). moduli: [lam, mu], Mooney-Rivlin's
 [bulk, M, 4 c2]; P and W are linear in them. The first one belongs to the volume change.
 """
 

@@ -10,8 +10,9 @@ import functools
 
 import taichi as ti
 
-from . import cells, elements, laws
+from . import elements, laws
 from .arguments import ARRAY, INDEX
+from .elements.points import geometry, point_force
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
@@ -43,9 +44,9 @@ def hex_force(x, u, moduli, law: ti.template()):
     dx = [[interpolate([x[c][e[1]] - x[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     du = [[interpolate([u[c][e[1]] - u[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     point = [
-        cells.point_force(
+        point_force(
             [[du[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
-            cells.geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
+            geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
             [0.125 * modulus for modulus in moduli],
             law,
         )[0]

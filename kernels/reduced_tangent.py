@@ -1,4 +1,4 @@
-"""Stiffness between the contact nodes of one-point hexes (`reduced_hex`), hourglass stiffness included.
+"""Stiffness between the contact nodes of one-point hexes (`elements.hex8_reduced`), hourglass stiffness included.
 
     A_ab = V (A_ab of surface_tangent with the mean gradients G) + kappa (sum over modes h of gamma_ha gamma_hb) I
     G_a = 1/V int grad N_a dV,   gamma_ha = h_a - sum over k of (h_k x_k) . G_a
@@ -11,9 +11,9 @@ import functools
 
 import taichi as ti
 
+from .elements.hex8_reduced import HOURGLASS
 from .law_tangents import PARTS
 from .massless_node import basis_of
-from .reduced_hex import HOURGLASS
 from .surface_tangent import corner
 
 CORNERS = 8

@@ -1,8 +1,8 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
 A sum over the parts of the law (law_tangents.py). Only contact cells and only pairs of their corners in K, each once:
-A_ba = A_ab^t. With one volume change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v now)
-the points have p in place of k (J - 1), and there is the stiffness of the change itself,
+A_ba = A_ab^t. With one volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p, volumes V at
+rest and v now) the points have p in place of k (J - 1), and there is the stiffness of the change itself,
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 """

@@ -21,12 +21,12 @@ class VonMises:
 
     def __init__(self, body: Body) -> None:
         from .kernels.laws import LAWS
-        from .kernels.von_mises import GRADIENTS, make_von_mises
+        from .kernels.von_mises import make_von_mises
 
         mesh, law = body.mesh, body.material.law
         if law not in LAWS:
             raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
-        kind = body.element if body.element in GRADIENTS else mesh.kind
+        kind = body.element
         packs = pack_cells(mesh.cells, mesh.node_count, WIDTHS[kind])
         self._count = mesh.cell_count
         self._kernel = Prepared(make_von_mises(kind, law))

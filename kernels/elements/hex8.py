@@ -1,6 +1,6 @@
-"""Cells: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
+"""Hexahedra: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
 
-Hex8, trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 a corner's r_j, the modes
+Trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 a corner's r_j, the modes
 (8 times the trilinear coefficients)
 
     c1 = sum s1 u,  c2, c3;  c12 = sum s1 s2 u,  c13, c23;  c123 = sum s1 s2 s3 u
@@ -9,18 +9,22 @@ give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3; A = 8 dX/
 
     H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/512 P cof A,
 
-and the corner forces follow by the transposed sums. Tet4: one point, differences to corner 0, weight 1/6.
+and the corner forces follow by the transposed sums (`points`).
 (Hughes, The Finite Element Method, ch. 3; Flanagan and Belytschko 1981 for the modes.)
 
-Written in plain arithmetic on nested lists [component][corner]: an entry may be a scalar (one cell) or a `ti.Vector`
-of lanes (that many cells at once, one SIMD value of the machine). Nothing here knows of packs or arrays.
-Unary minus and `ti.bit_cast` do not compile for vectors in Taichi 1.7.4: write 0.0 - a, use `tensor3.to_bits`.
-Displacement differences to corners of the same cell come first, never sums of displacements (METHOD 6).
+The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123 of its corners, s_m = dD/dx_m:
+
+    D = x1.s1 + (x12.(x2 x x23) + x13.(x23 x x3))/3
+    s1 = x2 x x3 + x12 x x13/3,   s2 = x3 x x1 + x23 x x12/3,   s3 = x1 x x2 + x13 x x23/3,
+    s12 = (x2 x x23 + x13 x x1)/3,   s13 = (x23 x x3 + x1 x x12)/3,   s23 = (x3 x x13 + x12 x x2)/3,   s123 = 0
 """
 
 import taichi as ti
 
-from . import tensor3
+from .. import tensor3
+from ..bulk_viscosity import pressure_rate
+from .points import cross, dot, geometry, plus, point_force, with_jacobian
+from .record import CellFunctions
 
 GAUSS = 1.0 / 3.0**0.5
 
@@ -53,37 +57,6 @@ def hex_corner_forces(m):
         a3 + high,
         high - a3,
     ]
-
-
-@ti.func
-def tet_derivatives(corner):
-    """3 derivatives of one component from its 4 corner values."""
-    return [corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0]]
-
-
-@ti.func
-def tet_corner_forces(q):
-    """4 corner forces of one component from dW/dG [direction j]."""
-    return [0.0 - q[0] - q[1] - q[2], q[0], q[1], q[2]]
-
-
-@ti.func
-def geometry(a):
-    """[cof A, cof A / det A, det A] of a[c][j] = dX_c/dr_j."""
-    m = tensor3.cofactor(a)
-    d = tensor3.determinant(a, m)
-    return [m, tensor3.scaled(1.0 / d, m), d]
-
-
-@ti.func
-def point_force(g, shape, moduli, law: ti.template()):
-    """One Gauss point: [dW/dG as [component][direction], energy, det F - 1].
-
-    g[c][j] = du_c/dr_j, shape: its `geometry`; moduli times the point's weight (1/512 with A = 8 dX/dr, 1/6): stress
-    and energy are linear in them.
-    """
-    answer = law(tensor3.product_transposed(g, shape[1]), moduli)
-    return [tensor3.product(answer[0], shape[0]), shape[2] * answer[1], answer[2]]
 
 
 @ti.func
@@ -148,24 +121,65 @@ def hex_points(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
     return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
-def with_jacobian(force, jacobian_of):
-    """The force function of an element from one that asks how to get A (`hex_gradients`, `affine_gradients`)."""
-
-    @ti.func
-    def force_of(x, u, moduli, law: ti.template()):
-        return force(x, u, moduli, law, jacobian_of)
-
-    return force_of
-
-
 hex_force = with_jacobian(hex_points, hex_gradients)
 affine_hex_force = with_jacobian(hex_points, affine_gradients)
 
 
 @ti.func
-def tet_force(x, u, moduli, law: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
-    a = [tet_derivatives(x[c]) for c in range(3)]
-    g = [tet_derivatives(u[c]) for c in range(3)]
-    answer = point_force(g, geometry(a), [modulus * (1.0 / 6.0) for modulus in moduli], law)
-    return [[tet_corner_forces(answer[0][c]) for c in range(3)], answer[1], answer[2]]
+def hex_slopes(mode_x):
+    """[D, [s1, s2, s3, s12, s13, s23]] of a hex8 from the modes of its corners, each s a vector [component]."""
+    p1, p2, p3, p12, p13, p23 = [[mode_x[c][m] for c in range(3)] for m in range(6)]
+    r12, r13, r23 = [[(1.0 / 3.0) * p[c] for c in range(3)] for p in (p12, p13, p23)]
+    first, second = cross(p2, r23), cross(r23, p3)
+    slopes = [
+        plus(cross(p2, p3), cross(p12, r13)),
+        plus(cross(p3, p1), cross(p23, r12)),
+        plus(cross(p1, p2), cross(p13, r23)),
+        plus(first, cross(r13, p1)),
+        plus(second, cross(p1, r12)),
+        plus(cross(p3, r13), cross(r12, p2)),
+    ]
+    d = dot(p1, slopes[0]) + (dot(p12, first) + dot(p13, second))
+    return [d, slopes]
+
+
+@ti.func
+def hex_viscosity(x, u, v, speed, square):
+    """[corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
+
+    -q and V' have a common factor out of each other: their product is the power. speed: c1 c, square: c2^2.
+    """
+    mode_x = [hex_modes(x[c]) for c in range(3)]
+    mode_u = [hex_modes(u[c]) for c in range(3)]
+    mode_v = [hex_modes(v[c]) for c in range(3)]
+    reference = hex_slopes(mode_x)[0]
+    now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
+    slopes = now[1]
+    change = dot(slopes[0], [mode_v[c][0] for c in range(3)])
+    square_sum = dot(slopes[0], slopes[0])
+    largest = square_sum
+    for m in ti.static(range(1, 6)):
+        change += dot(slopes[m], [mode_v[c][m] for c in range(3)])
+        length = dot(slopes[m], slopes[m])
+        square_sum += length
+        if ti.static(m < 3):
+            largest = ti.max(largest, length)
+    answer = pressure_rate(change, now[0], reference, 4.0 * ti.sqrt(largest), speed, square)
+    push = answer[0] * answer[1] * (1.0 / 64.0)
+    zero = push * 0.0
+    mode_f = [[push * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], push, change, 64.0 * answer[2] * square_sum]
+
+
+@ti.func
+def hex_centre(x, u):
+    """H at the centre of a hex8 from its corners x[c][k], u[c][k]."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    shape = geometry([[mode_x[c][j] for j in range(3)] for c in range(3)])
+    return tensor3.product_transposed([[mode_u[c][j] for j in range(3)] for c in range(3)], shape[1])
+
+
+FUNCTIONS = {
+    "hex8": CellFunctions(8, hex_force, hex_force, hex_viscosity, hex_centre),
+    "hex8-affine": CellFunctions(8, affine_hex_force, hex_force, hex_viscosity, hex_centre),
+}

@@ -1,11 +1,9 @@
 """One-point hexahedra: uniform gradient, and a stiffness against the hourglass modes it does not see.
 
-With the modes x_m = (x1, x2, x3, x12, x13, x23, x123) of the reference corners and u_m of the displacements (`cells`),
-the volume V = D/64 and the mean gradient H = 1/V int grad u dV of a hex with any corners are
+With the modes u_m of the displacements (`hex8`) and the slopes s_m = dD/dx_m of the volume V = D/64 of a hex with any
+corners, the mean gradient H = 1/V int grad u dV is
 
-    D = x1.s1 + (x12.(x2 x x23) + x13.(x23 x x3))/3,    H = 1/D sum over m of u_m s_m^t,    s_m = dD/dx_m:
-    s1 = x2 x x3 + x12 x x13/3,   s2 = x3 x x1 + x23 x x12/3,   s3 = x1 x x2 + x13 x x23/3,
-    s12 = (x2 x x23 + x13 x x1)/3,   s13 = (x23 x x3 + x1 x x12)/3,   s23 = (x3 x x13 + x12 x x2)/3,   s123 = 0
+    H = 1/D sum over m of u_m s_m^t
 
 (b_k = V grad N_k = dV/dx_k of Flanagan and Belytschko, Int. J. Numer. Meth. Engng 17, 679, 1981, sorted by modes.) This
 is the exact integral, not the gradient at the centre: sums of b_k over the cells of an inner node vanish on distorted
@@ -26,59 +24,18 @@ sweeps (0.02: a third more, 0.01: twice as many).
 
 import taichi as ti
 
-from .cells import hex_corner_forces, hex_modes
+from .hex8 import hex_corner_forces, hex_modes, hex_slopes, hex_viscosity
+from .points import dot
+from .record import CellFunctions
 
 HOURGLASS = 0.05
-
-
-@ti.func
-def cross(a, b):
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-@ti.func
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@ti.func
-def plus(a, b):
-    return [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-
-
-@ti.func
-def hex_slopes(mode_x):
-    """[D, [s1, s2, s3, s12, s13, s23]] of a hex8 from the modes of its corners, each s a vector [component]."""
-    p1, p2, p3, p12, p13, p23 = [[mode_x[c][m] for c in range(3)] for m in range(6)]
-    r12, r13, r23 = [[(1.0 / 3.0) * p[c] for c in range(3)] for p in (p12, p13, p23)]
-    first, second = cross(p2, r23), cross(r23, p3)
-    slopes = [
-        plus(cross(p2, p3), cross(p12, r13)),
-        plus(cross(p3, p1), cross(p23, r12)),
-        plus(cross(p1, p2), cross(p13, r23)),
-        plus(first, cross(r13, p1)),
-        plus(second, cross(p1, r12)),
-        plus(cross(p3, r13), cross(r12, p2)),
-    ]
-    d = dot(p1, slopes[0]) + (dot(p12, first) + dot(p13, second))
-    return [d, slopes]
-
-
-@ti.func
-def mean_gradient(mode_x, mode_u):
-    """[D, slopes s_m, H] of a hex8 from the modes of its corners and of their displacements."""
-    geometry = hex_slopes(mode_x)
-    d, slopes = geometry[0], geometry[1]
-    inverse = 1.0 / d
-    turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
-    return [d, slopes, [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]]
 
 
 @ti.func
 def reduced_force(x, u, moduli, law: ti.template()):
     """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
 
-    x[c][k], u[c][k] as for `cells.hex_points`; the energy includes the hourglass energy.
+    x[c][k], u[c][k] as for `hex8.hex_points`; the energy includes the hourglass energy.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
@@ -106,6 +63,16 @@ def reduced_force(x, u, moduli, law: ti.template()):
 
 
 @ti.func
+def mean_gradient(mode_x, mode_u):
+    """[D, slopes s_m, H] of a hex8 from the modes of its corners and of their displacements."""
+    geometry = hex_slopes(mode_x)
+    d, slopes = geometry[0], geometry[1]
+    inverse = 1.0 / d
+    turned = [[slopes[m][j] for m in range(6)] for j in range(3)]
+    return [d, slopes, [[inverse * six(mode_u[c], turned[j]) for j in range(3)] for c in range(3)]]
+
+
+@ti.func
 def four(a, b):
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
 
@@ -114,3 +81,14 @@ def four(a, b):
 def six(a, b):
     """Sum of products of the first six."""
     return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+
+
+@ti.func
+def hex_mean(x, u):
+    """Mean H of a hex8 from its corners."""
+    return mean_gradient([hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)])[2]
+
+
+FUNCTIONS = {
+    "hex8-reduced": CellFunctions(8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced"),
+}

@@ -7,7 +7,7 @@ Comput. Meth. Appl. Mech. Engng 51, 177, 1985). The force is the exact slope of 
 
     dW/du = int P : grad N + p dv/du,   p = moduli[0] (Theta - 1)
 
-With D = 64 v a cubic of the modes of the deformed corners (`reduced_hex`), s its slopes there and s0 those at rest,
+With D = 64 v a cubic of the modes of the deformed corners (`hex8`), s its slopes there and s0 those at rest,
 
     D(x + u) - D(x) = (s0.u + s.u - D(u))/2
 
@@ -16,8 +16,19 @@ without cancellation. The linear law has the mean of tr H instead, (s0.u)/D(x), 
 
 import taichi as ti
 
-from .cells import affine_gradients, hex_corner_forces, hex_gradients, hex_mode_forces, hex_modes, with_jacobian
-from .reduced_hex import hex_slopes, six
+from .hex8 import (
+    affine_gradients,
+    hex_centre,
+    hex_corner_forces,
+    hex_gradients,
+    hex_mode_forces,
+    hex_modes,
+    hex_slopes,
+    hex_viscosity,
+)
+from .hex8_reduced import six
+from .points import with_jacobian
+from .record import CellFunctions
 
 
 @ti.func
@@ -38,7 +49,7 @@ def with_pressure(points, modulus, reference, slopes, change):
 
 @ti.func
 def split_force(x, u, moduli, law: ti.template(), jacobian_of: ti.template()):
-    """As `cells.hex_points`."""
+    """As `hex8.hex_points`."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     without = [0.0] + [moduli[i] for i in range(1, len(moduli))]
     points = hex_mode_forces(mode_x, mode_u, without, law, jacobian_of)
@@ -61,3 +72,23 @@ mean_force = with_jacobian(split_force, hex_gradients)
 affine_mean_force = with_jacobian(split_force, affine_gradients)
 linear_mean_force = with_jacobian(linear_split_force, hex_gradients)
 affine_linear_mean_force = with_jacobian(linear_split_force, affine_gradients)
+
+
+@ti.func
+def mean_step_force(x, d, moduli, law: ti.template()):
+    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
+    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
+    points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
+    now = hex_slopes(mode_x)
+    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
+    return with_pressure(points, moduli[0], now[0], now[1], change)
+
+
+FUNCTIONS = {
+    name: CellFunctions(8, force, mean_step_force, hex_viscosity, hex_centre, linear_force, "mean-dilatation")
+    for name, force, linear_force in (
+        ("hex8-mean-dilatation", mean_force, linear_mean_force),
+        ("hex8-mean-dilatation-affine", affine_mean_force, affine_linear_mean_force),
+    )
+}
