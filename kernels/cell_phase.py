@@ -16,15 +16,17 @@ import functools
 
 import taichi as ti
 
-from . import elements, laws
+from . import elements
 from .lanes import (
     CELL_SUMS,
+    LAW_AT,
     TABLE,
     VISCOSITY,
     VISCOUS_HELD,
     VISCOUS_START,
     VISCOUS_SUMS,
 )
+from .materials import LAWS
 from .vectors import MASK
 
 TINY = 1e-100
@@ -57,7 +59,7 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
-    """Cell phase of a kind (names in `elements.FORCES`) with a law (`laws.LAWS`), packed `width` wide; memoised.
+    """Cell phase of a kind (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`), packed `width` wide; memoised.
 
     cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
     KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
@@ -65,13 +67,9 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     """
     corners = elements.CORNERS[kind]
     force_of = elements.force_of(kind, law)
-    law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
+    law_of, count = LAWS[law].update, len(LAWS[law].parameters)
     lane_numbers = list(range(width))
-    viscosity_of = None
-    if viscous:
-        from .bulk_viscosity import VISCOSITIES
-
-        viscosity_of = VISCOSITIES[kind]
+    viscosity_of = elements.FUNCTIONS[kind].viscosity
 
     @ti.func
     def cell_phase(first, end, body: ti.template(), stride: ti.template()):
@@ -80,7 +78,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                 chunk = first + s // stride
                 base = 3 * body.chunk_table[chunk * TABLE + 2]
                 cell_end, own = body.chunk_table[chunk * TABLE + 3], body.chunk_table[chunk * TABLE + 4]
-                moduli = [body.params[6 + i] for i in range(moduli_count)]
+                parameters = [body.params[LAW_AT + i] for i in range(count)]
                 lanes = ti.Vector(lane_numbers)
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
@@ -93,9 +91,9 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                     corner = [gather(body, start + k * width, width) for k in range(corners)]
                     x = [[corner[k][c] for k in range(corners)] for c in range(3)]
                     y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
-                    # padding lanes repeat the last cell without stiffness
+                    # padding lanes repeat the last cell with no weight
                     weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                    answer = force_of(x, y, [modulus * weight for modulus in moduli], law_of)
+                    answer = force_of(x, y, weight, parameters, law_of, None)
                     energy += answer[1]
                     change = ti.min(change, answer[2])
                     if ti.static(len(answer) > 3):

@@ -20,17 +20,15 @@ import functools
 
 import taichi as ti
 
-from . import elements, laws, tensor3
+from . import elements, tensor3
 from .arguments import ARRAY, INDEX
 from .boundary_nodes import row
 from .bundles import Body
 from .cell_phase import gather
-from .cells import hex_gradients, hex_mode_forces, hex_modes
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
 from .lanes import CHUNKS, GRAIN, TABLE
-from .mean_dilatation import along, with_pressure
-from .reduced_hex import hex_slopes
+from .materials import LAWS
 from .vectors import MASK, load
 
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
@@ -58,24 +56,13 @@ def rows_place(viscous: ti.template()):
 
 
 @ti.func
-def stress_of_step(h, moduli):
+def stress_of_step(h, parameters):
     """The law of the increments: [sigma, sigma:e/2, tr e] of the strain e = (H + H^t - H^t H)/2 of a step."""
     square = tensor3.transposed_product(h, h)
     e = [[0.5 * ((h[i][j] + h[j][i]) - square[i][j]) for j in range(3)] for i in range(3)]
     trace = tensor3.trace(e)
-    stress = tensor3.plus_identity(tensor3.scaled(2.0 * moduli[1], e), moduli[0] * trace)
+    stress = tensor3.plus_identity(tensor3.scaled(2.0 * parameters[1], e), parameters[0] * trace)
     return [stress, 0.5 * tensor3.dot(stress, e), trace]
-
-
-@ti.func
-def mean_step_force(x, d, moduli, law: ti.template()):
-    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
-    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
-    points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
-    now = hex_slopes(mode_x)
-    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
-    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
-    return with_pressure(points, moduli[0], now[0], now[1], change)
 
 
 @ti.func
@@ -98,12 +85,9 @@ def make_viscous_phase(kind: str, law: str, width: int):
     `viscous` gets the force of every corner of theirs; stride as in cell_phase.py.
     """
     corners = elements.CORNERS[kind]
-    linear = law.startswith("linear_elastic")
-    law_of = laws.LAWS[law] if linear else stress_of_step
-    force_of = elements.force_of(kind, law)
-    if not linear:  # deformed cells are no parallelepipeds
-        force_of = mean_step_force if kind in elements.MEAN else elements.FORCES[kind.removesuffix("-affine")]
-
+    linear = LAWS[law].linear
+    law_of = LAWS[law].update if linear else stress_of_step
+    force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
     place_of = at_rest if linear else present
 
     @ti.func
@@ -120,7 +104,7 @@ def make_viscous_phase(kind: str, law: str, width: int):
                     d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
                     x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
                     eta = load(viscous, eta_place(viscous) + (pack - origin) * width, width)  # 0 in padding lanes
-                    answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
+                    answer = force_of(x, d, eta, [stiff, shear], law_of, None)
                     first = rows_place(viscous) + 3 * (start - origin * (corners * width))
                     for k in ti.static(range(corners)):
                         for lane in ti.static(range(width)):

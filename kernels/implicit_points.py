@@ -58,14 +58,14 @@ def make_points(law: str, rule: str, mean: bool):
         return linear_update(h, parameters)[0]
 
     @ti.func
-    def linear_rule(h0, dh, moduli, chi, p0, p1):
+    def linear_rule(h0, dh, constants, chi, p0, p1):
         """P of linear elasticity, and what a unit of p1 adds to it."""
         h = h0 + (1.0 if ti.static(end) else 0.5) * dh
-        p = linear_stress(h, moduli)
+        p = linear_stress(h, constants)
         share = 1.0 if ti.static(end) else 0.5
         pressure = p1 if ti.static(end) else 0.5 * (p0 + p1)
         if ti.static(rule == "dissipative"):
-            p += 0.5 * chi * linear_stress(dh, moduli)
+            p += 0.5 * chi * linear_stress(dh, constants)
             share += 0.5 * chi
             pressure += 0.5 * chi * (p1 - p0)
         if ti.static(mean):
@@ -92,7 +92,7 @@ def make_points(law: str, rule: str, mean: bool):
     ):
         for point in range(weights.shape[0]):
             cell, w = point // per_cell, weights[point]
-            moduli = [parameters[i] for i in range(count)]
+            constants = [parameters[i] for i in range(count)]
             h0 = gradient(corners, connectivity, gradients, cell, 3 * corners * point, u0)
             dh = gradient(corners, connectivity, gradients, cell, 3 * corners * point, d)
             h1 = h0 + dh
@@ -100,17 +100,17 @@ def make_points(law: str, rule: str, mean: bool):
             if ti.static(mean):
                 p0, p1 = pressures[2 * cell], pressures[2 * cell + 1]
             if ti.static(linear):
-                p, share = linear_rule(h0, dh, moduli, chi, p0, p1)
+                p, share = linear_rule(h0, dh, constants, chi, p0, p1)
                 for i, j in ti.static(ti.ndrange(3, 3)):
                     stress_out[9 * point + 3 * i + j] = w * p[i, j]
                     if ti.static(mean):
                         slopes_out[18 * point + 3 * i + j] = ti.select(i == j, w * share, 0.0)
                         slopes_out[18 * point + 9 + 3 * i + j] = ti.select(i == j, w, 0.0)
-                measures_out[2 * point] = w * linear_update(h1, moduli)[1]
+                measures_out[2 * point] = w * linear_update(h1, constants)[1]
                 measures_out[2 * point + 1] = volume_change(h1)
                 if tangents != 0:
                     for direction in range(9):
-                        change = share * linear_stress(unit(direction // 3).outer_product(unit(direction % 3)), moduli)
+                        change = share * linear_stress(unit(direction // 3).outer_product(unit(direction % 3)), constants)
                         for i, j in ti.static(ti.ndrange(3, 3)):
                             tangent_out[(9 * point + direction) * 9 + 3 * i + j] = w * change[i, j]
             else:
@@ -119,7 +119,7 @@ def make_points(law: str, rule: str, mean: bool):
                 de = symmetric(f.transpose() @ dh)
                 e1 = e0 + de
                 j0, j1 = volume_change(h0), volume_change(h1)
-                s = step_stress(step_law, rule, e0, e1, de, j0, j1, moduli, chi)
+                s = step_stress(step_law, rule, e0, e1, de, j0, j1, constants, chi)
                 if ti.static(end):
                     f = identity() + h1
                 if ti.static(mean):
@@ -132,14 +132,14 @@ def make_points(law: str, rule: str, mean: bool):
                 p = f @ s
                 for i, j in ti.static(ti.ndrange(3, 3)):
                     stress_out[9 * point + 3 * i + j] = w * p[i, j]
-                measures_out[2 * point] = w * step_law.energy(e1, j1, moduli)
+                measures_out[2 * point] = w * step_law.energy(e1, j1, constants)
                 measures_out[2 * point + 1] = j1
                 if tangents != 0:
                     for direction in range(9):
                         along_f = unit(direction // 3).outer_product(unit(direction % 3))
                         along = symmetric((identity() + h1).transpose() @ along_f)
                         growth = volume_growth(h1, along_f)
-                        ds = step_stress_change(step_law, rule, e0, e1, de, j0, j1, moduli, chi, along, growth)
+                        ds = step_stress_change(step_law, rule, e0, e1, de, j0, j1, constants, chi, along, growth)
                         if ti.static(mean):
                             ds += mean_stress_change(rule, e0, e1, de, j0, j1, p0, p1, chi, along, growth)
                         change = f @ ds

@@ -32,6 +32,11 @@ SMALL_CHANGE = 1e-5  # |dC| below which Gonzalez' correction is dropped
 DISCRETE = ("discrete", "dissipative")  # rules that need a law's `discrete`
 
 
+def has_rule(law, rule: str) -> bool:
+    """Return whether a law (materials/law.py) has what a rule needs; the linear law has rules of its own."""
+    return law.linear or (law.step is not None and (rule not in DISCRETE or law.step.discrete is not None))
+
+
 @ti.func
 def corrected(stress, de, work):
     """stress + [work - stress:dE] dE/(dE:dE): Gonzalez' correction."""

@@ -8,7 +8,7 @@ With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gi
 First the cells (cell_phase.py), then the nodes (node_phase.py). Chunks and node ranges are fixed in number: same bits
 on any number of threads.
 
-`params`: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), up to 3 moduli of the law [Pa] (laws.py), and
+`params`: kick_before [s], kick_after [s], drift [s], gravity [m/s^2] (3), the parameters of the law (materials/), and
 what only some bodies have (lanes.py).
 """
 

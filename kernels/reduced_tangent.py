@@ -1,4 +1,4 @@
-"""Stiffness between the contact nodes of one-point hexes (`reduced_hex`), hourglass stiffness included.
+"""Stiffness between the contact nodes of one-point hexes (`elements.hex8_reduced`), hourglass stiffness included.
 
     A_ab = V (A_ab of surface_tangent with the mean gradients G) + kappa (sum over modes h of gamma_ha gamma_hb) I
     G_a = 1/V int grad N_a dV,   gamma_ha = h_a - sum over k of (h_k x_k) . G_a
@@ -11,8 +11,9 @@ import functools
 
 import taichi as ti
 
+from .elements.hex8_reduced import HOURGLASS
+from .lanes import LAW_AT
 from .materials import LAWS
-from .reduced_hex import HOURGLASS
 from .surface_tangent import add_pair, corner
 
 CORNERS = 8
@@ -32,7 +33,7 @@ def make_reduced_tangent(law: str, block: int):
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
-        parameters = [body.params[6 + i] for i in range(count)]
+        parameters = [body.params[LAW_AT + i] for i in range(count)]
         stiff = parameters[0] + 2.0 * parameters[1]  # lam + 2 mu at small strains
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner

@@ -11,6 +11,7 @@ import functools
 
 import taichi as ti
 
+from . import elements
 from .boundary_nodes import row
 from .cell_viscosity import RATE, TANGENT_RATE, stiffen, viscous_force
 from .friction import held
@@ -170,9 +171,11 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
 
     stats[NEXT] asks for more; viscous: data of viscous contact cells (cell_viscosity.py).
     """
-    tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
-    if kind == "hex8-reduced":
+    integration = elements.FUNCTIONS[kind].tangent
+    if integration == "reduced":
         tangent = make_reduced_tangent(law, block)
+    else:
+        tangent = make_surface_tangent(law, block, plain, integration == "mean-dilatation")
     refuses = LAWS[law].refusal != ""
 
     @ti.func

@@ -1,8 +1,8 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
-A sum over the parts of the law (`Tangent` of materials/law.py). Only contact cells and only pairs of their corners in K, each once:
-A_ba = A_ab^t. With one volume change per cell (mean_dilatation.py: modulus k, pressure p, volumes V at rest and v now)
-the points have p in place of k (J - 1), and there is the stiffness of the change itself,
+A sum over the parts of the law (`Tangent` of materials/law.py). Only contact cells and only pairs of their corners in
+K, each once: A_ba = A_ab^t. With one volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p,
+volumes V at rest and v now) the points have p in place of k (J - 1), and there is the stiffness of the change itself,
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 """
@@ -12,6 +12,7 @@ import functools
 import taichi as ti
 
 from .massless_node import basis_of
+from .lanes import LAW_AT
 from .materials import LAWS
 
 MOST_CORNERS = 8
@@ -79,7 +80,7 @@ def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
-        parameters = [body.params[6 + i] for i in range(count)]
+        parameters = [body.params[LAW_AT + i] for i in range(count)]
         at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
         corners = pairs.cell_nodes.shape[0] // (pairs.start.shape[0] - 1)
         for cell in range(pairs.start.shape[0] - 1):

@@ -39,7 +39,7 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
         return Points(gradients, volumes)
     volume = volumes.sum(axis=1)
     mean = np.einsum("mq,mqad->mad", volumes, gradients, optimize=True) / volume[:, None, None]
-    from ..kernels.reduced_hex import HOURGLASS
+    from ..kernels.elements.hex8_reduced import HOURGLASS
 
     r = HEX_CORNERS
     modes = np.stack([r[:, 0] * r[:, 1], r[:, 0] * r[:, 2], r[:, 1] * r[:, 2], r.prod(axis=1)])  # [4, a]

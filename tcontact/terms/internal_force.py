@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
+from ..kernels.lanes import CELL_SUMS, LAW_PARAMETERS, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
@@ -37,7 +37,8 @@ class InternalForce:
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
         self.gravity = plan.gravity
-        self.moduli = (*material.moduli, *[0.0] * (MODULI - len(material.moduli)))
+        law_parameters = np.zeros(LAW_PARAMETERS)
+        law_parameters[: len(material.parameters)] = material.parameters
         self.connectivity = arrays.put(packs.connectivity)
         self.chunks = arrays.put(packs.chunk_table)
         self.info = arrays.put(packs.with_special(plan.boundary))
@@ -50,7 +51,7 @@ class InternalForce:
         self.viscous = plan.viscosity is not None
         if self.viscous:
             self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
-        self.constants = (*self.moduli, *plan.constants)
+        self.constants = (*law_parameters, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
     def advance(

@@ -32,6 +32,7 @@ class StaticSolve:
 
     def __init__(self, scene: Scene, plan: BodyPlan, force: InternalForce, slots: int) -> None:
         from ..kernels import static_control as names
+        from ..kernels.materials import LAWS
 
         contact, material, model = plan.contact, plan.body.material, scene.contact
         assert isinstance(model, MasslessContact)
@@ -40,7 +41,7 @@ class StaticSolve:
         assert force.surface is not None
         graph, block = contact.graph, contact.block
         self.names = names
-        self.law, self.removal = material.law, contact.removal
+        self.law, self.refusal, self.removal = material.law, LAWS[material.law].refusal, contact.removal
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
@@ -127,9 +128,7 @@ class StaticSolve:
         text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
         if not self._stat(self.names.PIVOT) > 0.0:
             text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
-            if self.law == "st_venant_kirchhoff":
-                text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
-            return text
+            return f"{text}: {self.refusal}" if self.refusal else text
         if self.poisson > MOST_POISSON:
             text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
