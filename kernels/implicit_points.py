@@ -110,7 +110,9 @@ def make_points(law: str, rule: str, mean: bool):
                 measures_out[2 * point + 1] = volume_change(h1)
                 if tangents != 0:
                     for direction in range(9):
-                        change = share * linear_stress(unit(direction // 3).outer_product(unit(direction % 3)), constants)
+                        change = share * linear_stress(
+                            unit(direction // 3).outer_product(unit(direction % 3)), constants
+                        )
                         for i, j in ti.static(ti.ndrange(3, 3)):
                             tangent_out[(9 * point + direction) * 9 + 3 * i + j] = w * change[i, j]
             else:

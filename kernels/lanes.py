@@ -26,7 +26,9 @@ RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
 LAW_AT, LAW_PARAMETERS = 6, 8  # the parameters of the law in `params`, and how many have room there
 # places in `params` that only some bodies have
 DAMPING_RATE = LAW_AT + LAW_PARAMETERS  # [1/s]
-VISCOSITY = DAMPING_RATE + 1  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
+VISCOSITY = (
+    DAMPING_RATE + 1
+)  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
 VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]; per chunk they stand after all the cell sums
 VISCOUS_START = 2 * CHUNKS * CELL_SUMS
 VISCOUS_HELD = VISCOUS_START + 2 * CHUNKS * VISCOUS_SUMS  # and then the viscous pressure of every cell

@@ -26,9 +26,7 @@ class PointMemory(NamedTuple):
 @ti.func
 def respond(law: ti.template(), h, parameters, memory: ti.template(), point):
     """Return the answer of a law at a point of the cell, with its state read and, if the pass commits, stored."""
-    if ti.static(memory is None):
-        return law(h, parameters)
-    else:
+    if ti.static(memory):
         first = point * (memory.size * memory.width)
         old = [
             ti.Vector([memory.state[start + (first + i * memory.width)] for start in memory.start])
@@ -40,3 +38,5 @@ def respond(law: ti.template(), h, parameters, memory: ti.template(), point):
                 for lane in ti.static(range(memory.width)):
                     memory.state[memory.start[lane] + (first + i * memory.width)] = answer[3][i][lane]
         return answer
+    else:
+        return law(h, parameters)

@@ -57,9 +57,7 @@ def cell_volume(body: ti.template(), pairs: ti.template(), first, corners, linea
 
 
 @ti.func
-def add_pair(
-    pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()
-):
+def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()):
     """Add a stiffness [3, 3] to that of pair p, in the bases of its two nodes; plain: they are the identity."""
     projected = value
     if ti.static(not plain):

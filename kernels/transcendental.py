@@ -63,6 +63,12 @@ def logarithm(a):
 @ti.func
 def exponential_less_one(a):
     """exp(a) - 1; a is taken at -300 or 300 where it lies beyond."""
+    return exponential_split(a)[0]
+
+
+@ti.func
+def exponential_split(a):
+    """[exp(a) - 1, exp(a) - 1 - a], both to the last digits also for tiny a; a as in `exponential_less_one`."""
     b = ti.max(ti.min(a, LARGEST), -LARGEST)
     shifted = b * (1.0 / LN2) + ROUND
     k = shifted - ROUND
@@ -73,5 +79,5 @@ def exponential_less_one(a):
     low = (0.5 + r * (1 / 6)) + (1 / 24 + r * (1 / 120)) * r2
     middle = (1 / 720 + r * (1 / 5040)) + (1 / 40320 + r * (1 / 362880)) * r2
     high = (1 / 3628800 + r * (1 / 39916800)) + (1 / 479001600 + r * (1 / 6227020800)) * r2
-    series = r + r2 * (low + r4 * (middle + r4 * high))
-    return power * series + (power - 1.0)
+    rest = r2 * (low + r4 * (middle + r4 * high))  # exp(r) - 1 - r
+    return [power * (r + rest) + (power - 1.0), power * rest + ((power - 1.0) * (1.0 + r) - k * LN2)]

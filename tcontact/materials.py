@@ -118,23 +118,8 @@ class NeoHookean(Hookean):
     word: ClassVar[str] = "neo-hookean"
 
 
-class Rubber(Material):
-    """A law with constants of its own; young and poisson follow from its Lame constants at small strains."""
-
-    @property
-    def young(self) -> float:  # type: ignore[override]
-        """Young's modulus at small strains [Pa]."""
-        lam, mu = self.lame_lambda, self.lame_mu
-        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
-
-    @property
-    def poisson(self) -> float:  # type: ignore[override]
-        """Poisson's ratio at small strains."""
-        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
-
-
 @dataclass(frozen=True)
-class MooneyRivlin(Rubber):
+class MooneyRivlin(Material):
     """W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2, I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2.
 
     For rubber; free of stress at F = I, neo-Hookean with mu = 2 c1, lambda = bulk for c2 = 0. At small strains
@@ -185,13 +170,24 @@ class MooneyRivlin(Rubber):
         return 2.0 * (self.c1 + self.c2)
 
     @property
+    def young(self) -> float:  # type: ignore[override]
+        """Young's modulus at small strains [Pa]."""
+        lam, mu = self.lame_lambda, self.lame_mu
+        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
+
+    @property
+    def poisson(self) -> float:  # type: ignore[override]
+        """Poisson's ratio at small strains."""
+        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
+
+    @property
     def parameters(self) -> tuple[float, ...]:
         """bulk, 2 (c1 + 2 c2), 4 c2: W is neo-Hookean in the first two and a quadratic in E [Pa]."""
         return (self.bulk, 2.0 * (self.c1 + 2.0 * self.c2), 4.0 * self.c2)
 
 
 @dataclass(frozen=True)
-class Ogden(Rubber):
+class Ogden(Material):
     """W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum over p of mu_p ln J + lambda/2 (J - 1)^2, stretches l_i.
 
     For rubber at large stretches; free of stress at F = I, neo-Hookean for the one pair (mu, 2). At small strains its
@@ -219,7 +215,9 @@ class Ogden(Rubber):
             raise InputError("alpha", self.alpha, f"give as many as there are in mu, {len(self.mu)}")
         for number, (mu, alpha) in enumerate(zip(self.mu, self.alpha, strict=True)):
             if not mu * alpha > 0.0:
-                raise InputError(f"alpha[{number}]", alpha, f"must have the sign of mu[{number}] = {mu:g}, neither of them 0")
+                raise InputError(
+                    f"alpha[{number}]", alpha, f"must have the sign of mu[{number}] = {mu:g}, neither of them 0"
+                )
             validate.number(f"alpha[{number}]", abs(alpha), high=LARGEST_EXPONENT, strict=False)
         validate.number("poisson", self.poisson, low=0.0, strict=False)
         validate.number("poisson", self.poisson, high=0.5)
@@ -232,9 +230,11 @@ class Ogden(Rubber):
         Their exponents are 1.3, 5 and -2, their shares of the shear modulus those of Ogden (1972). Raises `InputError`.
         """
         shear = Hookean(young, poisson, density).lame_mu
-        alpha, shares = (1.3, 5.0, -2.0), (0.4095, 0.003, 0.01)
+        alpha, shares = (1.3, 5.0, -2.0), (6.3, 0.012, 0.1)
         total = sum(abs(exponent) * share for exponent, share in zip(alpha, shares, strict=True))
-        mu = tuple((1.0 if a > 0.0 else -1.0) * 2.0 * shear * share / total for a, share in zip(alpha, shares, strict=True))
+        mu = tuple(
+            (1.0 if a > 0.0 else -1.0) * 2.0 * shear * share / total for a, share in zip(alpha, shares, strict=True)
+        )
         return cls(mu, alpha, poisson, density)
 
     @property

@@ -75,9 +75,7 @@ def affine_gradients(c, r2, r3, r23):
 
 
 @ti.func
-def hex_mode_forces(
-    mode_x, mode_u, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()
-):
+def hex_mode_forces(mode_x, mode_u, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
     """[dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the modes of x and u; times 512.
 
     Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
@@ -114,9 +112,7 @@ def hex_mode_forces(
 
 
 @ti.func
-def hex_points(
-    x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()
-):
+def hex_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
     """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
     points = hex_mode_forces(
         [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], parameters, law, memory, jacobian_of

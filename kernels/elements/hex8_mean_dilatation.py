@@ -51,9 +51,7 @@ def with_pressure(points, weight, modulus, reference, slopes, change):
 
 
 @ti.func
-def split_force(
-    x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()
-):
+def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
     """Return what `hex8.hex_points` returns."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
@@ -65,9 +63,7 @@ def split_force(
 
 
 @ti.func
-def linear_split_force(
-    x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()
-):
+def linear_split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
     """Return what `split_force` returns for the linear law."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     points = hex_mode_forces(mode_x, mode_u, [0.0, parameters[1]], law, memory, jacobian_of)
