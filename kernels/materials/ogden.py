@@ -141,11 +141,10 @@ def slopes(difference, j, parameters, pressure):
         ratio, alpha = parameters[2 + 2 * p], parameters[3 + 2 * p]
         steep[i] += ratio * alpha * alpha * (1.0 + exponential_less_one(alpha * at[i][0]))
     ratios, crosses = ti.Matrix.zero(ti.f64, 3, 3), ti.Matrix.zero(ti.f64, 3, 3)
-    for i, k in ti.static(ti.ndrange(3, 3)):
-        if ti.static(i != k):
-            low, high = ti.static(min(i, k)), ti.static(max(i, k))
-            ratios[i, k] = divided(at[high][0], at[low][0], parameters)
-            crosses[i, k] = squares[low] * ratios[i, k] - pulls[low] - push
+    for i, k in ti.static(((0, 1), (0, 2), (1, 2))):
+        ratios[i, k] = divided(at[i][0], at[k][0], parameters)
+        crosses[i, k] = squares[k] * ratios[i, k] - pulls[k] - push
+        ratios[k, i], crosses[k, i] = ratios[i, k], crosses[i, k]
     return [ti.Matrix(found[1]), squares, pulls + push, steep, ratios, crosses, push + parameters[0] * jacobian**2]
 
 
