@@ -1,23 +1,35 @@
-"""The arrays of a step under names. A kernel lists them one by one; functions pass them on in these bundles."""
+"""The arrays of a step under names, in bundles that functions pass on; signatures.py makes kernel signatures of them.
+
+A field is annotated by what it is: Array (float64), Index (int32), Shared (one Array for all bundles that name it), or
+anything else for a compile-time option. The host fills the same bundles; a field that a scene does not have is None.
+"""
 
 from typing import Any, NamedTuple
 
+from .arguments import Array, Index, Shared
+
 
 class Body(NamedTuple):
-    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums."""
+    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums.
 
-    connectivity: Any
-    chunk_table: Any
-    node_info: Any
-    position: Any
-    mass: Any
-    params: Any
-    u: Any
-    v: Any
-    rows: Any
-    special_force: Any
-    node_sums: Any
-    cell_sums: Any
+    memory [pack, point, number, lane]: what the points of a law with state keep (point_memory.py), memory_start
+    [pack, lane]: where that of a cell begins; None for other laws.
+    """
+
+    u: Array = None
+    v: Array = None
+    connectivity: Index = None
+    chunk_table: Index = None
+    node_info: Index = None
+    position: Array = None
+    mass: Array = None
+    params: Array = None
+    rows: Array = None
+    special_force: Array = None
+    node_sums: Array = None
+    cell_sums: Array = None
+    memory: Array = None
+    memory_start: Index = None
 
 
 class Listed(NamedTuple):
@@ -26,20 +38,20 @@ class Listed(NamedTuple):
     sums: of all parts of a step but the force pass, as placed in lanes.py; the other bundles have the same array.
     """
 
-    nodes: Any
-    mass: Any
-    inverse_mass: Any
-    load: Any
-    sums: Any
+    nodes: Index = None
+    mass: Array = None
+    inverse_mass: Array = None
+    load: Array = None
+    sums: Shared = None
 
 
 class Supported(NamedTuple):
     """Prescribed components: place in the list of boundary nodes, axis, velocity [m/s]; sums: reaction, power."""
 
-    slots: Any
-    axes: Any
-    speeds: Any
-    sums: Any
+    slots: Index = None
+    axes: Index = None
+    speeds: Array = None
+    sums: Shared = None
 
 
 class Touching(NamedTuple):
@@ -53,23 +65,23 @@ class Touching(NamedTuple):
     what it keeps for every node; traces: what it keeps for every node and slot; kinds: what the kernel was made for.
     """
 
-    nodes: Any
-    obstacles: Any
-    motion: Any
-    near: Any
-    reference: Any
-    all_nodes: Any
-    all_reference: Any
-    give: Any
-    force: Any
-    sums: Any
-    basis: Any
-    active: Any
-    last: Any
-    heirs: Any
-    friction: Any
-    traces: Any
-    kinds: Any
+    nodes: Index = None
+    obstacles: Array = None
+    motion: Array = None
+    near: Index = None
+    reference: Array = None
+    all_nodes: Index = None
+    all_reference: Array = None
+    give: Array = None
+    force: Array = None
+    sums: Shared = None
+    basis: Array = None
+    active: Index = None
+    last: Array = None
+    heirs: Index = None
+    friction: Array = None
+    traces: Array = None
+    kinds: Any = None
 
 
 class Kinds(NamedTuple):
@@ -112,20 +124,20 @@ class System(NamedTuple):
     settings and stats: static_control.py.
     """
 
-    corner_rows: Any
-    lane_start: Any
-    pack_start: Any
-    column: Any
-    values: Any
-    inverse: Any
-    stiffness: Any
-    right: Any
-    gaps: Any
-    normals: Any
-    push: Any
-    increment: Any
-    settings: Any
-    stats: Any
+    corner_rows: Index = None
+    lane_start: Index = None
+    pack_start: Index = None
+    column: Index = None
+    values: Array = None
+    inverse: Array = None
+    stiffness: Array = None
+    right: Array = None
+    gaps: Array = None
+    normals: Array = None
+    push: Array = None
+    increment: Array = None
+    settings: Array = None
+    stats: Array = None
 
 
 class Pairs(NamedTuple):
@@ -135,14 +147,26 @@ class Pairs(NamedTuple):
     values [p, block, block]; row_start [k+1], entry_start [e+1], entry_pairs, entry_place [e].
     """
 
-    cell_nodes: Any
-    shape_gradients: Any
-    weights: Any
-    start: Any
-    corners: Any
-    nodes: Any
-    values: Any
-    row_start: Any
-    entry_start: Any
-    entry_pairs: Any
-    entry_place: Any
+    cell_nodes: Index = None
+    shape_gradients: Array = None
+    weights: Array = None
+    start: Index = None
+    corners: Index = None
+    nodes: Index = None
+    values: Array = None
+    row_start: Index = None
+    entry_start: Index = None
+    entry_pairs: Index = None
+    entry_place: Index = None
+
+
+class Launch(NamedTuple):
+    """One launch of the serial driver (serial_step.py): control, raw_out [rows, width] as in raw_rows.py.
+
+    viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py).
+    """
+
+    viscous_cells: Array = None
+    images: Index = None
+    control: Array = None
+    raw_out: Array = None

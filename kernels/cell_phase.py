@@ -27,6 +27,7 @@ from .lanes import (
     VISCOUS_SUMS,
 )
 from .materials import LAWS
+from .point_memory import PointMemory
 from .vectors import MASK
 
 TINY = 1e-100
@@ -61,18 +62,19 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     """Cell phase of a kind (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`), packed `width` wide; memoised.
 
-    cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
+    cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
     KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
-    stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
+    stride = 1. commit: whether a law with state keeps what it becomes (point_memory.py). viscous: with bulk viscosity
+    (bulk_viscosity.py).
     """
     corners = elements.CORNERS[kind]
     force_of = elements.force_of(kind, law)
-    law_of, count = LAWS[law].update, len(LAWS[law].parameters)
+    law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
     lane_numbers = list(range(width))
     viscosity_of = elements.FUNCTIONS[kind].viscosity
 
     @ti.func
-    def cell_phase(first, end, body: ti.template(), stride: ti.template()):
+    def cell_phase(first, end, body: ti.template(), stride: ti.template(), commit):
         for s in range((end - first) * stride):
             if s % stride == 0:
                 chunk = first + s // stride
@@ -93,7 +95,11 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                     y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell with no weight
                     weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                    answer = force_of(x, y, weight, parameters, law_of, None)
+                    memory = ti.static(None)
+                    if ti.static(size > 0):
+                        places = [body.memory_start[pack * width + lane] for lane in range(width)]
+                        memory = ti.static(PointMemory(body.memory, places, size, width, commit))
+                    answer = force_of(x, y, weight, parameters, law_of, memory)
                     energy += answer[1]
                     change = ti.min(change, answer[2])
                     if ti.static(len(answer) > 3):

@@ -21,14 +21,18 @@ import functools
 import taichi as ti
 
 from . import elements, tensor3
-from .arguments import ARRAY, INDEX
 from .boundary_nodes import row
-from .bundles import Body
 from .cell_phase import gather
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
 from .lanes import CHUNKS, GRAIN, TABLE
-from .materials import LAWS
+<<<<<<< HEAD
+from .materials import LAWS, linear_elastic
+=======
+from .mean_dilatation import along, with_pressure
+from .reduced_hex import hex_slopes
+from .signatures import Signature, kernel_of
+>>>>>>> wip-lead
 from .vectors import MASK, load
 
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
@@ -86,7 +90,7 @@ def make_viscous_phase(kind: str, law: str, width: int):
     """
     corners = elements.CORNERS[kind]
     linear = LAWS[law].linear
-    law_of = LAWS[law].update if linear else stress_of_step
+    law_of = linear_elastic.update if linear else stress_of_step
     force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
     place_of = at_rest if linear else present
 
@@ -116,45 +120,15 @@ def make_viscous_phase(kind: str, law: str, width: int):
 
 
 @functools.cache
-def make_viscous_pass(kind: str, law: str, width: int):
-    """The phase as a kernel of its own, for many contact cells."""
+def make_viscous_pass(kind: str, law: str, width: int, signature: Signature):
+    """The phase as a kernel of its own, for many contact cells; signature: a Body, and a Launch with viscous_cells."""
     viscous_phase = make_viscous_phase(kind, law, width)
 
-    @ti.kernel
-    def viscous_pass(
-        connectivity: INDEX,
-        chunk_table: INDEX,
-        node_info: INDEX,
-        position: ARRAY,
-        mass: ARRAY,
-        params: ARRAY,
-        u: ARRAY,
-        v: ARRAY,
-        rows: ARRAY,
-        special_force: ARRAY,
-        node_sums: ARRAY,
-        cell_sums: ARRAY,
-        viscous: ARRAY,
-    ):
-        body = ti.static(
-            Body(
-                connectivity,
-                chunk_table,
-                node_info,
-                position,
-                mass,
-                params,
-                u,
-                v,
-                rows,
-                special_force,
-                node_sums,
-                cell_sums,
-            )
-        )
-        viscous_phase(body, viscous, GRAIN)
+    @ti.func
+    def viscous_pass(body: ti.template(), launch: ti.template()):
+        viscous_phase(body, launch.viscous_cells, GRAIN)
 
-    return compiled_with(viscous_pass, **KEEP_VECTORS)
+    return compiled_with(kernel_of(viscous_pass, signature), **KEEP_VECTORS)
 
 
 @ti.func

@@ -16,60 +16,37 @@ import functools
 
 import taichi as ti
 
-from .arguments import ARRAY, INDEX
-from .bundles import Body
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
 from .lanes import GRAIN, WIDTHS
+from .materials import LAWS
 from .node_phase import node_phase
+from .signatures import Signature, kernel_of
 
 
 @functools.cache
-def make_step(kind: str, law: str, width: int | None = None, damped: bool = False, viscous: bool = False):
+def make_step(
+    kind: str, law: str, signature: Signature, width: int | None = None, damped: bool = False, viscous: bool = False
+):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
 
-    step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
-    special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts
-    (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
+    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`, packed `width` wide
+    (default WIDTHS[kind]). With a law that has state `commit` comes after `ranges`: whether the points keep what it becomes.
     damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
     cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
 
-    @ti.kernel
-    def step(
-        first: ti.i32,
-        end: ti.i32,
-        ranges: ti.i32,
-        connectivity: INDEX,
-        chunk_table: INDEX,
-        node_info: INDEX,
-        position: ARRAY,
-        mass: ARRAY,
-        params: ARRAY,
-        u: ARRAY,
-        v: ARRAY,
-        rows: ARRAY,
-        special_force_out: ARRAY,
-        node_sums_out: ARRAY,
-        cell_sums_out: ARRAY,
-    ):
-        body = ti.static(
-            Body(
-                connectivity,
-                chunk_table,
-                node_info,
-                position,
-                mass,
-                params,
-                u,
-                v,
-                rows,
-                special_force_out,
-                node_sums_out,
-                cell_sums_out,
-            )
-        )
-        cell_phase(first, end, body, GRAIN)
+    @ti.func
+    def step_and_commit(first, end, ranges, commit, body: ti.template()):
+        cell_phase(first, end, body, GRAIN, commit)
         node_phase(body, ranges, GRAIN, damped)
 
-    return compiled_with(step, **KEEP_VECTORS)
+    @ti.func
+    def step(first, end, ranges, body: ti.template()):
+        step_and_commit(first, end, ranges, 0, body)
+
+    numbers = ("first", "end", "ranges")
+    if LAWS[law].state:
+        return compiled_with(kernel_of(step_and_commit, signature, (*numbers, "commit")), **KEEP_VECTORS)
+    return compiled_with(kernel_of(step, signature, numbers), **KEEP_VECTORS)

@@ -16,7 +16,7 @@ def make_gaps(shapes: tuple[str, ...]):
 
     @ti.kernel
     def gaps(obstacles: ARRAY, motion: ARRAY, positions: ARRAY, gaps_out: ARRAY):
-        touching = ti.static(Touching(*[None] * 1, obstacles, motion, *[None] * 13, kinds))
+        touching = ti.static(Touching(obstacles=obstacles, motion=motion, kinds=kinds))
         for i in range(gaps_out.shape[0]):
             x = ti.Vector([positions[3 * i + j] for j in range(3)])
             gap, _normal = gap_and_normal(touching, 0, x)

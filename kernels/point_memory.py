@@ -1,7 +1,8 @@
-"""What the quadrature points of a law with state keep from step to step: state[pack][point][number][lane].
+"""What the quadrature points of a law with state keep from step to step: state[pack][point][number][lane], 0 at first.
 
 `old` is read at every call of the law; `new` is stored only where the pass commits, that is in the step pass: measures,
-products and trial passes leave the state as it is. A law without state has no memory (None): no array, no cost.
+products and trial passes leave the state as it is. A law without state has no memory (None): no array, no cost. Contact
+cells that stand in two packs have one place, which `Body.memory_start` names for both.
 """
 
 from typing import Any, NamedTuple
@@ -24,19 +25,40 @@ class PointMemory(NamedTuple):
 
 
 @ti.func
+def recall(memory: ti.template(), point):
+    """Return the committed numbers of a point, each a vector over the lanes."""
+    first = point * (memory.size * memory.width)
+    return [
+        ti.Vector([memory.state[start + (first + i * memory.width)] for start in memory.start])
+        for i in range(memory.size)
+    ]
+
+
+@ti.func
 def respond(law: ti.template(), h, parameters, memory: ti.template(), point):
     """Return the answer of a law at a point of the cell, with its state read and, if the pass commits, stored."""
     if ti.static(memory):
-        first = point * (memory.size * memory.width)
-        old = [
-            ti.Vector([memory.state[start + (first + i * memory.width)] for start in memory.start])
-            for i in range(memory.size)
-        ]
-        answer = law(h, parameters, old)
+        answer = law(h, parameters, recall(memory, point))
         if memory.commit != 0:
-            for i in ti.static(range(memory.size)):
-                for lane in ti.static(range(memory.width)):
-                    memory.state[memory.start[lane] + (first + i * memory.width)] = answer[3][i][lane]
+            first = point * (memory.size * memory.width)
+            for i, lane in ti.static(ti.ndrange(memory.size, memory.width)):
+                memory.state[memory.start[lane] + (first + i * memory.width)] = answer[3][i][lane]
         return answer
     else:
         return law(h, parameters)
+
+
+@ti.func
+def tangent_at(
+    part: ti.template(), f, parameters, pressure, body: ti.template(), place, point, size: ti.template(),
+    width: ti.template(),
+):  # fmt: skip
+    """Return the data of a part of the second derivative (`Tangent` of materials/law.py) at a point of one cell.
+
+    place: of the cell in `body.memory_start`; size: numbers that a point keeps, width: lanes of a pack.
+    """
+    if ti.static(size > 0):
+        first = body.memory_start[place] + point * (size * width)
+        return part.point(f, parameters, pressure, [body.memory[first + i * width] for i in range(size)])
+    else:
+        return part.point(f, parameters, pressure)

@@ -12,8 +12,9 @@ import functools
 import taichi as ti
 
 from .elements.hex8_reduced import HOURGLASS
-from .lanes import LAW_AT
+from .lanes import CHUNKS, LAW_AT, TABLE
 from .materials import LAWS
+from .point_memory import tangent_at
 from .surface_tangent import add_pair, corner
 
 CORNERS = 8
@@ -27,13 +28,16 @@ def hourglass_modes(a):
 
 
 @functools.cache
-def make_reduced_tangent(law: str, block: int):
+def make_reduced_tangent(law: str, block: int, width: int = 1):
     """reduced_tangent(body, basis, pairs) fills pairs.values, as `surface_tangent` does for full integration."""
-    parts, count = LAWS[law].tangents, len(LAWS[law].parameters)
+    parts, count, size = LAWS[law].tangents, len(LAWS[law].parameters), len(LAWS[law].state)
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
         parameters = [body.params[LAW_AT + i] for i in range(count)]
+        place = 0  # of the contact cells in body.memory_start
+        if ti.static(size > 0):
+            place = body.chunk_table[CHUNKS * TABLE] * width
         stiff = parameters[0] + 2.0 * parameters[1]  # lam + 2 mu at small strains
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
@@ -81,7 +85,7 @@ def make_reduced_tangent(law: str, block: int):
                     same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
                 add_pair(pairs, basis, p, same * ti.Matrix.identity(ti.f64, 3), block, False)
             for part in ti.static(parts):
-                data = part.point(f, parameters, 0.0)
+                data = tangent_at(part, f, parameters, 0.0, body, place + cell, 0, size, width)
                 for a in range(CORNERS):
                     mg = part.corner(data, corner(slopes, a))
                     for j in ti.static(range(3)):

@@ -19,13 +19,13 @@ import functools
 
 import taichi as ti
 
-from .arguments import ARRAY, INDEX
-from .bundles import Body, Kinds, Listed, Pairs, Supported, System, Touching
+from .bundles import Kinds
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
 from .node_phase import node_phase
 from .raw_rows import log_row, row_width
+from .signatures import Signature, kernel_of
 
 # numbers of `control`
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
@@ -50,6 +50,7 @@ def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.
 
 @functools.cache
 def make_serial_step(
+    signature: Signature,
     kind: str,
     law: str,
     contact: str | None,
@@ -65,6 +66,7 @@ def make_serial_step(
 ):
     """Kernel for a kind and law with these terms, memoised.
 
+    signature: of the bundles of `serial_step` in order, each with what the scene has of it.
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
     contact cells, where they are few;
@@ -167,145 +169,18 @@ def make_serial_step(
         fall = time * ti.Vector([body.params[3], body.params[4], body.params[5]])
         predict(body, touching, ratio, fall, control[EXACT], block, slots)
 
-    @ti.kernel
+    @ti.func
     def serial_step(
-        connectivity: INDEX,
-        chunk_table: INDEX,
-        node_info: INDEX,
-        position: ARRAY,
-        mass: ARRAY,
-        params: ARRAY,
-        u: ARRAY,
-        v: ARRAY,
-        rows: ARRAY,
-        special_force: ARRAY,
-        node_sums: ARRAY,
-        cell_sums: ARRAY,
-        sums: ARRAY,
-        boundary_nodes: INDEX,
-        tensor_mass: ARRAY,
-        inverse_mass: ARRAY,
-        load: ARRAY,
-        support_slots: INDEX,
-        support_axes: INDEX,
-        support_speeds: ARRAY,
-        contact_nodes: INDEX,
-        obstacles: ARRAY,
-        motion: ARRAY,
-        near: INDEX,
-        reference: ARRAY,
-        all_nodes: INDEX,
-        all_reference: ARRAY,
-        give: ARRAY,
-        contact_force: ARRAY,
-        basis: ARRAY,
-        active: INDEX,
-        last: ARRAY,
-        heirs: INDEX,
-        friction: ARRAY,
-        traces: ARRAY,
-        cell_nodes: INDEX,
-        shape_gradients: ARRAY,
-        weights: ARRAY,
-        pair_start: INDEX,
-        pair_corners: INDEX,
-        pair_nodes: INDEX,
-        pair_values: ARRAY,
-        row_start: INDEX,
-        entry_start: INDEX,
-        entry_pairs: INDEX,
-        entry_place: INDEX,
-        corner_rows: INDEX,
-        lane_start: INDEX,
-        pack_start: INDEX,
-        column: INDEX,
-        values: ARRAY,
-        inverse: ARRAY,
-        stiffness: ARRAY,
-        right: ARRAY,
-        gaps: ARRAY,
-        normals: ARRAY,
-        push: ARRAY,
-        increment: ARRAY,
-        settings: ARRAY,
-        stats: ARRAY,
-        viscous_cells: ARRAY,
-        images: INDEX,
-        control: ARRAY,
-        raw_out: ARRAY,
+        body: ti.template(),
+        listed: ti.template(),
+        supported: ti.template(),
+        touching: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        launch: ti.template(),
     ):
-        body = ti.static(
-            Body(
-                connectivity,
-                chunk_table,
-                node_info,
-                position,
-                mass,
-                params,
-                u,
-                v,
-                rows,
-                special_force,
-                node_sums,
-                cell_sums,
-            )
-        )
-        listed = ti.static(Listed(boundary_nodes, tensor_mass, inverse_mass, load, sums))
-        supported = ti.static(Supported(support_slots, support_axes, support_speeds, sums))
-        touching = ti.static(
-            Touching(
-                contact_nodes,
-                obstacles,
-                motion,
-                near,
-                reference,
-                all_nodes,
-                all_reference,
-                give,
-                contact_force,
-                sums,
-                basis,
-                active,
-                last,
-                heirs,
-                friction,
-                traces,
-                kinds,
-            )
-        )
-        pairs = ti.static(
-            Pairs(
-                cell_nodes,
-                shape_gradients,
-                weights,
-                pair_start,
-                pair_corners,
-                pair_nodes,
-                pair_values,
-                row_start,
-                entry_start,
-                entry_pairs,
-                entry_place,
-            )
-        )
-        system = ti.static(
-            System(
-                corner_rows,
-                lane_start,
-                pack_start,
-                column,
-                values,
-                inverse,
-                stiffness,
-                right,
-                gaps,
-                normals,
-                push,
-                increment,
-                settings,
-                stats,
-            )
-        )
+        control, raw_out = ti.static(launch.control, launch.raw_out)
+        viscous_cells, images, stats = ti.static(launch.viscous_cells, launch.images, system.stats)
         ti.loop_config(serialize=True)
         for _ in range(1):
             state = int(control[START])
@@ -316,7 +191,7 @@ def make_serial_step(
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         chunk = ti.select(state == MEASURED, CHUNKS, 0)
-                        cell_phase(chunk, chunk + CHUNKS, body, 1)
+                        cell_phase(chunk, chunk + CHUNKS, body, 1, ti.select(state == PASS, 1, 0))
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, CHUNKS, 1, damped)
@@ -331,7 +206,7 @@ def make_serial_step(
                         viscous_load(body, listed, system, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
-                        gather(special_force, images)
+                        gather(body.special_force, images)
                     push_back(body, listed, touching, system, control)
                     if ti.static(kinds.layered):
                         control[WANTS_LAYERS] = 1.0
@@ -361,7 +236,7 @@ def make_serial_step(
                         again, first = 1, 1
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
-                        follow(u, v, boundary_nodes, images)
+                        follow(body.u, body.v, listed.nodes, images)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not measures):
@@ -376,4 +251,4 @@ def make_serial_step(
 
     # with friction or several obstacles the compilation would outlast many a run; else the loop over cells is worth it
     hasty = LEAVE_TO_LLVM if rubs or slots > 1 or not passes else {}
-    return compiled_with(serial_step, **KEEP_VECTORS, **hasty)
+    return compiled_with(kernel_of(serial_step, signature, kinds=kinds), **KEEP_VECTORS, **hasty)

@@ -12,8 +12,9 @@ import functools
 import taichi as ti
 
 from .massless_node import basis_of
-from .lanes import LAW_AT
+from .lanes import CHUNKS, LAW_AT, TABLE
 from .materials import LAWS
+from .point_memory import tangent_at
 
 MOST_CORNERS = 8
 
@@ -69,17 +70,21 @@ def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.tem
 
 
 @functools.cache
-def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
+def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False, width: int = 1):
     """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity.
 
-    mean: with one volume change per cell.
+    mean: with one volume change per cell; width: lanes of a pack of cells.
     """
-    parts, linear, count = LAWS[law].tangents, LAWS[law].linear, len(LAWS[law].parameters)
+    parts, linear = LAWS[law].tangents, LAWS[law].linear
+    count, size = len(LAWS[law].parameters), len(LAWS[law].state)
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
         parameters = [body.params[LAW_AT + i] for i in range(count)]
         at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
+        place = 0  # of the contact cells in body.memory_start
+        if ti.static(size > 0):
+            place = body.chunk_table[CHUNKS * TABLE] * width
         corners = pairs.cell_nodes.shape[0] // (pairs.start.shape[0] - 1)
         for cell in range(pairs.start.shape[0] - 1):
             slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
@@ -103,7 +108,7 @@ def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
                 volume = pairs.weights[q] * jacobian.determinant()
                 f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
                 for part in ti.static(parts):
-                    data = part.point(f, at_points, pressure)
+                    data = tangent_at(part, f, at_points, pressure, body, place + cell, q, size, width)
                     for a in range(corners):
                         g = inverse.transpose() @ corner(pairs.shape_gradients, q * corners + a)
                         mg = part.corner(data, g)

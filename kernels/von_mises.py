@@ -51,7 +51,7 @@ def make_von_mises(kind: str, law: str):
 
     @ti.kernel
     def von_mises(connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, stress_out: ARRAY):
-        body = ti.static(Body(connectivity, None, None, position, None, parameters, u, *(None,) * 5))
+        body = ti.static(Body(u=u, connectivity=connectivity, position=position, params=parameters))
         for pack in range(connectivity.shape[0] // (corners * width)):
             start = pack * (corners * width)
             corner = [gather(body, start + k * width, width) for k in range(corners)]

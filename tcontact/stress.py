@@ -26,6 +26,8 @@ class VonMises:
         mesh, law = body.mesh, body.material.law
         if law not in LAWS:
             raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
+        if LAWS[law].state:
+            raise InputError("material.law", law, "its stress depends on what the points keep; draw something else")
         kind = body.element
         packs = pack_cells(mesh.cells, mesh.node_count, WIDTHS[kind])
         self._count = mesh.cell_count

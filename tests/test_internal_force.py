@@ -84,9 +84,7 @@ class Step:
     """The kernel with its arrays; `special` nodes hand out their force."""
 
     def __init__(self, kind, law, nodes, cells, special=(), chunks=8):
-        from tcontact.kernels.internal_force import make_step
-
-        self.kernel = make_step(kind, law)
+        self.kind, self.law = kind, law
         self.moduli = MODULI.get(law, (LAM, MU))
         self.packs = pack_cells(cells, len(nodes), WIDTHS[kind], chunks)
         self.info = self.packs.with_special(np.array(special, dtype=int))
@@ -99,10 +97,17 @@ class Step:
     def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0)):
         packs = self.packs
         params = np.array([kick_before, kick_after, drift, *gravity, *self.moduli])
-        self.kernel(
-            0, packs.chunks, packs.chunks, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass,
-            params, u, v, self.rows, self.special_force, self.node_sums, self.cell_sums,
-        )  # fmt: skip
+        from tcontact.kernels.bundles import Body
+        from tcontact.kernels.internal_force import make_step
+        from tcontact.kernels.signatures import arguments, signature_of
+
+        body = {
+            "body": Body(
+                u, v, packs.connectivity, packs.chunk_table, self.info, self.nodes, self.mass, params, self.rows,
+                self.special_force, self.node_sums, self.cell_sums,
+            )
+        }  # fmt: skip
+        make_step(self.kind, self.law, signature_of(body))(0, packs.chunks, packs.chunks, *arguments(body))
         assert not self.rows.any()
 
     def force(self, u):

@@ -92,8 +92,9 @@ def hex_mode_forces(mode_x, mode_u, parameters, law: ti.template(), memory: ti.t
         g = [hex_gradients(mode_u[c], r2, r3, r23) for c in range(3)]
         a = [jacobian_of(mode_x[c], r2, r3, r23) for c in range(3)]
         lower, upper = geometry([a[c][0] for c in range(3)]), geometry([a[c][1] for c in range(3)])
-        low = point_force([g[c][0] for c in range(3)], lower, parameters, law, memory, 2 * line)
-        high = point_force([g[c][1] for c in range(3)], upper, parameters, law, memory, 2 * line + 1)
+        side, first_point = line & 1, 4 * (line >> 1)  # points in the order of the corners they stand next to
+        low = point_force([g[c][0] for c in range(3)], lower, parameters, law, memory, first_point + 3 * side)
+        high = point_force([g[c][1] for c in range(3)], upper, parameters, law, memory, first_point + 1 + side)
         energy += low[1] + high[1]
         change = ti.min(change, ti.min(low[2], high[2]))
         for c in ti.static(range(3)):

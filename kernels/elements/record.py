@@ -13,7 +13,8 @@ class CellFunctions(NamedTuple):
     step_force(x, d, weight, parameters, law, memory) is the same of a step d that ends at the present positions x (cell_viscosity.py).
     viscosity(x, u, v, speed, square) returns the forces of the bulk viscosity (bulk_viscosity.py).
     gradient(x, u) returns H = du/dX at the centre. tangent: how the stiffness between contact nodes is integrated:
-    "points", "mean-dilatation" (surface_tangent.py) or "reduced" (reduced_tangent.py).
+    "points", "mean-dilatation" (surface_tangent.py) or "reduced" (reduced_tangent.py). points: how many points call the
+    law, numbered as in tcontact/lumped_mass.py.
     """
 
     corners: int
@@ -23,3 +24,4 @@ class CellFunctions(NamedTuple):
     gradient: Any
     linear_force: Any = None
     tangent: str = "points"
+    points: int = 8

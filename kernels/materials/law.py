@@ -22,7 +22,7 @@ import taichi as ti
 class Tangent(NamedTuple):
     """A part of A_ab = G_a . d2W/dF dF . G_b, the stiffness between two corners with G = grad N at a point.
 
-    point(F, parameters, pressure) -> data; corner(data, G_a) -> a; pair(data, G_a, G_b, a, b) -> A_ab [3, 3].
+    point(F, parameters, pressure[, old]) -> data; corner(data, G_a) -> a; pair(data, G_a, G_b, a, b) -> A_ab [3, 3].
     pressure: with one volume change per cell that of the cell, at parameters[0] = 0; else 0.
     """
 

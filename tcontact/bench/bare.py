@@ -13,11 +13,14 @@ def without_energy(force: InternalForce, variant: str, law: str) -> InternalForc
     """The same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
     from ..kernels import internal_force
     from ..kernels.materials import LAWS
+    from ..kernels.signatures import signature_of
 
     name = law + " without energy"
     LAWS.setdefault(name, LAWS[law]._replace(update=_bare(LAWS[law].update)))
     other = copy(force)
-    other.kernel = Prepared(internal_force.make_step(variant, name, WIDTHS[variant]))
+    other.kernel = Prepared(
+        internal_force.make_step(variant, name, signature_of({"body": force.bundle()}), WIDTHS[variant])
+    )
     return other
 
 

@@ -27,9 +27,9 @@ class BoundaryNodes:
         self.inverse_mass = arrays.put(flat_tensors(plan.inverses))
         self.load = arrays.put(plan.loads)
 
-    def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles.Listed, without the sums."""
-        return (self.nodes, self.mass, self.inverse_mass, self.load)
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Listed."""
+        return {"nodes": self.nodes, "mass": self.mass, "inverse_mass": self.inverse_mass, "load": self.load}
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
@@ -46,9 +46,9 @@ class Supports:
         self.axes = arrays.put(plan.support_axes.astype(np.int32))
         self.speeds = arrays.put(plan.speeds)
 
-    def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles.Supported, without the sums."""
-        return (self.rows, self.axes, self.speeds)
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Supported."""
+        return {"slots": self.rows, "axes": self.axes, "speeds": self.speeds}
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

@@ -32,6 +32,8 @@ class CellViscosity:
 
     def __init__(self, plan: BodyPlan, force: InternalForce) -> None:
         from ..kernels import cell_viscosity as names
+        from ..kernels.bundles import Launch
+        from ..kernels.signatures import signature_of
 
         contact, surface, material = plan.contact, force.surface, plan.body.material
         assert contact is not None
@@ -54,7 +56,8 @@ class CellViscosity:
         self._nodes, self._places = cells.reshape(-1), surface.rows(cell, corner) - surface.first_row
         self.launch: Callable[..., None] | None = None
         if not plan.few_contact_cells:
-            self.launch = Prepared(names.make_viscous_pass(plan.variant, material.law, surface.width))
+            signature = signature_of({"body": force.bundle(), "launch": Launch(viscous_cells=self.data)})
+            self.launch = Prepared(names.make_viscous_pass(plan.variant, material.law, surface.width, signature))
 
     def set_rate(self, rate: float) -> None:
         """1/dt [1/s] of the strain rates of the next pass."""

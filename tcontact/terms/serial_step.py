@@ -14,11 +14,9 @@ from .friction_layer import LayeredFriction
 from .images import PeriodicImages
 from .internal_force import InternalForce
 
-WHOLE = ("nodes", "near", "all_nodes", "active", "heirs")  # the arrays of whole numbers in Touching
-
 
 class SerialStep:
-    """The launch and its arrays; terms that the body does not have are not compiled and share two dummies."""
+    """The launch and its arrays; what the body does not have is neither compiled nor handed over."""
 
     def __init__(
         self,
@@ -31,35 +29,40 @@ class SerialStep:
     ) -> None:
         from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
-        from ..kernels.bundles import Kinds, Touching
+        from ..kernels.bundles import Kinds, Launch, Listed, Pairs, Supported, System, Touching
+        from ..kernels.signatures import arguments, signature_of
         from .massless_contact import MasslessContactTerm
 
         self.names = kernels
         self.force = force
         self.contact = contact
-        real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
         self.kinds = Kinds() if contact is None else contact.kinds
         loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
         self.sums = arrays.zeros(LOADS_AT + loads)
-        parts: list[arrays.Array] = [self.sums]
-        parts += (whole, real, real, real) if listed is None else listed.arguments()
-        parts += (whole, whole, real) if supports is None else supports.arguments()
-        touching = {} if contact is None else contact.arguments()
-        parts += [
-            touching.get(name, whole if name in WHOLE else real) for name in Touching._fields[:-1] if name != "sums"
-        ]
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
-        parts += _dummies(real, whole) if solve is None else solve.arguments()
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
-        parts.append(real if self.cells is None else self.cells.data)
-        parts.append(whole if images is None else images.pairs)
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
         self.places = raw_rows.row_places(plan.dissipates, self.kinds.friction != "", loads)
         self.width = self.places[-1]
         self.raw = arrays.zeros(self.rows_at_once * self.width)
-        self._parts = (*parts, self.control, self.raw)
+        bundles = {
+            "body": force.bundle(),
+            "listed": Listed(sums=self.sums) if listed is None else Listed(**listed.arguments(), sums=self.sums),
+            "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
+            "contact": Touching(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
+            "system": System() if solve is None else System(**solve.system),
+            "launch": Launch(
+                None if self.cells is None else self.cells.data,
+                None if images is None else images.pairs,
+                self.control,
+                self.raw,
+            ),
+        }
+        self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
         self.kernel = kernels.make_serial_step(
+            signature_of(bundles),
             plan.variant,
             plan.body.material.law,
             None if contact is None else contact.kernel,
@@ -158,10 +161,3 @@ class SerialStep:
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""
         return [self.raw, self.control, self.sums]
-
-
-def _dummies(real: arrays.Array, whole: arrays.Array) -> tuple[arrays.Array, ...]:
-    """Stand-ins for the arrays of Pairs and System."""
-    pairs = (whole, real, real, whole, whole, whole, real, whole, whole, whole, whole)
-    system = (whole, whole, whole, whole, *(real,) * 10)
-    return (*pairs, *system)

@@ -49,43 +49,41 @@ class StaticSolve:
         room = len(contact.nodes) + SWEEP_LANES - 1
         cells = plan.cells[graph.cells]
         _values, gradients, weights = shape_functions(plan.body.mesh.kind)
-        self._pairs = [
-            arrays.put(values)
-            for values in (
-                cells.reshape(-1),
-                gradients,
-                weights,
-                graph.pair_start,
-                graph.pair_corners,
-                graph.pair_nodes,
-                np.zeros(len(graph.pair_nodes) * block * block),
-                graph.row_start,
-                graph.entry_start,
-                graph.entry_pairs,
-                order.entry_place,
-            )
-        ]
+        pairs = {
+            "cell_nodes": cells.reshape(-1),
+            "shape_gradients": gradients,
+            "weights": weights,
+            "start": graph.pair_start,
+            "corners": graph.pair_corners,
+            "nodes": graph.pair_nodes,
+            "values": np.zeros(len(graph.pair_nodes) * block * block),
+            "row_start": graph.row_start,
+            "entry_start": graph.entry_start,
+            "entry_pairs": graph.entry_pairs,
+            "entry_place": order.entry_place,
+        }
+        self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         width = cells.shape[1]
         start, corners = graph.corner_start, force.surface.rows(graph.corners // width, graph.corners % width)
         if plan.viscous_cells:
             start, corners = corner_lists(plan, force.surface)
         self.stats = arrays.put(self._start())
-        self._system = [
-            arrays.put(np.concatenate([start + len(start), corners])),
-            arrays.put(order.lane_start),
-            arrays.put(order.pack_start),
-            arrays.put(order.column),
-            arrays.zeros(order.column.size * block * block),  # values
-            arrays.zeros(room * block * block),  # inverse
-            arrays.zeros(room),  # stiffness
-            arrays.zeros(room * block),  # right
-            arrays.zeros(room * slots),  # gaps
-            arrays.zeros(room * slots * block),  # normals
-            arrays.zeros(room * (block + 1)),  # push
-            arrays.zeros(3 * room * block),  # increment
-            arrays.put(self._settings(scene, plan, model, graph.cells)),
-            self.stats,
-        ]
+        self.system = {
+            "corner_rows": arrays.put(np.concatenate([start + len(start), corners])),
+            "lane_start": arrays.put(order.lane_start),
+            "pack_start": arrays.put(order.pack_start),
+            "column": arrays.put(order.column),
+            "values": arrays.zeros(order.column.size * block * block),
+            "inverse": arrays.zeros(room * block * block),
+            "stiffness": arrays.zeros(room),
+            "right": arrays.zeros(room * block),
+            "gaps": arrays.zeros(room * slots),
+            "normals": arrays.zeros(room * slots * block),
+            "push": arrays.zeros(room * (block + 1)),
+            "increment": arrays.zeros(3 * room * block),
+            "settings": arrays.put(self._settings(scene, plan, model, graph.cells)),
+            "stats": self.stats,
+        }
 
     def _start(self) -> np.ndarray:
         stats = np.zeros(self.names.STATS)
@@ -137,10 +135,6 @@ class StaticSolve:
             removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
-    def arguments(self) -> tuple[arrays.Array, ...]:
-        """As in kernels/bundles: Pairs, System."""
-        return (*self._pairs, *self._system)
-
     def owned(self) -> list[arrays.Array]:
         """Arrays of the solve."""
-        return [*self._pairs, *self._system]
+        return [*self.pairs.values(), *self.system.values()]

@@ -1,0 +1,85 @@
+"""Kernel signatures made from bundles: NamedTuples whose annotations say what each field is (arguments.py).
+
+A kernel must list its arrays one by one. `kernel_of` writes that list: one argument for every array that a scene has,
+in the order of the bundles, and a body that puts them back into bundles and calls a `ti.func` with those. `arguments`
+flattens bundles of the host in the same order, so that no order stands in two places. A field that is None does not
+become an argument; a field that is no array is a compile-time option.
+"""
+
+import linecache
+from typing import Any, NamedTuple
+
+import taichi as ti
+
+from .arguments import ARRAY, INDEX, Array, Index, Shared
+
+
+class Signature(NamedTuple):
+    """What a kernel takes, hashable: the name and class of every bundle and which of its fields are there."""
+
+    bundles: tuple[tuple[str, type, tuple[str, ...]], ...]
+
+    def arguments(self) -> dict[str, type]:
+        """The array arguments in order, and what each is."""
+        found: dict[str, type] = {}
+        for name, bundle, present in self.bundles:
+            for field in present:
+                if is_array(bundle, field):
+                    found.setdefault(label(name, bundle, field), bundle.__annotations__[field])
+        return found
+
+
+def is_array(bundle: type, field: str) -> bool:
+    """Whether a field of a bundle is an argument of the kernel."""
+    annotation = bundle.__annotations__[field]
+    return isinstance(annotation, type) and issubclass(annotation, (Array, Index))
+
+
+def label(name: str, bundle: type, field: str) -> str:
+    """The name of a field among the arguments; shared arrays have one name for all bundles."""
+    return field if bundle.__annotations__[field] is Shared else f"{name}_{field}"
+
+
+def signature_of(bundles: dict[str, Any]) -> Signature:
+    """The signature of bundles that hold arrays of the host: a field that is None is left out."""
+    present = {
+        name: tuple(field for field in bundle._fields if getattr(bundle, field) is not None)
+        for name, bundle in bundles.items()
+    }
+    return Signature(tuple((name, type(bundle), present[name]) for name, bundle in bundles.items()))
+
+
+def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
+    """The arrays of the bundles in the order of their signature."""
+    found: dict[str, Any] = {}
+    for name, bundle, present in signature_of(bundles).bundles:
+        for field in present:
+            if is_array(bundle, field):
+                found.setdefault(label(name, bundle, field), getattr(bundles[name], field))
+    return tuple(found.values())
+
+
+def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **options):
+    """Make a `ti.kernel` that calls function(*numbers, *bundles).
+
+    numbers: names of whole numbers (i32), which come first; options: fields that are no arrays, by name.
+    """
+    arrays = signature.arguments()
+    kinds = [f"{name}: {'INDEX' if issubclass(kind, Index) else 'ARRAY'}" for name, kind in arrays.items()]
+    scope: dict[str, Any] = {"ti": ti, "function": function, "ARRAY": ARRAY, "INDEX": INDEX}
+    built = []
+    for name, bundle, _present in signature.bundles:
+        parts = []
+        for field in bundle._fields:
+            value = label(name, bundle, field) if is_array(bundle, field) else f"option_{field}"
+            parts.append(f"{field}={value if value in arrays or value.startswith('option_') else None}")
+        scope[bundle.__name__] = bundle
+        built.append(f"ti.static({bundle.__name__}({', '.join(parts)}))")
+    scope |= {f"option_{field}": value for field, value in options.items()}
+    heads = [*(f"{number}: ti.i32" for number in numbers), *kinds]
+    title = function.__name__
+    source = f"def {title}({', '.join(heads)}):\n    function({', '.join([*numbers, *built])})\n"
+    file = f"<kernel {title} {id(function)}>"
+    linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
+    exec(compile(source, file, "exec"), scope)
+    return ti.kernel(scope[title])
