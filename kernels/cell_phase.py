@@ -95,10 +95,8 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                     y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
                     # padding lanes repeat the last cell with no weight
                     weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                    memory = ti.static(None)
-                    if ti.static(size > 0):
-                        places = [body.memory_start[pack * width + lane] for lane in range(width)]
-                        memory = ti.static(PointMemory(body.memory, places, size, width, commit))
+                    first_number = [body.memory_start[pack * width + lane] for lane in range(width if size else 0)]
+                    memory = ti.static(PointMemory(body.memory, first_number, size, width, commit) if size else None)
                     answer = force_of(x, y, weight, parameters, law_of, memory)
                     energy += answer[1]
                     change = ti.min(change, answer[2])

@@ -26,13 +26,8 @@ from .cell_phase import gather
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
 from .lanes import CHUNKS, GRAIN, TABLE
-<<<<<<< HEAD
 from .materials import LAWS, linear_elastic
-=======
-from .mean_dilatation import along, with_pressure
-from .reduced_hex import hex_slopes
 from .signatures import Signature, kernel_of
->>>>>>> wip-lead
 from .vectors import MASK, load
 
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,

@@ -60,13 +60,18 @@ def cell_volume(body: ti.template(), pairs: ti.template(), first, corners, linea
 @ti.func
 def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()):
     """Add a stiffness [3, 3] to that of pair p, in the bases of its two nodes; plain: they are the identity."""
-    projected = value
-    if ti.static(not plain):
+    if ti.static(plain):
+        add_block(pairs, p, value, block)
+    else:
         left, right = basis_of(basis, pairs.nodes[2 * p], block), basis_of(basis, pairs.nodes[2 * p + 1], block)
-        projected = left.transpose() @ value @ right
+        add_block(pairs, p, left.transpose() @ value @ right, block)
+
+
+@ti.func
+def add_block(pairs: ti.template(), p, value, block: ti.template()):
     for i, j in ti.static(ti.ndrange(block, block)):
         place = (p * block + i) * block + j
-        pairs.values[place] = pairs.values[place] + projected[i, j]  # "+=" would be an atomic
+        pairs.values[place] = pairs.values[place] + value[i, j]  # "+=" would be an atomic
 
 
 @functools.cache
