@@ -60,12 +60,12 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 
 @functools.cache
 def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
-    """Cell phase of a kind (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`), packed `width` wide; memoised.
+    """Return the cell phase of a kind (`elements.FUNCTIONS`) with a law (`materials.LAWS`), `width` lanes wide.
 
-    cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
-    KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
-    stride = 1. commit: whether a law with state keeps what it becomes (point_memory.py). viscous: with bulk viscosity
-    (bulk_viscosity.py).
+    cell_phase(first, end, body, stride, commit) does the chunks first..end of a `bundles.Body`; a kernel that calls it
+    needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
+    steps stride = 1. commit: whether a law with state keeps what it becomes (point_memory.py). viscous: with bulk
+    viscosity (bulk_viscosity.py). Memoised.
     """
     corners = elements.CORNERS[kind]
     force_of = elements.force_of(kind, law)

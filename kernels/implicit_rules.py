@@ -34,7 +34,9 @@ DISCRETE = ("discrete", "dissipative")  # rules that need a law's `discrete`
 
 def has_rule(law, rule: str) -> bool:
     """Return whether a law (materials/law.py) has what a rule needs; the linear law has rules of its own."""
-    return not law.state and law.linear or (law.step is not None and (rule not in DISCRETE or law.step.discrete is not None))
+    return (not law.state and law.linear) or (
+        law.step is not None and (rule not in DISCRETE or law.step.discrete is not None)
+    )
 
 
 @ti.func

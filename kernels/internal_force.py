@@ -32,7 +32,8 @@ def make_step(
 
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
     first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`, packed `width` wide
-    (default WIDTHS[kind]). With a law that has state `commit` comes after `ranges`: whether the points keep what it becomes.
+    (default WIDTHS[kind]). With a law that has state `commit` comes after `ranges`: whether the points keep what it
+    becomes.
     damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
     cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)

@@ -11,8 +11,8 @@ import functools
 
 import taichi as ti
 
-from .massless_node import basis_of
 from .lanes import CHUNKS, LAW_AT, TABLE
+from .massless_node import basis_of
 from .materials import LAWS
 from .point_memory import tangent_at
 

@@ -42,8 +42,8 @@ def equivalent(stress):
 def make_von_mises(kind: str, law: str):
     """Kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
-    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTHS[kind] wide as (pack, corner, lane);
-    position, u [3n]; stress_out [packs * width] [Pa].
+    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTHS[kind] wide as (pack, corner,
+    lane); position, u [3n]; stress_out [packs * width] [Pa].
     """
     corners, gradient_of = elements.CORNERS[kind], elements.FUNCTIONS[kind].gradient
     width, law_of, count = WIDTHS[kind], LAWS[law].update, len(LAWS[law].parameters)

@@ -1,7 +1,7 @@
 """Materials: an elastic law with its constants and a density.
 
-Each law names its stored energy W per reference volume [J/m^3]; the kernels take its parameters at run time. `LAWS` at the
-end is the one list of them, from which scene files, cases and the benchmark take theirs.
+Each law names its stored energy W per reference volume [J/m^3]; the kernels take its parameters at run time. `LAWS` at
+the end is the one list of them, from which scene files, cases and the benchmark take theirs.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class Material:
     """Isotropic elastic material: what every law has, whatever constants it is given by.
 
     young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name where a law is
-    chosen by a word; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2 times
-    the square of the volume change is a part of W, the one that formulation="mean-dilatation" takes per cell.
+    chosen by a word; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
+    times the square of the volume change is a part of W, the one that formulation="mean-dilatation" takes per cell.
     """
 
     law: ClassVar[str]
@@ -188,11 +188,11 @@ class MooneyRivlin(Material):
 
 @dataclass(frozen=True)
 class Ogden(Material):
-    """W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum over p of mu_p ln J + lambda/2 (J - 1)^2, stretches l_i.
+    """W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum of mu_p ln J + lambda/2 (J - 1)^2 with stretches l_i.
 
     For rubber at large stretches; free of stress at F = I, neo-Hookean for the one pair (mu, 2). At small strains its
-    shear modulus is sum(mu_p alpha_p)/2 and lambda = 2 shear poisson/(1 - 2 poisson). mu [Pa], alpha: one to three pairs
-    with mu_p alpha_p > 0, which keeps W convex in the stretches; 0 <= poisson < 0.5; density [kg/m^3] > 0.
+    shear modulus is sum(mu_p alpha_p)/2 and lambda = 2 shear poisson/(1 - 2 poisson). mu [Pa], alpha: one to three
+    pairs with mu_p alpha_p > 0 and |alpha_p| <= 20; 0 <= poisson < 0.5; density [kg/m^3] > 0.
     Raises `InputError` for any other value. (Ogden, Proc. R. Soc. Lond. A 328, 567, 1972.)
     """
 

@@ -1,4 +1,4 @@
-"""Ogden's law: exact stresses of simple stretches, small strains, tangents where stretches coincide, impacts, refusals."""
+"""Ogden's law: exact stresses, small strains, tangents where stretches coincide, impacts, refusals."""
 
 import numpy as np
 import pytest

@@ -93,5 +93,7 @@ def hex_mean(x, u):
 
 
 FUNCTIONS = {
-    "hex8-reduced": CellFunctions(8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1),
+    "hex8-reduced": CellFunctions(
+        8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1
+    ),
 }

@@ -8,9 +8,9 @@ class CellFunctions(NamedTuple):
 
     force(x, u, weight, parameters, law, memory) returns [corner forces dW/du as [component][corner], energy, smallest
     det F - 1] and, in an element that has hourglass modes, their energy; forces and energies times the weight. law: the
-    update of a law and its parameters (materials/law.py), memory: what its points keep (point_memory.py), None = nothing.
-    linear_force replaces it for the linear law, if it is there.
-    step_force(x, d, weight, parameters, law, memory) is the same of a step d that ends at the present positions x (cell_viscosity.py).
+    update of a law and its parameters (materials/law.py); memory: what its points keep (point_memory.py), None =
+    nothing. linear_force replaces it for the linear law, if it is there. step_force(x, d, ..) takes the displacement d
+    of a step that ends at the present positions x (cell_viscosity.py).
     viscosity(x, u, v, speed, square) returns the forces of the bulk viscosity (bulk_viscosity.py).
     gradient(x, u) returns H = du/dX at the centre. tangent: how the stiffness between contact nodes is integrated:
     "points", "mean-dilatation" (surface_tangent.py) or "reduced" (reduced_tangent.py). points: how many points call the

@@ -2,8 +2,9 @@
 
     P = mu (F - cof F) + (lam (J-1) + mu (J-1)/J) cof F,  cof F = I + (tr H) I - H^t + cof H
     S = C^-1 (2 mu E + lam J (J-1) I)
-    d2W/dF dF: M = F^-t,  T = mu I,  c1 = mu - p J,  c2 = (p + lam J) J,  p = lam (J-1) + the pressure of the cell (law.py)
+    d2W/dF dF: M = F^-t,  T = mu I,  c1 = mu - p J,  c2 = (p + lam J) J     (law.py)
 
+with p = lam (J-1) + the pressure of the cell.
 Over a step (implicit_geometry.py): S* = mu (I - s DD) + lam (J0 + J1 - 2) G,  s = 2/(J0 + J1) ln(J1/J0)/(J1 - J0).
 """
 

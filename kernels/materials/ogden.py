@@ -1,10 +1,10 @@
-"""Ogden: W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum over p of mu_p ln J + lam/2 (J - 1)^2, stretches l_i.
+"""Ogden: W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum of mu_p ln J + lam/2 (J - 1)^2, stretches l_i.
 
 With the eigenvalues d_i and eigenvectors N_i of C - I, logarithmic strains e_i = ln(1 + d_i)/2 and
 g_i = sum over p of mu_p (l_i^alpha_p - 1), in which no digits cancel:
 
     W = sum over p, i of mu_p/alpha_p (exp(alpha_p e_i) - 1 - alpha_p e_i) + lam/2 (J - 1)^2
-    S = sum over i of s_i N_i x N_i,  s_i = (g_i + q)/l_i^2,  q = J p,  p = lam (J - 1) + the pressure of the cell (law.py)
+    S = sum over i of s_i N_i x N_i,  s_i = (g_i + q)/l_i^2,  q = J p,  p = lam (J - 1) + the pressure of the cell
 
 S does not depend on the choice of N_i where stretches coincide, and the second derivative holds divided differences
 Q_ik = (g_i - g_k)/(l_i^2 - l_k^2), which e_i - e_k gives to the last digits. In the frames n_i = F N_i / l_i, N_i
@@ -199,16 +199,14 @@ def stress(e, j, parameters):
 @ti.func
 def stress_change(e, j, parameters, along):
     """dS_ii = (g_i' de_i + (q + v) sum of de)/l_i^2 - 2 s_i de_i,  dS_ik = 2 K_ik/(l_i l_k)^2 dE_ik in the frame N."""
-    frame, squares, pulls, steep, ratios, crosses, volume = slopes(2.0 * e, j, parameters, 0.0)
+    frame, squares, pulls, steep, _ratios, crosses, volume = slopes(2.0 * e, j, parameters, 0.0)
     change = frame.transpose() @ along @ frame
     growth = change[0, 0] / squares[0] + change[1, 1] / squares[1] + change[2, 2] / squares[2]
     result = ti.Matrix.zero(ti.f64, 3, 3)
     for i, k in ti.static(ti.ndrange(3, 3)):
         result[i, k] = 2.0 * crosses[i, k] / (squares[i] * squares[k]) * change[i, k]
         if ti.static(i == k):
-            result[i, i] = (
-                (steep[i] - 2.0 * pulls[i]) * (change[i, i] / squares[i]) + volume * growth
-            ) / squares[i]
+            result[i, i] = ((steep[i] - 2.0 * pulls[i]) * (change[i, i] / squares[i]) + volume * growth) / squares[i]
     return frame @ result @ frame.transpose()
 
 

@@ -15,8 +15,8 @@ from ..packing import CHUNKS, WIDTHS, CellPacks, OwnRows, append_own_rows, pack_
 from ..plan import BodyPlan
 
 if TYPE_CHECKING:
-    from ..kernels.materials.law import Law
     from ..kernels.bundles import Body
+    from ..kernels.materials.law import Law
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
 
