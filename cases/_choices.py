@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 import tcontact as tc
+from tcontact.materials import LAWS
 
 Kind = Literal["hex8", "tet4"]
 Formulation = Literal["full", "reduced", "mean-dilatation"]
-Law = Literal["neo-hookean", "mooney-rivlin", "linear", "st-venant-kirchhoff"]
+Law = Literal[tuple(LAWS)]
 Contact = Literal["massless", "penalty", "impulse"]
 Removal = Literal["auto", "normal", "full"]
-
-MATERIALS: dict[str, Callable[..., tc.Material]] = {
-    "neo-hookean": tc.NeoHookean,
-    "mooney-rivlin": tc.MooneyRivlin.of,
-    "linear": tc.LinearElastic,
-    "st-venant-kirchhoff": tc.StVenantKirchhoff,
-}
 
 
 def material(law: Law, young: float, poisson: float, density: float) -> tc.Material:
     """Material of the named law. Raises `InputError`."""
-    if law not in MATERIALS:
-        raise tc.InputError("law", law, "use one of " + ", ".join(MATERIALS))
-    return MATERIALS[law](young=young, poisson=poisson, density=density)
+    if law not in LAWS:
+        raise tc.InputError("law", law, "use one of " + ", ".join(LAWS))
+    return LAWS[law].of(young, poisson, density)
 
 
 def contact_model(

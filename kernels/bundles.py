@@ -10,7 +10,11 @@ from .arguments import Array, Index, Shared
 
 
 class Body(NamedTuple):
-    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums."""
+    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums.
+
+    memory [pack, point, number, lane]: what the points of a law with state keep (point_memory.py); None for other
+    laws.
+    """
 
     u: Array = None
     v: Array = None
@@ -26,6 +30,7 @@ class Body(NamedTuple):
     special_force: Array = None
     node_sums: Array = None
     cell_sums: Array = None
+    memory: Array = None
 
 
 class Listed(NamedTuple):
@@ -138,10 +143,12 @@ class System(NamedTuple):
 class Pairs(NamedTuple):
     """Stiffness between the contact nodes of a cell, and where it goes in the system (tcontact/contact_graph.py).
 
-    cell_nodes [c, corners]; shape_gradients [q, corners, 3], weights [q]; start [c+1], corners, nodes [p, 2],
+    blocks: the contact blocks, numbered as in lanes.py; of each cell_nodes [c, corners], shape_gradients
+    [q, corners, 3], weights [q]; start [c+1], corners, nodes [p, 2],
     values [p, block, block]; row_start [k+1], entry_start [e+1], entry_pairs, entry_place [e].
     """
 
+    blocks: Index = None
     cell_nodes: Index = None
     shape_gradients: Array = None
     weights: Array = None

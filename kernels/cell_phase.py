@@ -20,7 +20,7 @@ import functools
 
 import taichi as ti
 
-from . import elements, laws
+from . import elements
 from .lanes import (
     CELL_SUMS,
     CHUNK_BITS,
@@ -36,11 +36,14 @@ from .lanes import (
     MASSLESS,
     MATERIAL,
     MATERIAL_NUMBERS,
+    MEMORY,
     ROW,
     SEGMENT,
     VISCOSITY,
     WIDTHS,
 )
+from .materials import LAWS
+from .point_memory import PointMemory
 from .vectors import MASK
 
 TINY = 1e-100
@@ -72,22 +75,20 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 
 
 def make_block_phase(kind: str, law: str, viscous: bool):
-    """Make block_phase(body, base, own, first, end): the packs of one kind and law in a chunk, its segments first..end.
+    """Make block_phase(body, base, own, first, end, commit): the packs of one kind and law in a chunk.
 
-    It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate of them.
+    first..end: its segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and the
+    largest viscous rate of them.
     """
     corners, width = elements.CORNERS[kind], WIDTHS[kind]
     force_of = elements.force_of(kind, law)
-    law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
+    law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
+    pack_memory = elements.FUNCTIONS[kind].points * size * width
     lane_numbers = list(range(width))
-    viscosity_of = None
-    if viscous:
-        from .bulk_viscosity import VISCOSITIES
-
-        viscosity_of = VISCOSITIES[kind]
+    viscosity_of = elements.FUNCTIONS[kind].viscosity
 
     @ti.func
-    def block_phase(body: ti.template(), base, own, first, end):
+    def block_phase(body: ti.template(), base, own, first, end, commit):
         lanes = ti.Vector(lane_numbers)
         zero = ti.Vector([0.0 for _ in range(width)])
         one = zero + 1.0
@@ -99,15 +100,17 @@ def make_block_phase(kind: str, law: str, viscous: bool):
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
             first_row = ti.select(own == 1, 3 * body.segments[at + ROW], base)
-            moduli = [body.params[material + i] for i in range(moduli_count)]
+            parameters = [body.params[material + i] for i in range(count)]
             for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
                 x = [[corner[k][c] for k in range(corners)] for c in range(3)]
                 y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
-                # padding lanes repeat the last cell without stiffness
+                # padding lanes repeat the last cell with no weight
                 weight = ti.select(lanes + pack * width < cell_end, one, zero)
-                answer = force_of(x, y, [modulus * weight for modulus in moduli], law_of)
+                memory_at = body.segments[at + MEMORY] + pack * pack_memory
+                memory = ti.static(PointMemory(body.memory, memory_at, size, width, commit) if size else None)
+                answer = force_of(x, y, weight, parameters, law_of, memory)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
@@ -150,19 +153,20 @@ def make_block_phase(kind: str, law: str, viscous: bool):
 
 @functools.cache
 def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
-    """Cell phase of kinds of cells, each an element (names in `elements.FORCES`) with a law (`laws.LAWS`); memoised.
+    """Cell phase of kinds of cells, each an element (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`).
 
-    cell_phase(first, end, body, stride) for the chunks first..end of a `bundles.Body`; a kernel that calls it needs
-    KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over steps
-    stride = 1. viscous: with bulk viscosity (bulk_viscosity.py).
+    cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it
+    needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
+    steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it becomes
+    (point_memory.py). Memoised.
     """
     phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
     count = len(kinds)
-    limiting = [not law.startswith("linear_elastic") for _, law in kinds]
+    limiting = [not LAWS[law].linear for _, law in kinds]
     judged = limiting if any(limiting) else [True] * count
 
     @ti.func
-    def cell_phase(first, end, body: ti.template(), stride: ti.template()):
+    def cell_phase(first, end, body: ti.template(), stride: ti.template(), commit):
         for s in range((end - first) * stride):
             if s % stride == 0:
                 chunk = first + s // stride
@@ -170,7 +174,8 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
                 base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]
                 energy, hourglass, power, fastest, change = 0.0, 0.0, 0.0, 0.0, 1e300
                 for i in ti.static(range(count)):
-                    part = phases[i](body, base, own, body.chunk_table[table + i], body.chunk_table[table + i + 1])
+                    start, stop = body.chunk_table[table + i], body.chunk_table[table + i + 1]
+                    part = phases[i](body, base, own, start, stop, commit)
                     energy += part[0]
                     if ti.static(judged[i]):
                         change = ti.min(change, part[1])

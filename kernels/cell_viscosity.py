@@ -20,10 +20,9 @@ import functools
 
 import taichi as ti
 
-from . import elements, laws, tensor3
+from . import elements, tensor3
 from .boundary_nodes import row
 from .cell_phase import gather
-from .cells import hex_gradients, hex_mode_forces, hex_modes
 from .compile_options import KEEP_VECTORS, compiled_with
 from .friction import put_three, three
 from .lanes import (
@@ -40,8 +39,7 @@ from .lanes import (
     SEGMENT,
     WIDTHS,
 )
-from .mean_dilatation import along, with_pressure
-from .reduced_hex import hex_slopes
+from .materials import LAWS, linear_elastic
 from .signatures import Signature, kernel_of
 from .vectors import MASK, load
 
@@ -76,24 +74,13 @@ def cells_place(viscous: ti.template()):
 
 
 @ti.func
-def stress_of_step(h, moduli):
+def stress_of_step(h, parameters):
     """The law of the increments: [sigma, sigma:e/2, tr e] of the strain e = (H + H^t - H^t H)/2 of a step."""
     square = tensor3.transposed_product(h, h)
     e = [[0.5 * ((h[i][j] + h[j][i]) - square[i][j]) for j in range(3)] for i in range(3)]
     trace = tensor3.trace(e)
-    stress = tensor3.plus_identity(tensor3.scaled(2.0 * moduli[1], e), moduli[0] * trace)
+    stress = tensor3.plus_identity(tensor3.scaled(2.0 * parameters[1], e), parameters[0] * trace)
     return [stress, 0.5 * tensor3.dot(stress, e), trace]
-
-
-@ti.func
-def mean_step_force(x, d, moduli, law: ti.template()):
-    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
-    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
-    points = hex_mode_forces(mode_x, mode_d, [0.0, moduli[1]], law, hex_gradients)
-    now = hex_slopes(mode_x)
-    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
-    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
-    return with_pressure(points, moduli[0], now[0], now[1], change)
 
 
 @ti.func
@@ -114,12 +101,9 @@ def make_block_viscosity(kind: str, law: str):
     first, end: segments (cell_phase.py) of a chunk.
     """
     corners, width = elements.CORNERS[kind], WIDTHS[kind]
-    linear = law.startswith("linear_elastic")
-    law_of = laws.LAWS[law] if linear else stress_of_step
-    force_of = elements.force_of(kind, law)
-    if not linear:  # deformed cells are no parallelepipeds
-        force_of = mean_step_force if kind in elements.MEAN else elements.FORCES[kind.removesuffix("-affine")]
-
+    linear = LAWS[law].linear
+    law_of = linear_elastic.update if linear else stress_of_step
+    force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
     place_of = at_rest if linear else present
 
     @ti.func
@@ -138,7 +122,7 @@ def make_block_viscosity(kind: str, law: str):
                 d = [[corner[k][3 + c] - past[k][c] for k in range(corners)] for c in range(3)]
                 x = [[place_of(corner[k], c) for k in range(corners)] for c in range(3)]
                 eta = load(viscous, lane_at + pack * width, width)  # 0 in padding lanes
-                answer = force_of(x, d, [stiff * eta, shear * eta], law_of)
+                answer = force_of(x, d, eta, [stiff, shear], law_of, None)
                 for k in ti.static(range(corners)):
                     for lane in ti.static(range(width)):
                         place = (row_at + 3 * (start + k * width + lane)) & MASK

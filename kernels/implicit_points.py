@@ -11,18 +11,9 @@ import taichi as ti
 
 from .arguments import ARRAY, INDEX
 from .compile_options import LEAVE_TO_LLVM, compiled_with
-from .implicit_laws import (
-    PARTS,
-    energy,
-    linear_energy,
-    linear_stress,
-    mean_stress,
-    mean_stress_change,
-    step_stress,
-    step_stress_change,
-    volume_growth,
-)
-from .implicit_stress import cofactor, identity, volume_change
+from .implicit_geometry import cofactor, identity, volume_change
+from .implicit_rules import mean_stress, mean_stress_change, step_stress, step_stress_change, volume_growth
+from .materials import LAWS
 
 
 @ti.func
@@ -49,20 +40,32 @@ def unit(k):
 
 @functools.cache
 def make_points(law: str, rule: str, mean: bool):
-    """The kernel for a law and a rule of `implicit_laws`; mean: the pressures of mean dilatation instead of lam."""
-    linear = law == "linear_elastic"
-    end = rule == "end"
-    assert law in PARTS
+    """Return the kernel for a law and a rule of `implicit_rules`, memoised.
+
+    mean: with the pressures of mean dilatation, at parameters[0] = 0.
+    """
+    known = LAWS[law]
+    step_law, linear, count, end = known.step, known.linear, len(known.parameters), rule == "end"
 
     @ti.func
-    def linear_rule(h0, dh, moduli, chi, p0, p1):
+    def linear_update(h, parameters):
+        """Return the stress and the energy of the linear law."""
+        answer = known.update([[h[i, j] for j in range(3)] for i in range(3)], parameters)
+        return ti.Matrix(answer[0]), answer[1]
+
+    @ti.func
+    def linear_stress(h, parameters):
+        return linear_update(h, parameters)[0]
+
+    @ti.func
+    def linear_rule(h0, dh, constants, chi, p0, p1):
         """P of linear elasticity, and what a unit of p1 adds to it."""
         h = h0 + (1.0 if ti.static(end) else 0.5) * dh
-        p = linear_stress(h, moduli)
+        p = linear_stress(h, constants)
         share = 1.0 if ti.static(end) else 0.5
         pressure = p1 if ti.static(end) else 0.5 * (p0 + p1)
         if ti.static(rule == "dissipative"):
-            p += 0.5 * chi * linear_stress(dh, moduli)
+            p += 0.5 * chi * linear_stress(dh, constants)
             share += 0.5 * chi
             pressure += 0.5 * chi * (p1 - p0)
         if ti.static(mean):
@@ -75,9 +78,7 @@ def make_points(law: str, rule: str, mean: bool):
         per_cell: ti.i32,
         tangents: ti.i32,
         chi: ti.f64,
-        first: ti.f64,
-        second: ti.f64,
-        third: ti.f64,
+        parameters: ARRAY,
         connectivity: INDEX,
         gradients: ARRAY,
         weights: ARRAY,
@@ -91,7 +92,7 @@ def make_points(law: str, rule: str, mean: bool):
     ):
         for point in range(weights.shape[0]):
             cell, w = point // per_cell, weights[point]
-            moduli = ti.Vector([first, second, third])
+            constants = [parameters[i] for i in range(count)]
             h0 = gradient(corners, connectivity, gradients, cell, 3 * corners * point, u0)
             dh = gradient(corners, connectivity, gradients, cell, 3 * corners * point, d)
             h1 = h0 + dh
@@ -99,17 +100,19 @@ def make_points(law: str, rule: str, mean: bool):
             if ti.static(mean):
                 p0, p1 = pressures[2 * cell], pressures[2 * cell + 1]
             if ti.static(linear):
-                p, share = linear_rule(h0, dh, moduli, chi, p0, p1)
+                p, share = linear_rule(h0, dh, constants, chi, p0, p1)
                 for i, j in ti.static(ti.ndrange(3, 3)):
                     stress_out[9 * point + 3 * i + j] = w * p[i, j]
                     if ti.static(mean):
                         slopes_out[18 * point + 3 * i + j] = ti.select(i == j, w * share, 0.0)
                         slopes_out[18 * point + 9 + 3 * i + j] = ti.select(i == j, w, 0.0)
-                measures_out[2 * point] = w * linear_energy(h1, moduli)
+                measures_out[2 * point] = w * linear_update(h1, constants)[1]
                 measures_out[2 * point + 1] = volume_change(h1)
                 if tangents != 0:
                     for direction in range(9):
-                        change = share * linear_stress(unit(direction // 3).outer_product(unit(direction % 3)), moduli)
+                        change = share * linear_stress(
+                            unit(direction // 3).outer_product(unit(direction % 3)), constants
+                        )
                         for i, j in ti.static(ti.ndrange(3, 3)):
                             tangent_out[(9 * point + direction) * 9 + 3 * i + j] = w * change[i, j]
             else:
@@ -118,7 +121,7 @@ def make_points(law: str, rule: str, mean: bool):
                 de = symmetric(f.transpose() @ dh)
                 e1 = e0 + de
                 j0, j1 = volume_change(h0), volume_change(h1)
-                s = step_stress(law, rule, e0, e1, de, j0, j1, moduli, chi)
+                s = step_stress(step_law, rule, e0, e1, de, j0, j1, constants, chi)
                 if ti.static(end):
                     f = identity() + h1
                 if ti.static(mean):
@@ -131,14 +134,14 @@ def make_points(law: str, rule: str, mean: bool):
                 p = f @ s
                 for i, j in ti.static(ti.ndrange(3, 3)):
                     stress_out[9 * point + 3 * i + j] = w * p[i, j]
-                measures_out[2 * point] = w * energy(law, e1, j1, moduli)
+                measures_out[2 * point] = w * step_law.energy(e1, j1, constants)
                 measures_out[2 * point + 1] = j1
                 if tangents != 0:
                     for direction in range(9):
                         along_f = unit(direction // 3).outer_product(unit(direction % 3))
                         along = symmetric((identity() + h1).transpose() @ along_f)
                         growth = volume_growth(h1, along_f)
-                        ds = step_stress_change(law, rule, e0, e1, de, j0, j1, moduli, chi, along, growth)
+                        ds = step_stress_change(step_law, rule, e0, e1, de, j0, j1, constants, chi, along, growth)
                         if ti.static(mean):
                             ds += mean_stress_change(rule, e0, e1, de, j0, j1, p0, p1, chi, along, growth)
                         change = f @ ds

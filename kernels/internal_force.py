@@ -18,6 +18,7 @@ import taichi as ti
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
 from .lanes import GRAIN
+from .materials import LAWS
 from .node_phase import node_phase
 from .signatures import Signature, kernel_of
 
@@ -33,15 +34,23 @@ def make_step(
     """Step kernel of kinds of cells (element, law), memoised; every array flat, u and v [3n], rows zero at the start.
 
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
-    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`.
+    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`. With laws that have
+    state `commit` comes after `ranges`: whether the points keep what it becomes.
     damped: with mass-proportional damping; viscous: with bulk viscosity; cornered: with contact cells.
     """
     cell_phase = make_cell_phase(kinds, viscous)
     count = len(kinds)
 
     @ti.func
-    def step(first, end, ranges, body: ti.template()):
-        cell_phase(first, end, body, GRAIN)
+    def step_and_commit(first, end, ranges, commit, body: ti.template()):
+        cell_phase(first, end, body, GRAIN, commit)
         node_phase(body, ranges, count, GRAIN, damped, cornered)
 
-    return compiled_with(kernel_of(step, signature, ("first", "end", "ranges")), **KEEP_VECTORS)
+    @ti.func
+    def step(first, end, ranges, body: ti.template()):
+        step_and_commit(first, end, ranges, 0, body)
+
+    numbers = ("first", "end", "ranges")
+    if any(LAWS[law].state for _, law in kinds):
+        return compiled_with(kernel_of(step_and_commit, signature, (*numbers, "commit")), **KEEP_VECTORS)
+    return compiled_with(kernel_of(step, signature, numbers), **KEEP_VECTORS)

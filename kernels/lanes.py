@@ -10,9 +10,15 @@ WIDTHS = dict.fromkeys(  # lanes of a pack
 )
 # numbers of a segment, the packs of one block of cells in one chunk: first and end pack of the block; end of its cells
 # (pack * width + lane); where in `connectivity` its pack 0 begins; where in `params` its material stands; the row of
-# place 0 of `connectivity`, for contact cells; the number of its first lane among the lanes of all blocks
-SEGMENT = 7
-FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE = range(SEGMENT)
+# place 0 of `connectivity`, for contact cells; the number of its first lane among the lanes of all blocks; where in
+# `memory` its pack 0 begins
+SEGMENT = 8
+FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = range(SEGMENT)
+# numbers of a contact block, the contact cells of one block: first and end cell among all contact cells; where its
+# nodes begin in `cell_nodes`, the data of its quadrature points in `shape_gradients` and `weights`, and how many points
+# there are; where in `params` its material stands; where in `memory` its cell 0 begins; number of its kind of cells
+CONTACT_BLOCK = 9
+FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
 # numbers that kernels sum up, and of all of them side by side in a raw row
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)
 CELL_SUMS = 3  # elastic energy, smallest det F, hourglass energy
@@ -30,23 +36,15 @@ CONTACT_AT = SUPPORT_AT + SUPPORT_SUMS
 FRICTION_AT = CONTACT_AT + CONTACT_SUMS
 LOADS_AT = FRICTION_AT + FRICTION_SUMS
 RAW = NODE_SUMS + CELL_SUMS + BOUNDARY_SUMS + SUPPORT_SUMS + CONTACT_SUMS
-MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
+LAW_PARAMETERS = 8  # room in `params` for the parameters of a law
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), rate of the damping [1/s], 1 where boundary nodes move
-# like all others (products), number of massless nodes, number of chunks; then the materials: constants of the law
-# (MODULI), with viscosity also Lame's constants [Pa] and those of the bulk viscosity: c1 c [m/s], c2^2, density
+# like all others (products), number of massless nodes, number of chunks; then the materials: parameters of the law
+# (LAW_PARAMETERS), with viscosity also Lame's constants [Pa] and those of the bulk viscosity: c1 c [m/s], c2^2, density
 # [kg/m^3], mean over smallest corner mass of a cell
-KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING_RATE, FREE, MASSLESS, CHUNK_COUNT, MATERIALS = (
-    0,
-    1,
-    2,
-    3,
-    6,
-    7,
-    8,
-    9,
-    10,
-)
-LAME, VISCOSITY, MATERIAL_NUMBERS = MODULI, MODULI + 2, MODULI + 6  # where these begin in a material, and their end
+KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING_RATE = 0, 1, 2, 3, 6
+FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 7, 8, 9, 10
+# where these begin in a material, and their end
+LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
 VISCOUS_SUMS = 2  # dissipated power [W], largest rate of a cell [1/s]
 CHUNK_SUMS = CELL_SUMS + VISCOUS_SUMS  # of a chunk in `cell_sums`; after all chunks the viscous pressure of every lane
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

@@ -10,9 +10,11 @@ import functools
 
 import taichi as ti
 
-from . import cells, elements, laws
+from . import elements
 from .arguments import ARRAY, INDEX
+from .elements.points import geometry, point_force
 from .lanes import MATERIALS
+from .materials import LAWS
 
 LERP = 0.5 - 0.5 / 3.0**0.5  # Gauss points of the unit interval: LERP and 1 - LERP
 
@@ -39,16 +41,18 @@ def interpolate(a):
 
 
 @ti.func
-def hex_force(x, u, moduli, law: ti.template()):
+def hex_force(x, u, parameters, law: ti.template()):
     """Corner forces [component][corner] of a hex8, all 8 points written out."""
     dx = [[interpolate([x[c][e[1]] - x[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     du = [[interpolate([u[c][e[1]] - u[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     point = [
-        cells.point_force(
+        point_force(
             [[du[c][j][LINES[p][j]] for j in range(3)] for c in range(3)],
-            cells.geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
-            [0.125 * modulus for modulus in moduli],
+            geometry([[dx[c][j][LINES[p][j]] for j in range(3)] for c in range(3)]),
+            parameters,
             law,
+            None,
+            p,
         )[0]
         for p in range(8)
     ]
@@ -56,8 +60,8 @@ def hex_force(x, u, moduli, law: ti.template()):
     for c, j in ti.static(ti.ndrange(3, 3)):
         edge = interpolate([point[p[0]][c][j] + point[p[1]][c][j] for p in POINTS[j]])
         for e in ti.static(range(4)):
-            force[c][EDGES[j][e][0]] -= edge[e]
-            force[c][EDGES[j][e][1]] += edge[e]
+            force[c][EDGES[j][e][0]] -= 0.125 * edge[e]
+            force[c][EDGES[j][e][1]] += 0.125 * edge[e]
     return force
 
 
@@ -65,8 +69,8 @@ def forces_alone(whole):
     """Corner forces [component][corner] of an element, without its energy."""
 
     @ti.func
-    def force_of(x, u, moduli, law: ti.template()):
-        return whole(x, u, moduli, law)[0]
+    def force_of(x, u, parameters, law: ti.template()):
+        return whole(x, u, 1.0, parameters, law, None)[0]
 
     return force_of
 
@@ -79,7 +83,7 @@ def make_plain_force(kind: str, law: str):
     """
     corners = elements.CORNERS[kind]
     force_of = hex_force if kind == "hex8" else forces_alone(elements.force_of(kind, law))
-    law_of, count = laws.LAWS[law], laws.MODULI[law]
+    law_of, count = LAWS[law].update, len(LAWS[law].parameters)
 
     @ti.kernel
     def plain_force(connectivity: INDEX, position: ARRAY, params: ARRAY, u: ARRAY, force_out: ARRAY):

@@ -194,7 +194,8 @@ def make_serial_step(
             while state != STOP:
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
-                        cell_phase(ti.select(state == MEASURED, ordinary, 0), chunks, body, 1)
+                        first_chunk = ti.select(state == MEASURED, ordinary, 0)
+                        cell_phase(first_chunk, chunks, body, 1, ti.select(state == PASS, 1, 0))
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, ordinary, cell_kinds, 1, damped, cornered)

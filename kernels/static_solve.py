@@ -11,9 +11,11 @@ import functools
 
 import taichi as ti
 
+from . import elements
 from .boundary_nodes import row
 from .cell_viscosity import RATE, TANGENT_RATE, stiffen, viscous_force
 from .friction import held
+from .lanes import CONTACT_BLOCK, KIND
 from .lanes import SWEEP_LANES as LANES
 from .massless_node import (
     EPSILON,
@@ -25,6 +27,7 @@ from .massless_node import (
     off_the_obstacles,
     unbalanced,
 )
+from .materials import LAWS
 from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
@@ -167,10 +170,13 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, pla
 
     stats[NEXT] asks for more; viscous: data of viscous contact cells (cell_viscosity.py).
     """
-    ((kind, law),) = cells
-    tangent = make_surface_tangent(law, block, plain, "mean-dilatation" in kind)
-    if kind == "hex8-reduced":
-        tangent = make_reduced_tangent(law, block)
+    tangents = [
+        make_reduced_tangent(kind, law, block)
+        if elements.FUNCTIONS[kind].tangent == "reduced"
+        else make_surface_tangent(kind, law, block, plain)
+        for kind, law in cells
+    ]
+    refuses = any(LAWS[law].refusal != "" for _, law in cells)
 
     @ti.func
     def resolve(
@@ -191,7 +197,10 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, pla
         stats[NEXT] = DONE
         if stats[TODO] != DONE:
             if stats[STALE] == 1.0:
-                tangent(body, touching.basis, pairs)
+                for number in range(pairs.blocks.shape[0] // CONTACT_BLOCK):
+                    for i in ti.static(range(len(tangents))):
+                        if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
+                            tangents[i](body, touching.basis, pairs, number)
                 if ti.static(touching.kinds.viscous):
                     stiffen(pairs, viscous, block)
                 blocks(pairs, system, block)
@@ -202,8 +211,8 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, pla
                 stats[NEXT] = MEASURE
         stats[CONVERGED] = 0.0
         if stats[RESIDUAL] <= ti.max(system.settings[TOLERANCE], stats[ROUNDING]):
-            # St Venant-Kirchhoff in compression beyond its limit: a node's own tangent is not positive definite
-            if law != "st_venant_kirchhoff" or stats[PIVOT] > 0.0:
+            # beyond the limit of a law a node's own tangent is not positive definite
+            if not refuses or stats[PIVOT] > 0.0:
                 stats[CONVERGED] = 1.0
 
     return resolve

@@ -51,6 +51,12 @@ def determinant(a, cofactor_a):
 
 
 @ti.func
+def volume_change(h, cofactor_h):
+    """det(I + h) - 1 = tr h + tr cof h + det h without cancellation."""
+    return trace(h) + (trace(cofactor_h) + determinant(h, cofactor_h))
+
+
+@ti.func
 def product(a, b):
     """a b."""
     return [[a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] for j in range(3)] for i in range(3)]

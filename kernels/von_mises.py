@@ -2,46 +2,20 @@
 
     sigma = P F^t / J  (linear law: sigma = P),    s = sigma - tr(sigma)/3 I,    von Mises = sqrt(3/2 s:s)
 
-with P of the law at the displacement gradient H of the cell centre, in one-point hexes at the mean gradient
-(`reduced_hex`). At the centre of a hex the modes of the lines are 8 times the derivatives (`cells`).
+with P of the law at the displacement gradient H of the cell centre, in one-point hexes the mean one (elements/).
 """
 
 import functools
 
 import taichi as ti
 
-from . import laws, tensor3
+from . import elements, tensor3
 from .arguments import ARRAY, INDEX
 from .bundles import Body
 from .cell_phase import gather
-from .cells import geometry, hex_modes, tet_derivatives
 from .compile_options import KEEP_VECTORS, compiled_with
 from .lanes import WIDTHS
-from .reduced_hex import mean_gradient
-
-
-@ti.func
-def hex_centre(x, u):
-    """H at the centre of a hex8 from its corners x[c][k], u[c][k]."""
-    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
-    shape = geometry([[mode_x[c][j] for j in range(3)] for c in range(3)])
-    return tensor3.product_transposed([[mode_u[c][j] for j in range(3)] for c in range(3)], shape[1])
-
-
-@ti.func
-def hex_mean(x, u):
-    """Mean H of a hex8 from its corners."""
-    return mean_gradient([hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)])[2]
-
-
-@ti.func
-def tet_centre(x, u):
-    """H of a tet4 from its corners."""
-    shape = geometry([tet_derivatives(x[c]) for c in range(3)])
-    return tensor3.product_transposed([tet_derivatives(u[c]) for c in range(3)], shape[1])
-
-
-GRADIENTS = {"hex8": (8, hex_centre), "hex8-reduced": (8, hex_mean), "tet4": (4, tet_centre)}
+from .materials import LAWS
 
 
 @ti.func
@@ -66,25 +40,25 @@ def equivalent(stress):
 
 @functools.cache
 def make_von_mises(kind: str, law: str):
-    """Kernel of a kind of gradient (`GRADIENTS`) with a law (`laws.LAWS`), memoised.
+    """Kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
-    von_mises(connectivity, position, moduli, u, stress_out): cells packed WIDTHS[kind] wide as (pack, corner, lane);
-    position, u [3n]; stress_out [packs * width] [Pa].
+    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTHS[kind] wide as (pack, corner,
+    lane); position, u [3n]; stress_out [packs * width] [Pa].
     """
-    corners, gradient_of = GRADIENTS[kind]
-    width, law_of, count = WIDTHS[kind], laws.LAWS[law], laws.MODULI[law]
-    stress_of = small if law.startswith("linear_elastic") else cauchy
+    corners, gradient_of = elements.CORNERS[kind], elements.FUNCTIONS[kind].gradient
+    width, law_of, count = WIDTHS[kind], LAWS[law].update, len(LAWS[law].parameters)
+    stress_of = small if LAWS[law].linear else cauchy
 
     @ti.kernel
-    def von_mises(connectivity: INDEX, position: ARRAY, moduli: ARRAY, u: ARRAY, stress_out: ARRAY):
-        body = ti.static(Body(u=u, connectivity=connectivity, position=position, params=moduli))
+    def von_mises(connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, stress_out: ARRAY):
+        body = ti.static(Body(u=u, connectivity=connectivity, position=position, params=parameters))
         for pack in range(connectivity.shape[0] // (corners * width)):
             start = pack * (corners * width)
             corner = [gather(body, start + k * width, width) for k in range(corners)]
             x = [[corner[k][c] for k in range(corners)] for c in range(3)]
             y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
             h = gradient_of(x, y)
-            answer = law_of(h, [moduli[i] for i in range(count)])
+            answer = law_of(h, [parameters[i] for i in range(count)])
             square = equivalent(stress_of(answer[0], h, answer[2]))
             for lane in ti.static(range(width)):
                 stress_out[pack * width + lane] = ti.sqrt(square[lane])

@@ -32,7 +32,7 @@ from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # n
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .errors import InputError, OutputError  # noqa: E402
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
-from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, StVenantKirchhoff  # noqa: E402
+from .materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .mesh_box import box_mesh  # noqa: E402
 from .mesh_io import read_mesh  # noqa: E402
@@ -83,6 +83,7 @@ __all__ = [
     "Midpoint",
     "MooneyRivlin",
     "NeoHookean",
+    "Ogden",
     "OutputError",
     "OverlapWarning",
     "PaperImplicit",

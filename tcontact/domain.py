@@ -36,6 +36,11 @@ class CellBlock:
     contact: np.ndarray
 
     @property
+    def contact_cells(self) -> np.ndarray:
+        """The nodes [c, corners] of its contact cells."""
+        return self.cells[len(self.cells) - len(self.contact) :]
+
+    @property
     def kind(self) -> tuple[str, str]:
         """Element and law, which its kernels are made for."""
         return self.variant, self.material.law

@@ -58,9 +58,9 @@ class Guards:
             )
             if over_limit:
                 return Stop("diverged", f"{where} {time}; {remedy}")
-            advice = self._against_inversion()
-            if state.plan.body.material.law == "st_venant_kirchhoff":
-                advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
+            from .kernels.materials import LAWS  # imports Taichi
+
+            advice = LAWS[state.plan.body.material.law].refusal or self._against_inversion()
             return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
         energy = row[1] + row[2] + row[3]

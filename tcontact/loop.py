@@ -97,7 +97,7 @@ class Run:
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
-        self.dt = self.scheme.step_size(self.dt_limit)
+        self.dt: float = self.scheme.step_size(self.dt_limit)
         damping = 0.0 if scene.damping is None else scene.damping.rate
         self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]

@@ -30,7 +30,7 @@ class Block:
 
     cells [m, corners]: nodes, the contact cells last; width: lanes of a pack; kind: number of the element and law among
     those that the kernel was made for; material: where its constants stand in `params`; contact: number of contact
-    cells.
+    cells; memory: how many numbers the quadrature points of a cell keep.
     """
 
     cells: NDArray[np.integer]
@@ -38,6 +38,7 @@ class Block:
     kind: int = 0
     material: int = MATERIALS
     contact: int = 0
+    memory: int = 0
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class CellPacks:
     node_info [nodes] int32: first chunk that touches the node, last one, boundary node + 1 (0 = ordinary), by bits as
     in lanes.py; first > last for a node without cells outside the contact cells.
     row_count: rows in all (3 force components each); lanes: of all packs; corner_rows: how many
-    rows belong to corners; corner_start [blocks + 1], corners: row of every corner of the contact cells, by block.
+    rows belong to corners; corner_start [blocks + 1], corners: row of every corner of the contact cells, by block;
+    memory: numbers that all quadrature points keep; contact_memory [blocks]: where those of the contact cells begin.
     """
 
     connectivity: IntArray
@@ -64,6 +66,8 @@ class CellPacks:
     corner_rows: int
     corner_start: NDArray[np.int64]
     corners: NDArray[np.int64]
+    memory: int
+    contact_memory: NDArray[np.int64]
 
     @property
     def nbytes(self) -> int:
@@ -126,6 +130,11 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     places = np.concatenate([[0], np.cumsum([part.size for part in parts])])
     lanes = np.concatenate([[0], np.cumsum([part.shape[0] * part.shape[1] for part in parts])])
 
+    sizes = [
+        part.shape[0] * part.shape[1] * block.memory for part, block in zip(parts, [*blocks, *blocks], strict=True)
+    ]
+    memory = np.concatenate([[0], np.cumsum(sizes)])
+
     spans = _shared_out(ordinary, chunks)
     first = np.full(node_count, chunks, dtype=np.int32)
     last = np.full(node_count, -1, dtype=np.int32)
@@ -162,7 +171,13 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
                     start, end = ranges[chunk][number]
                     if block.kind == kind and end > start:
                         cells = block.contact if owns else len(block.cells) - block.contact
-                        where = (places[number + shift], block.material, own, lanes[number + shift])
+                        where = (
+                            places[number + shift],
+                            block.material,
+                            own,
+                            lanes[number + shift],
+                            memory[number + shift],
+                        )
                         segments.append((start, end, cells, *where))
             table += [len(segments), int(row_bases[chunk]), owns]
     corners = [
@@ -181,6 +196,8 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         corner_rows=int(places[-1] - places[len(blocks)]),
         corner_start=np.concatenate([[0], np.cumsum([len(part) for part in corners])]),
         corners=np.concatenate(corners),
+        memory=int(memory[-1]),
+        contact_memory=memory[len(blocks) : -1],
     )
 
 

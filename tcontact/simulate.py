@@ -91,7 +91,7 @@ def simulate(
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
-    _check_laws(scene, scheme.implicit)
+    _check_laws(scene, scheme)
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
@@ -149,15 +149,16 @@ def carry_out(
     return result
 
 
-def _check_laws(scene: Scene, implicit: bool) -> None:
+def _check_laws(scene: Scene, scheme: Any) -> None:
     """Refuse a material whose law the kernels do not have. Raises `InputError`."""
-    from .kernels.laws import LAWS  # imports Taichi
+    from .kernels.materials import LAWS  # imports Taichi
 
-    known, who, remedy = LAWS.keys(), "the kernels", "CONTRIBUTING.md says how to add a law"
-    if implicit:
-        from .kernels.implicit_laws import PARTS
+    known, who, remedy = list(LAWS), "the kernels", "CONTRIBUTING.md says how to add a law"
+    if scheme.implicit:
+        from .kernels.implicit_rules import has_rule
 
-        known, who, remedy = PARTS.keys(), "implicit schemes", "use one of them, or tc.CentralDifference()"
+        known, who = [name for name, law in LAWS.items() if has_rule(law, scheme.stress)], "implicit schemes"
+        remedy = f"for steps of {type(scheme).__name__}; use one of them, or tc.CentralDifference()"
     for index, body in enumerate(scene.bodies):
         if body.material.law not in known:
             remedy = f"{who} have {', '.join(known)}; {remedy}"

@@ -20,24 +20,26 @@ class VonMises:
     """
 
     def __init__(self, body: Body) -> None:
-        from .kernels.laws import LAWS
-        from .kernels.von_mises import GRADIENTS, make_von_mises
+        from .kernels.materials import LAWS
+        from .kernels.von_mises import make_von_mises
 
         mesh, law = body.mesh, body.material.law
         if law not in LAWS:
             raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
-        kind = body.element if body.element in GRADIENTS else mesh.kind
+        if LAWS[law].state:
+            raise InputError("material.law", law, "its stress depends on what the points keep; draw something else")
+        kind = body.element
         packs = pack_cells(mesh.cells, mesh.node_count, WIDTHS[kind])
         self._count = mesh.cell_count
         self._kernel = Prepared(make_von_mises(kind, law))
         self._connectivity = arrays.put(packs.connectivity)
         self._position = arrays.put(mesh.nodes)
-        self._moduli = arrays.put(np.array(body.material.moduli))
+        self._parameters = arrays.put(np.array(body.material.parameters))
         self._u = arrays.zeros(3 * mesh.node_count)
         self._stress = arrays.zeros(packs.lanes)
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """Stress [m] [Pa] at a displacement [n, 3] [m], both as the user numbers them; the next call overwrites it."""
         arrays.set_values(self._u, displacement)
-        self._kernel(self._connectivity, self._position, self._moduli, self._u, self._stress)
+        self._kernel(self._connectivity, self._position, self._parameters, self._u, self._stress)
         return arrays.get(self._stress)[: self._count]

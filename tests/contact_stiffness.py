@@ -46,7 +46,7 @@ def contact_stiffness(body, removal, u):
     basis = plan.contact.basis[:, :, :block]
     values = arrays.zeros(len(graph.pair_nodes) * block * block)
     _, gradients, weights = shape_functions(body.mesh.kind)
-    params = np.array([0.0] * MATERIALS + [*body.material.moduli])
+    params = np.array([0.0] * MATERIALS + [*body.material.parameters])
     plain = bool((basis == np.eye(3)[:, :block]).all()) and block == 3
     kernel = tangent_kernel(body.material.law, block, body.formulation, plain)
     cell_nodes = plan.cells[graph.cells]

@@ -26,9 +26,10 @@ def test_every_object_that_a_recipe_names_is_there():
     pairs += [("tcontact/plan.py", name) for name in re.findall(r"`(?:BodyPlan|Plan)\.(\w+)`", TEXT)]
     pairs += [("tcontact/schemes/implicit.py", name) for name in re.findall(r"`ImplicitScheme\.(\w+)`", TEXT)]
     pairs += [
-        ("kernels/laws.py", "LAWS"),
-        ("kernels/laws.py", "MODULI"),
-        ("kernels/law_tangents.py", "PARTS"),
+        ("kernels/materials/law.py", "Law"),
+        ("kernels/materials/law.py", "tangent_form"),
+        ("kernels/materials/law.py", "StepLaw"),
+        ("tcontact/materials.py", "LAWS"),
         ("tcontact/schemes/__init__.py", "IMPLICIT"),
         ("tests/test_implicit_tangents.py", "SCHEMES"),
     ]

@@ -149,7 +149,7 @@ def strain_energy(law, h):
     jacobian = sum(
         f[0][i] * (f[1][(i + 1) % 3] * f[2][(i + 2) % 3] - f[1][(i + 2) % 3] * f[2][(i + 1) % 3]) for i in range(3)
     )
-    first, second, *third = map(Decimal, parts.MATERIALS[law].moduli)
+    first, second, *third = map(Decimal, parts.MATERIALS[law].parameters)
     if law in ("linear", "svk"):
         return first / 2 * trace**2 + second * square
     result = second * (trace - jacobian.ln()) + first / 2 * (jacobian - 1) ** 2

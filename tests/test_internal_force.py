@@ -273,7 +273,7 @@ def test_logarithm_is_exact_to_the_last_digits():
     """e - ln(1+e) = e^2/2 - e^3/3 .. for small e, and against long double elsewhere; 1/(1+e) too."""
     import taichi as ti
 
-    from tcontact.kernels.laws import log_split
+    from tcontact.kernels.transcendental import log_split
 
     @ti.kernel
     def split(change: ti.types.ndarray(), excess_out: ti.types.ndarray(), inverse_out: ti.types.ndarray()):

@@ -187,7 +187,7 @@ def test_the_step_with_viscosity_is_that_of_the_damped_oscillator():
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
     from tcontact.describe import memory
-    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, MODULI
+    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, LAW_PARAMETERS
     from tcontact.terms.internal_force import InternalForce
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
@@ -195,7 +195,7 @@ def test_absent_it_leaves_nothing_behind():
     assert without.columns == ()
     assert without.bodies[0].options == {}
     assert len(InternalForce(without.bodies[0]).cell_sums) == 2 * CHUNKS * CELL_SUMS
-    assert len(InternalForce(without.bodies[0]).parameters) == 6 + MODULI
+    assert len(InternalForce(without.bodies[0]).parameters) == 6 + LAW_PARAMETERS
     assert "visco" not in without.describe()
     assert "viscous_work" not in simulate(scene).history
     assert with_it.columns == ("viscous_work",)

@@ -27,7 +27,7 @@ def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
     term.advance(u, v, kick, kick, drift)
     velocity = np.array(arrays.get(v)).reshape(-1, 3)
     forces = -velocity * body.lumped[:, None] / (2 * kick)
-    exact, energy = reference.force(kind, law, body.body.material.moduli, body.reference, body.cells, start)
+    exact, energy = reference.force(kind, law, body.body.material.parameters, body.reference, body.cells, start)
     moved = -drift * 2 * kick * exact / body.lumped[:, None]
     return {
         "force_error": float(np.abs(forces - exact).max() / np.abs(exact).max()),

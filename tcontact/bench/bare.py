@@ -10,23 +10,23 @@ from ..terms.internal_force import InternalForce
 
 def without_energy(force: InternalForce, variant: str, law: str) -> InternalForce:
     """The same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
-    from ..kernels import internal_force, laws
+    from ..kernels import internal_force
+    from ..kernels.materials import LAWS
     from ..kernels.signatures import signature_of
 
     name = law + " without energy"
-    laws.LAWS.setdefault(name, _bare(laws.LAWS[law]))
-    laws.MODULI.setdefault(name, laws.MODULI[law])
+    LAWS.setdefault(name, LAWS[law]._replace(update=_bare(LAWS[law].update)))
     other = copy(force)
     other.kernel = Prepared(internal_force.make_step(((variant, name),), signature_of({"body": force.bundle()})))
     return other
 
 
-def _bare(law: Any) -> Any:
+def _bare(update: Any) -> Any:
     ti = runtime.load()
 
     @ti.func
-    def bare(h, moduli):
-        answer = law(h, moduli)
-        return [answer[0], 0.0 * moduli[1], answer[2]]
+    def bare(h, parameters):
+        answer = update(h, parameters)
+        return [answer[0], 0.0 * answer[2], answer[2]]
 
     return bare

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from .. import materials
@@ -13,12 +11,6 @@ from ..mesh_box import box_mesh
 from ..obstacles import Plane
 from ..scene import Body, Scene
 
-MATERIALS: dict[str, Callable[..., materials.Material]] = {
-    "neo-hookean": materials.NeoHookean,
-    "linear": materials.LinearElastic,
-    "st-venant-kirchhoff": materials.StVenantKirchhoff,
-    "mooney-rivlin": materials.MooneyRivlin.of,
-}
 AFFINE = ("hex8", "hex8-mean-dilatation")
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
@@ -28,7 +20,7 @@ YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
 def material(law: str) -> materials.Material:
     """The soft material of the main case, with the named law."""
-    return MATERIALS[law](young=YOUNG, poisson=POISSON, density=DENSITY)
+    return materials.LAWS[law].of(YOUNG, POISSON, DENSITY)
 
 
 def block(kind: str, law: str, size: int, contact: str = "none", duration: float = 1e-9) -> Scene:

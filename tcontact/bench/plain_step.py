@@ -59,7 +59,7 @@ class PlainStep:
         self.connectivity = arrays.put(plan.cells)
         self.position = arrays.put(plan.reference)
         self.mass = arrays.put(plan.lumped)
-        self.parameters = arrays.put(np.array([0.0] * MATERIALS + [*material.moduli]))
+        self.parameters = arrays.put(np.array([0.0] * MATERIALS + [*material.parameters]))
         self.u, self.v = arrays.put(displacement), arrays.put(velocity)
         self.force = arrays.zeros(displacement.size)
         self.dt = dt

@@ -68,7 +68,7 @@ def volume_change(law: str, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def force(
     kind: str, law: str, moduli: Sequence[float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli as in kernels/laws.py."""
+    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli: the parameters of the law."""
     slopes, weights = shape_slopes(kind)
     result, energy = np.zeros_like(u), 0.0
     for start in range(0, len(cells), AT_ONCE):

@@ -39,7 +39,7 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
         return Points(gradients, volumes)
     volume = volumes.sum(axis=1)
     mean = np.einsum("mq,mqad->mad", volumes, gradients, optimize=True) / volume[:, None, None]
-    from ..kernels.reduced_hex import HOURGLASS
+    from ..kernels.elements.hex8_reduced import HOURGLASS
 
     r = HEX_CORNERS
     modes = np.stack([r[:, 0] * r[:, 1], r[:, 0] * r[:, 2], r[:, 1] * r[:, 2], r.prod(axis=1)])  # [4, a]
@@ -51,12 +51,12 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
 
 def stiff_modulus(body: Body) -> float:
     """lam + 2 mu of the hourglass stiffness [Pa], as the explicit kernels take it."""
-    moduli = body.material.moduli
-    return moduli[0] + 2.0 * moduli[1]
+    parameters = body.material.parameters
+    return parameters[0] + 2.0 * parameters[1]
 
 
 class Cells:
-    """Forces and tangents of cells [m, corners] over a step, by one rule of kernels/implicit_laws.py at a time.
+    """Forces and tangents of cells [m, corners] over a step, by one rule of kernels/implicit_rules.py at a time.
 
     unknowns: nodes that have rows in the tangent, None = all. Arrays of points are shared by all rules.
     """
@@ -73,9 +73,11 @@ class Cells:
         self.per_cell = points.weights.shape[1]
         self.volume = points.weights.sum(axis=1)
         self.mean = body.formulation == "mean-dilatation"
-        moduli = [*body.material.moduli, 0.0][:3]
-        self.bulk = moduli[0] if self.mean else 0.0
-        self.moduli = (0.0, *moduli[1:]) if self.mean else tuple(moduli)
+        parameters = np.array(body.material.parameters)
+        self.bulk = float(parameters[0]) if self.mean else 0.0
+        if self.mean:
+            parameters[0] = 0.0
+        self.parameters = arrays.put(parameters)
         self.sparsity: Sparsity = sparsity_of(cells, self.nodes, unknowns)
         self.connectivity = arrays.put(cells.astype(np.int32))
         self.gradients = arrays.put(points.gradients)
@@ -119,7 +121,7 @@ class Cells:
         if self.mean:
             self._pressures(u0, d)
         self._points(rule)(
-            self.corners, self.per_cell, int(tangents), float(chi), *self.moduli,
+            self.corners, self.per_cell, int(tangents), float(chi), self.parameters,
             self.connectivity, self.gradients, self.weights, self.u0, self.d, self.pressures,
             self.stress, self.tangent, self.measures, self.slopes,
         )  # fmt: skip

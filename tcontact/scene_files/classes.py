@@ -9,13 +9,13 @@ from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
 from ..dissipation import BulkViscosity, MassDamping
 from ..friction_layer import metals
 from ..friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
-from ..materials import LinearElastic, MooneyRivlin, NeoHookean, StVenantKirchhoff
+from ..materials import LAWS
 from ..obstacles import Box, Cylinder, Plane, Sdf, Sphere
 from ..schemes import SCHEMES
 
 # place -> type words -> class; a place with one class needs no word
 CLASSES: dict[str, dict[str, type]] = {
-    "material": {kind.__name__: kind for kind in (NeoHookean, StVenantKirchhoff, LinearElastic, MooneyRivlin)},
+    "material": {kind.__name__: kind for kind in LAWS.values()},
     "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
     "contact": {kind.__name__: kind for kind in (MasslessContact, PenaltyContact, ImpulseContact)},
     "friction": {kind.__name__: kind for kind in (Coulomb, RegularizedCoulomb, FrictionLayer)},

@@ -46,7 +46,7 @@ class ImplicitScheme:
     order: ClassVar[int] = 2
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum", "angular momentum")
     implicit: ClassVar[bool] = True
-    stress: ClassVar[str] = "end"  # rule of kernels/implicit_laws.py
+    stress: ClassVar[str] = "end"  # rule of kernels/implicit_rules.py
     level: ClassVar[float] = 1.0  # where between x0 and x1 an "end" rule is taken
     conserving: ClassVar[bool] = False  # contact by difference quotients of its potential
     dissipates: ClassVar[bool] = False  # by design

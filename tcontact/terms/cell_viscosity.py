@@ -44,7 +44,7 @@ class CellViscosity:
             contact, kind, width = block.body.contact, block.body.body.mesh.kind, WIDTHS[block.variant]
             if len(block.contact):
                 assert contact is not None
-                corners = block.cells[len(block.cells) - len(block.contact) :]
+                corners = block.contact_cells
                 eta = contact.viscosity * SPACING[kind] * shortest_heights(kind, domain.reference[corners])
                 eta /= block.material.wave_speed
                 lanes[count : count + len(eta)] = eta
@@ -58,7 +58,7 @@ class CellViscosity:
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
         start = names.NUMBERS + 6 * nodes + len(lanes)
         self._rows = slice(start, start + len(rows))
-        touching = [block.cells[len(block.cells) - len(block.contact) :].reshape(-1) for block in domain.blocks]
+        touching = [block.contact_cells.reshape(-1) for block in domain.blocks]
         self._nodes, self._places = np.concatenate(touching), packs.corners - packs.first_corner_row
         self.launch: Callable[..., None] | None = None
         if not domain.few_contact_cells:

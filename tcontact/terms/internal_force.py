@@ -11,7 +11,7 @@ import numpy as np
 from .. import arrays
 from ..domain import CellBlock, Domain
 from ..kernels import lanes
-from ..kernels.lanes import CELL_SUMS, CHUNK_SUMS, MODULI, NODE_SUMS
+from ..kernels.lanes import CELL_SUMS, CHUNK_SUMS, LAW_PARAMETERS, NODE_SUMS
 from ..launch import Prepared
 from ..lumped_mass import cell_masses
 from ..packing import CHUNKS, WIDTHS, Block, CellPacks, pack_blocks
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
     """The cells of a domain in packs."""
+    from ..kernels.elements import FUNCTIONS
+    from ..kernels.materials import LAWS
+
     size = len(material_numbers(domain, domain.blocks[0]))
     blocks = [
         Block(
@@ -30,6 +33,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
             domain.kinds.index(block.kind),
             lanes.MATERIALS + number * size,
             len(block.contact),
+            FUNCTIONS[block.variant].points * len(LAWS[block.material.law].state),
         )
         for number, block in enumerate(domain.blocks)
     ]
@@ -39,7 +43,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
 def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
     """What stands in `params` for the cells of a block, as in kernels/lanes.py."""
     material, viscosity = block.material, domain.viscosity
-    numbers = [*material.moduli, *[0.0] * (MODULI - len(material.moduli))]
+    numbers = [*material.parameters, *[0.0] * (LAW_PARAMETERS - len(material.parameters))]
     if domain.dissipates:
         numbers += [material.lame_lambda, material.lame_mu]
     if viscosity is not None:
@@ -81,9 +85,14 @@ class InternalForce:
         constants = [0.0 if domain.damping is None else domain.damping.rate, 0.0]
         constants += [_massless_count(domain), packs.all_chunks]
         self.constants = [float(value) for value in constants]
+        self.material_at: list[int] = []
         for block in domain.blocks:
+            self.material_at.append(lanes.DAMPING_RATE + len(self.constants))
             self.constants += material_numbers(domain, block)
         self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING_RATE + self.constants))
+        self.memory = (
+            arrays.zeros(packs.memory) if packs.memory else None
+        )  # of the quadrature points of laws with state
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -101,11 +110,15 @@ class InternalForce:
     ) -> None:
         """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
         self.set_steps(kick_before, kick_after, drift, loaded=loaded)
-        self.kernel(0, self.packs.all_chunks, self.chunks, *self.arguments(u, v))
+        self.kernel(0, self.packs.all_chunks, self.chunks, *self._commit(loaded), *self.arguments(u, v))
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
         """Corner forces dW/du of the contact cells at u, into their own rows; nothing moves."""
-        self._measure(self.chunks, 2 * self.chunks, 0, *self.arguments(u, v))
+        self._measure(self.chunks, 2 * self.chunks, 0, *self._commit(False), *self.arguments(u, v))
+
+    def _commit(self, commits: bool) -> tuple[int, ...]:
+        """Whether the points keep what their state becomes; no argument without laws that have state."""
+        return () if self.memory is None else (int(commits),)
 
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
         """The parameters of the next pass."""
@@ -122,7 +135,8 @@ class InternalForce:
         if self.corner_rows is not None:
             cells.append(self.corner_rows)
         nodes = (self.info, self.reference, self.mass, self.parameters)
-        return (*cells, *nodes, self.rows, self.special_force, self.node_sums, self.cell_sums)
+        sums = (self.rows, self.special_force, self.node_sums, self.cell_sums)
+        return (*cells, *nodes, *sums) if self.memory is None else (*cells, *nodes, *sums, self.memory)
 
     def bundle(self) -> Body:
         """The arrays under their names; the positions stand for the state."""
@@ -143,6 +157,7 @@ class InternalForce:
             special_force=self.special_force,
             node_sums=self.node_sums,
             cell_sums=self.cell_sums,
+            memory=self.memory,
         )
 
     def without_boundary(self) -> InternalForce:
@@ -177,7 +192,7 @@ class InternalForce:
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
-        shared += [] if self.corner_rows is None else [self.corner_rows]
+        shared += [part for part in (self.corner_rows, self.memory) if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared
 
 
@@ -197,7 +212,7 @@ def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
     """
     place = np.full(len(domain.reference), -1)
     place[domain.boundary] = np.arange(len(domain.boundary))
-    cells = [block.cells[len(block.cells) - len(block.contact) :].reshape(-1) for block in domain.blocks]
+    cells = [block.contact_cells.reshape(-1) for block in domain.blocks]
     nodes = np.concatenate(cells)
     owner = place[nodes if domain.images is None else domain.images.master[nodes]]
     assert (owner >= 0).all()

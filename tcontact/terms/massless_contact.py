@@ -38,7 +38,7 @@ class MasslessContactTerm(ContactTerm):
         self.last = arrays.zeros(len(contact.nodes) * self.block)
         start, rows = domain.residual_receivers
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
-        self.static_solve = StaticSolve(scene, domain, self.slots)
+        self.static_solve = StaticSolve(scene, domain, force, self.slots)
         self.viscous = domain.viscous_cells
         self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
 

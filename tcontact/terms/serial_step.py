@@ -155,7 +155,8 @@ class SerialStep:
         control[self.names.START] = self.names.PRODUCT
         parts = (*self._parts[:-2], arrays.put(control), self.raw)
         launch = Prepared(self.kernel)
-        self.force.kernel = lambda _first, _end, _ranges, *body: launch(*body, *parts)
+        numbers = 3 if self.force.memory is None else 4  # that come before the arrays: chunks, ranges, commit
+        self.force.kernel = lambda *given: launch(*given[numbers:], *parts)
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""

@@ -12,6 +12,7 @@ from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..scene import Scene
 from ..sweep_order import sweep_order
+from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
 AIM = 1e-6  # the sweeps then go on to here if they can
@@ -28,8 +29,9 @@ LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mea
 class StaticSolve:
     """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
 
-    def __init__(self, scene: Scene, domain: Domain, slots: int) -> None:
+    def __init__(self, scene: Scene, domain: Domain, force: InternalForce, slots: int) -> None:
         from ..kernels import static_control as names
+        from ..kernels.materials import LAWS
 
         contact, model, body = domain.contact, scene.contact, domain.bodies[0]
         material = body.body.material
@@ -38,18 +40,13 @@ class StaticSolve:
         assert contact.graph is not None
         graph, block = contact.graph, contact.block
         self.names = names
-        self.law, self.removal = material.law, contact.removal
+        self.law, self.refusal, self.removal = material.law, LAWS[material.law].refusal, contact.removal
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.poisson = material.poisson if body.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
         room = len(contact.nodes) + SWEEP_LANES - 1
-        cells = np.concatenate([block.cells[len(block.cells) - len(block.contact) :] for block in domain.blocks])
-        _values, gradients, weights = shape_functions(body.body.mesh.kind)
-        pairs = {
-            "cell_nodes": cells.reshape(-1),
-            "shape_gradients": gradients,
-            "weights": weights,
+        pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
             "corners": graph.pair_corners,
             "nodes": graph.pair_nodes,
@@ -73,7 +70,7 @@ class StaticSolve:
             "normals": arrays.zeros(room * slots * block),
             "push": arrays.zeros(room * (block + 1)),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(self._settings(scene, domain, model, cells)),
+            "settings": arrays.put(self._settings(scene, domain, model)),
             "stats": self.stats,
         }
 
@@ -82,7 +79,7 @@ class StaticSolve:
         stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, scene: Scene, domain: Domain, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
+    def _settings(self, scene: Scene, domain: Domain, model: MasslessContact) -> np.ndarray:
         body, names = domain.bodies[0], self.names
         material = body.body.material
         assert domain.contact is not None
@@ -98,7 +95,9 @@ class StaticSolve:
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         if not linear:
-            settings[names.REACH] = REACH * shortest_edge(domain.reference, cells)
+            settings[names.REACH] = REACH * min(
+                shortest_edge(domain.reference, block.contact_cells) for block in domain.blocks if len(block.contact)
+            )
         settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(domain.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.RELAXATION] = 1.0
@@ -119,9 +118,7 @@ class StaticSolve:
         text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
         if not self._stat(self.names.PIVOT) > 0.0:
             text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
-            if self.law == "st_venant_kirchhoff":
-                text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
-            return text
+            return f"{text}: {self.refusal}" if self.refusal else text
         if self.poisson > MOST_POISSON:
             text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
@@ -133,3 +130,34 @@ class StaticSolve:
     def owned(self) -> list[arrays.Array]:
         """Arrays of the solve."""
         return [*self.pairs.values(), *self.system.values()]
+
+
+def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
+    """The contact cells block by block, as in kernels/bundles.Pairs: their nodes and the data of their points."""
+    blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
+    for number, block in enumerate(domain.blocks):
+        if len(block.contact):
+            _values, slopes, own = shape_functions(block.body.body.mesh.kind)
+            starts = [sum(part.size for part in parts) for parts in (nodes, weights)]
+            blocks.append(
+                (
+                    block.contact[0],
+                    block.contact[-1] + 1,
+                    starts[0],
+                    sum(map(len, gradients)),
+                    starts[1],
+                    len(own),
+                    force.material_at[number],
+                    force.packs.contact_memory[number],
+                    domain.kinds.index(block.kind),
+                )
+            )
+            nodes.append(block.contact_cells.reshape(-1))
+            gradients.append(slopes.reshape(-1, 3))
+            weights.append(own)
+    return {
+        "blocks": np.array(blocks),
+        "cell_nodes": np.concatenate(nodes),
+        "shape_gradients": np.concatenate(gradients),
+        "weights": np.concatenate(weights),
+    }

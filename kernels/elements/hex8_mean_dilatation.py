@@ -1,0 +1,97 @@
+"""Hexahedra with one volume change per cell (Q1-P0): for nearly incompressible bodies, which full hexes lock.
+
+    W_cell = int of W with parameters[0] = 0 over the Gauss points + V parameters[0]/2 (Theta - 1)^2,   Theta = v/V
+
+with the volume V of the cell and v, that of the deformed cell: the mean of J over V (METHOD 4; Simo, Taylor and Pister,
+Comput. Meth. Appl. Mech. Engng 51, 177, 1985). The force is the exact slope of this energy, with one pressure per cell:
+
+    dW/du = int P : grad N + p dv/du,   p = parameters[0] (Theta - 1)
+
+With D = 64 v a cubic of the modes of the deformed corners (`hex8`), s its slopes there and s0 those at rest,
+
+    D(x + u) - D(x) = (s0.u + s.u - D(u))/2
+
+without cancellation. The linear law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
+"""
+
+import taichi as ti
+
+from .hex8 import (
+    affine_gradients,
+    hex_centre,
+    hex_corner_forces,
+    hex_gradients,
+    hex_mode_forces,
+    hex_modes,
+    hex_slopes,
+    hex_viscosity,
+)
+from .hex8_reduced import six
+from .points import with_jacobian
+from .record import CellFunctions
+
+
+@ti.func
+def along(slopes, modes):
+    """sum over the first six modes of slope.mode."""
+    sums = [six(modes[c], [slopes[m][c] for m in range(6)]) for c in range(3)]
+    return sums[0] + sums[1] + sums[2]
+
+
+@ti.func
+def with_pressure(points, weight, modulus, reference, slopes, change):
+    """[corner forces, energy, smallest det F - 1]: those of the points and the pressure of the change of D."""
+    share = weight * (1.0 / 512.0)
+    push = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
+    mode_f = [
+        [share * points[0][c][m] + push * slopes[m][c] for m in range(6)] + [share * points[0][c][6]] for c in range(3)
+    ]
+    energy = share * points[1] + 0.5 * push * change
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
+
+
+@ti.func
+def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
+    """Return what `hex8.hex_points` returns."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
+    points = hex_mode_forces(mode_x, mode_u, without, law, memory, jacobian_of)
+    rest = hex_slopes(mode_x)
+    now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0])
+    return with_pressure(points, weight, parameters[0], rest[0], now[1], change)
+
+
+@ti.func
+def linear_split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
+    """Return what `split_force` returns for the linear law."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    points = hex_mode_forces(mode_x, mode_u, [0.0, parameters[1]], law, memory, jacobian_of)
+    rest = hex_slopes(mode_x)
+    return with_pressure(points, weight, parameters[0], rest[0], rest[1], along(rest[1], mode_u))
+
+
+mean_force = with_jacobian(split_force, hex_gradients)
+affine_mean_force = with_jacobian(split_force, affine_gradients)
+linear_mean_force = with_jacobian(linear_split_force, hex_gradients)
+affine_linear_mean_force = with_jacobian(linear_split_force, affine_gradients)
+
+
+@ti.func
+def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.template()):
+    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
+    mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
+    points = hex_mode_forces(mode_x, mode_d, [0.0, parameters[1]], law, memory, hex_gradients)
+    now = hex_slopes(mode_x)
+    before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
+    return with_pressure(points, weight, parameters[0], now[0], now[1], change)
+
+
+FUNCTIONS = {
+    name: CellFunctions(8, force, mean_step_force, hex_viscosity, hex_centre, linear_force, "mean-dilatation")
+    for name, force, linear_force in (
+        ("hex8-mean-dilatation", mean_force, linear_mean_force),
+        ("hex8-mean-dilatation-affine", affine_mean_force, affine_linear_mean_force),
+    )
+}

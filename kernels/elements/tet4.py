@@ -1,0 +1,65 @@
+"""Linear tetrahedra: one point of weight 1/6, differences to corner 0 (Hughes, The Finite Element Method, ch. 3)."""
+
+import taichi as ti
+
+from .. import tensor3
+from ..bulk_viscosity import pressure_rate
+from .points import dot, geometry, point_force
+from .record import CellFunctions
+
+
+@ti.func
+def tet_derivatives(corner):
+    """3 derivatives of one component from its 4 corner values."""
+    return [corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0]]
+
+
+@ti.func
+def tet_corner_forces(q):
+    """4 corner forces of one component from dW/dG [direction j]."""
+    return [0.0 - q[0] - q[1] - q[2], q[0], q[1], q[2]]
+
+
+@ti.func
+def tet_force(x, u, weight, parameters, law: ti.template(), memory: ti.template()):
+    """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
+    a = [tet_derivatives(x[c]) for c in range(3)]
+    g = [tet_derivatives(u[c]) for c in range(3)]
+    answer = point_force(g, geometry(a), parameters, law, memory, 0)
+    share = weight * (1.0 / 6.0)
+    force = [tet_corner_forces([share * answer[0][c][j] for j in range(3)]) for c in range(3)]
+    return [force, share * answer[1], answer[2]]
+
+
+@ti.func
+def tet_viscosity(x, u, v, speed, square):
+    """The same for a tet4."""
+    a = [tet_derivatives(x[c]) for c in range(3)]
+    g = [tet_derivatives(u[c]) for c in range(3)]
+    w = [tet_derivatives(v[c]) for c in range(3)]
+    reference = tensor3.determinant(a, tensor3.cofactor(a))
+    now = [[a[c][j] + g[c][j] for j in range(3)] for c in range(3)]
+    slopes = tensor3.cofactor(now)  # [component][corner - 1]; the slope of corner 0 is minus their sum
+    change = tensor3.dot(slopes, w)
+    sums = [slopes[c][0] + slopes[c][1] + slopes[c][2] for c in range(3)]
+    largest = dot(sums, sums)
+    square_sum = largest
+    for j in ti.static(range(3)):
+        column = [slopes[c][j] for c in range(3)]
+        length = dot(column, column)
+        square_sum += length
+        largest = ti.max(largest, length)
+    answer = pressure_rate(change, tensor3.determinant(now, slopes), reference, ti.sqrt(largest), speed, square)
+    push = answer[0] * answer[1] * (1.0 / 6.0)
+    force = [tet_corner_forces([push * slopes[c][j] for j in range(3)]) for c in range(3)]
+    return [force, push, change, 4.0 * answer[2] * square_sum]
+
+
+@ti.func
+def tet_centre(x, u):
+    """H of a tet4 from its corners."""
+    shape = geometry([tet_derivatives(x[c]) for c in range(3)])
+    return tensor3.product_transposed([tet_derivatives(u[c]) for c in range(3)], shape[1])
+
+
+FUNCTIONS = {"tet4": CellFunctions(4, tet_force, tet_force, tet_viscosity, tet_centre, points=1)}
