@@ -20,7 +20,7 @@ from .arguments import ARRAY, INDEX
 from .bundles import Body
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lanes import GRAIN, WIDTHS
+from .lanes import GRAIN, WIDTH
 from .node_phase import node_phase
 
 
@@ -30,10 +30,10 @@ def make_step(kind: str, law: str, width: int | None = None, damped: bool = Fals
 
     step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
     special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts
-    (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
+    (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTH).
     damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
-    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
+    cell_phase = make_cell_phase(kind, law, width or WIDTH, viscous)
 
     @ti.kernel
     def step(

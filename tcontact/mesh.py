@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from . import mesh_checks as checks
+from .elements import ELEMENTS, Element
 from .errors import InputError
-from .mesh_geometry import CORNERS, FloatArray, IntArray, Surface, cell_volumes, surface
+from .mesh_geometry import FloatArray, IntArray, Surface, cell_volumes, surface
 from .mesh_rotation import rotation_matrix
 from .validate import choice, number, vector
 
@@ -41,7 +42,7 @@ class Mesh:
     face_sets: Mapping[str, IntArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kind = choice("kind", self.kind, CORNERS)
+        kind = choice("kind", self.kind, ELEMENTS)
         nodes = checks.checked_nodes(self.nodes)
         cells = checks.checked_cells(self.cells, kind, len(nodes))
         checks.check_shapes(nodes, cells, kind)
@@ -49,6 +50,11 @@ class Mesh:
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
         face_sets = checks.checked_face_sets(self.face_sets, cells, kind, len(nodes), skin)
         self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets), _surface=skin)
+
+    @property
+    def element(self) -> Element:
+        """Facts of the kind of its cells."""
+        return ELEMENTS[self.kind]
 
     @property
     def node_count(self) -> int:

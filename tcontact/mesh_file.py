@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh import Mesh
-from .mesh_geometry import CORNER_GRADIENT, FACES, GAUSS_GRADIENT, MIRROR, FloatArray, IntArray, jacobians
+from .mesh_geometry import FloatArray, IntArray, in_face_table, jacobians
 
-KINDS = {"hexahedron": "hex8", "tetra": "tet4"}
+KINDS = {element.meshio: element.kind for element in ELEMENTS.values()}
 ORDINARY = {"vertex", "line", "triangle", "quad", *KINDS}
 
 
@@ -91,30 +92,33 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
 
 
 def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
-    """Cells with the corners of mirrored ones reordered; a hex counts as mirrored if negative throughout."""
+    """Cells with the corners of mirrored ones reordered; a cell counts as mirrored if negative throughout."""
+    element = ELEMENTS[kind]
+    gradients = np.concatenate([element.rule[1], element.shape(element.reference)[1]])
     mirrored = np.zeros(len(cells), dtype=bool)
-    for part, det, edges in jacobians(points, cells, np.concatenate([GAUSS_GRADIENT[kind], CORNER_GRADIENT[kind]])):
+    for part, det, edges in jacobians(points, cells, gradients):
         mirrored[part] = (det <= 0.0).all(axis=0) & (det < -1e-12 * edges).any(axis=0)
     if mirrored.any():
         cells = cells.copy()
-        cells[mirrored] = cells[mirrored][:, MIRROR[kind]]
+        cells[mirrored] = cells[mirrored][:, element.mirror]
         warnings.warn(f"corners of {mirrored.sum()} inverted {kind} cells were reordered", MeshWarning, 4)
     return cells
 
 
 def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
     """Of the faces in a file with both kinds of cells those that the chosen cells can have."""
-    fitting = [faces for faces in arrays if faces.shape[1] == len(FACES[kind][0])]
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    fitting = [faces for faces in arrays if faces.shape[1] in lengths]
     kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
     return [faces for faces in kept if len(faces)]
 
 
 def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:
     """Faces of a set in the new numbering, each once."""
-    corners = len(FACES[kind][0])
-    if any(faces.shape[1] != corners for faces in arrays):
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    if any(faces.shape[1] not in lengths for faces in arrays):
         raise MeshFileError(f"surface {name!r} has faces that are no faces of {kind} cells; mesh it with the volume")
-    faces = np.concatenate(arrays)
+    faces = np.concatenate([in_face_table(faces, kind) for faces in arrays])
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     faces = number[faces[np.sort(first)]]
     if (faces < 0).any():

@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 from typing import Any
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh import Mesh
 from .mesh_abaqus import read_abaqus
 from .mesh_file import MeshFileError, mesh_from_file
-from .mesh_geometry import CORNERS
 from .mesh_meshio import read_gmsh, read_vtu
 from .validate import choice, number
 
@@ -33,7 +33,7 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     """
     factor = number("scale", scale, low=0.0)
     if kind is not None:
-        choice("kind", kind, CORNERS)
+        choice("kind", kind, ELEMENTS)
     if not isinstance(path, (str, os.PathLike)):
         raise InputError("path", path, "give the name of a mesh file")
     file = Path(path)

@@ -10,7 +10,7 @@ import pytest
 from scenes import python
 
 from tcontact import runtime
-from tcontact.packing import WIDTHS, pack_cells
+from tcontact.packing import WIDTH, pack_cells
 
 KINDS = ("hex8", "tet4")
 LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin")
@@ -88,7 +88,7 @@ class Step:
 
         self.kernel = make_step(kind, law)
         self.moduli = MODULI.get(law, (LAM, MU))
-        self.packs = pack_cells(cells, len(nodes), WIDTHS[kind], chunks)
+        self.packs = pack_cells(cells, len(nodes), WIDTH, chunks)
         self.info = self.packs.with_special(np.array(special, dtype=int))
         self.nodes = nodes.ravel().copy()
         self.mass = np.random.default_rng(2).uniform(0.5, 2.0, len(nodes))

@@ -10,9 +10,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from tcontact.elements import ELEMENTS
 from tcontact.mesh import Mesh
 from tcontact.mesh_box import box_mesh
-from tcontact.mesh_geometry import FACES
 
 KINDS = ("hex8", "tet4")
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
@@ -67,7 +67,9 @@ def test_boundary_is_closed_and_points_outward(kind):
     areas = vector_areas(mesh.nodes, mesh.boundary_faces())
     assert np.abs(areas.sum(axis=0)).max() < 1e-13
     cell_of = {
-        tuple(sorted(cell[list(face)])): mesh.nodes[cell].mean(axis=0) for cell in mesh.cells for face in FACES[kind]
+        tuple(sorted(cell[list(face)])): mesh.nodes[cell].mean(axis=0)
+        for cell in mesh.cells
+        for face in ELEMENTS[kind].faces
     }
     for face, area in zip(mesh.boundary_faces(), areas, strict=True):
         assert area @ (mesh.nodes[face].mean(axis=0) - cell_of[tuple(sorted(face))]) > 0.0
@@ -92,13 +94,13 @@ def test_side_sets_have_the_area_and_the_normal_of_the_side(kind):
 def test_every_face_has_one_or_two_cells_and_euler_holds(kind, cells):
     """Brute force over sets of corners: conformity, the boundary, and V - E + F - C = 1 for a ball."""
     mesh = box_mesh((1.0, 1.0, 1.0), cells, kind)
-    faces = Counter(frozenset(cell[list(face)].tolist()) for cell in mesh.cells for face in FACES[kind])
+    faces = Counter(frozenset(cell[list(face)].tolist()) for cell in mesh.cells for face in ELEMENTS[kind].faces)
     assert set(faces.values()) <= {1, 2}
     outer = {face for face, count in faces.items() if count == 1}
     assert outer == {frozenset(face.tolist()) for face in mesh.boundary_faces()}
     per_side = 2 * (cells[0] * cells[1] + cells[1] * cells[2] + cells[0] * cells[2])
     assert len(outer) == per_side * (1 if kind == "hex8" else 2)
-    corners = [(face, face[1:] + face[:1]) for face in FACES[kind]]
+    corners = [(face, face[1:] + face[:1]) for face in ELEMENTS[kind].faces]
     edges = {
         frozenset((cell[a], cell[b]))
         for cell in mesh.cells.tolist()
@@ -170,7 +172,7 @@ def test_union_of_sets_has_no_doubles():
 def test_faces_of_a_set_are_turned_outward_and_inner_faces_left_out(kind):
     box = box_mesh((1.0, 1.0, 1.0), (2, 2, 2), kind)
     outer = {tuple(sorted(face)) for face in box.boundary_faces().tolist()}
-    all_faces = box.cells[:, np.array(FACES[kind])].reshape(-1, len(FACES[kind][0]))
+    all_faces = box.cells[:, np.array(ELEMENTS[kind].faces)].reshape(-1, len(ELEMENTS[kind].faces[0]))
     inner = np.array([face for face in all_faces if tuple(sorted(face.tolist())) not in outer])
     mesh = box.with_sets(face_sets={"mixed": np.concatenate([inner, box.face_sets["zmax"][:, ::-1]])})
     assert np.array_equal(mesh.faces_of("mixed"), box.faces_of("zmax"))

@@ -5,7 +5,7 @@ from typing import Any
 
 from .. import runtime
 from ..launch import Prepared
-from ..packing import WIDTHS
+from ..packing import WIDTH
 from ..terms.internal_force import InternalForce
 
 
@@ -17,7 +17,7 @@ def without_energy(force: InternalForce, variant: str, law: str) -> InternalForc
     laws.LAWS.setdefault(name, _bare(laws.LAWS[law]))
     laws.MODULI.setdefault(name, laws.MODULI[law])
     other = copy(force)
-    other.kernel = Prepared(internal_force.make_step(variant, name, WIDTHS[variant]))
+    other.kernel = Prepared(internal_force.make_step(variant, name, WIDTH))
     return other
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from .. import arrays
 from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
-from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
+from ..packing import CHUNKS, WIDTH, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
 
 CHUNK_BITS = 0xFF  # of node_info; the rest names the special node
@@ -28,7 +28,7 @@ class InternalForce:
         from ..kernels.internal_force import make_step
 
         kind, material = plan.variant, plan.body.material
-        packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
+        packs = pack_cells(plan.cells, len(plan.reference), WIDTH)
         self.surface: OwnRows | None = None
         if plan.contact is not None and plan.contact.graph is not None:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])
