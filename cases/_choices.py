@@ -7,7 +7,7 @@ from typing import Literal
 
 import tcontact as tc
 
-Kind = Literal["hex8", "tet4"]
+Kind = Literal["hex8", "tet4", "wedge6"]
 Formulation = Literal["full", "reduced", "mean-dilatation"]
 Law = Literal["neo-hookean", "mooney-rivlin", "linear", "st-venant-kirchhoff"]
 Contact = Literal["massless", "penalty", "impulse"]

@@ -191,7 +191,47 @@ TET4 = Element(
     relaxation=1.3,
 )
 
-ELEMENTS = {element.kind: element for element in (HEX8, TET4)}
+
+def _wedge_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Linear functions of the triangle (r, s), r towards corner 2 and s towards corner 1, times those of [-1, 1]."""
+    r, s, t = points.T
+    zero, one = np.zeros_like(r), np.ones_like(r)
+    triangle = np.stack([1.0 - r - s, s, r], axis=1)
+    slopes = np.stack([np.stack([-one, zero, one], axis=1), np.stack([-one, one, zero], axis=1)], axis=2)
+    values, gradients = [], []
+    for sign in (-1.0, 1.0):
+        share = 0.5 * (1.0 + sign * t)[:, None]
+        values.append(share * triangle)
+        gradients.append(np.concatenate([share[:, None] * slopes, 0.5 * sign * triangle[:, :, None]], axis=2))
+    return np.concatenate(values, axis=1), np.concatenate(gradients, axis=1)
+
+
+WEDGE6 = Element(  # the triangle 0, 1, 2 of VTK looks outward; in gmsh, meshio and Abaqus it looks inward
+    kind="wedge6",
+    plural="prisms",
+    reference=np.array([[0, 0, -1], [0, 1, -1], [1, 0, -1], [0, 0, 1], [0, 1, 1], [1, 0, 1]], dtype=float),
+    shape=_wedge_shape,
+    points=np.array([[r, s, t * GAUSS] for t in (-1, 1) for r, s in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3))]),
+    weights=np.full(6, 1.0 / 6.0),
+    faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    edges=((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    mirror=(3, 4, 5, 0, 1, 2),
+    spans=(
+        (((2, 5), (0, 3)), ((1, 4), (0, 3)), ((3, 4, 5), (0, 1, 2))),
+        (((0, 3), (1, 4)), ((2, 5), (1, 4)), ((3, 4, 5), (0, 1, 2))),
+    ),
+    in_box=((0, 2, 1, 4, 6, 5), (0, 3, 2, 4, 7, 6)),
+    formulations={"full": Formulation(_EVERY_POINT, 5000, locks=0.45)},
+    spacing=SLANTED,
+    vtk=13,
+    xdmf=("Wedge", 8),
+    meshio="wedge",
+    abaqus="C3D6",
+    abaqus_faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    file_order=(0, 2, 1, 3, 5, 4),
+)
+
+ELEMENTS = {element.kind: element for element in (HEX8, TET4, WEDGE6)}
 FORMULATIONS = {  # by the name that `Body.element` has
     element.kind if name == "full" else f"{element.kind}-{name}": formulation
     for element in ELEMENTS.values()

@@ -22,8 +22,10 @@ from .validate import choice, number, vector
 class Mesh:
     """An unstructured mesh of one kind of cells.
 
-    nodes: [n, 3] coordinates [m]; cells: [m, 8|4] node ids, corners in VTK order; kind: "hex8" or "tet4".
-    node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation.
+    nodes: [n, 3] coordinates [m]; cells: [m, 8|4|6] node ids, corners in VTK order; kind: "hex8", "tet4" or "wedge6"
+    (VTK's prism, whose first triangle looks outward; in gmsh and Abaqus it looks inward).
+    node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation;
+    a triangle among quadrilaterals has one of its corners twice.
     A name may stand in both: its faces are then those of the face set, its nodes those of both.
 
     The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
@@ -31,7 +33,7 @@ class Mesh:
 
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
     twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
-    empty sets. A hex8 must have a positive Jacobian at its 2x2x2 points of integration; at a corner it may be zero
+    empty sets. A cell must have a positive Jacobian at its points of integration; at a corner it may be zero
     (wedge-like hexes with a flat corner), not negative.
     """
 
@@ -82,7 +84,10 @@ class Mesh:
         return self._volumes
 
     def boundary_faces(self) -> IntArray:
-        """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside."""
+        """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside.
+
+        With a kind of cells that has both, a triangle has its last corner twice: [a, b, c, c].
+        """
         return self._surface.faces
 
     def faces_of(self, names: str | Iterable[str]) -> IntArray:

@@ -149,6 +149,7 @@ def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, sk
                 f"array of shape {array.shape}",
                 f"faces of {kind} cells have {corners} corners: shape [k, {corners}], k >= 1",
             )
+        array = in_face_table(array, kind)
         bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
         if len(bad):
             raise InputError(
@@ -162,7 +163,7 @@ def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, sk
                 raise InputError(
                     field, _first("face", bad, len(array), array), "is a face of no cell; give faces that cells have"
                 )
-        checked[name] = read_only(array if len(lengths) == 1 else in_face_table(array, kind))
+        checked[name] = read_only(array)
     return checked
 
 

@@ -47,6 +47,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     cells = np.concatenate([rows for name, rows in content.blocks if KINDS.get(name) == found]).astype(np.int64)
     if cells.min() < 0 or cells.max() >= len(content.points):
         raise MeshFileError("cells refer to nodes that the file does not hold; save it again, complete")
+    cells = cells if ELEMENTS[found].file_order is None else cells[:, ELEMENTS[found].file_order]
     points = np.asarray(content.points, dtype=np.float64) * scale
     cells = _turned(points, cells, found)
 
@@ -75,7 +76,8 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
             f"second-order cells ({', '.join(strange)}); mesh with first order (gmsh: Mesh.ElementOrder=1)"
         )
     if strange:
-        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with tetrahedra alone or hexahedra alone")
+        one = ", ".join(element.plural for element in ELEMENTS.values())
+        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with one of {one} alone")
     kinds = [KINDS[name] for name in sorted(types) if name in KINDS]
     if not kinds:
         held = ", ".join(sorted(types)) or "nothing"
@@ -85,7 +87,8 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
     if len(kinds) > 1:
         if wanted in kinds:
             return str(wanted)
-        raise MeshFileError("hexahedra mixed with tetrahedra; take one of them with kind=, a body of each, or remesh")
+        mixed = " mixed with ".join(ELEMENTS[kind].plural for kind in kinds)
+        raise MeshFileError(f"{mixed}; take one of them with kind=, a body of each, or remesh")
     if wanted is not None and kinds[0] != wanted:
         raise InputError("kind", wanted, f"the file holds {kinds[0]} cells; leave kind out or mesh anew")
     return kinds[0]
@@ -106,7 +109,7 @@ def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
 
 
 def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
-    """Of the faces in a file with both kinds of cells those that the chosen cells can have."""
+    """Return those faces of a file with several kinds of cells that the chosen cells can have."""
     lengths = {len(face) for face in ELEMENTS[kind].faces}
     fitting = [faces for faces in arrays if faces.shape[1] in lengths]
     kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]

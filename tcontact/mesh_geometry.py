@@ -139,6 +139,8 @@ def in_face_table(faces: IntArray, kind: str) -> IntArray:
     A row of four that has another corner twice is turned until it is the last.
     """
     width = ELEMENTS[kind].face_table.shape[1]
+    if len({len(face) for face in ELEMENTS[kind].faces}) == 1:
+        return faces
     result = np.concatenate([faces, np.repeat(faces[:, -1:], width - faces.shape[1], axis=1)], axis=1)
     for turn in range(1, width):
         turned = np.roll(result, turn, axis=1)

@@ -43,9 +43,10 @@ def boundary_surface(blocks: Sequence[tuple[str, np.ndarray]]) -> Surface:
     first = 0
     for kind, cells in blocks:
         for corners, listed in found.items():
-            local = np.array([face for face in ELEMENTS[kind].faces if len(face) == corners], dtype=np.int64)
-            listed.append(cells[:, local.reshape(-1, corners)].reshape(-1, corners))
-            owners[corners].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
+            local = [face for face in ELEMENTS[kind].faces if len(face) == corners]
+            if local:
+                listed.append(cells[:, local].reshape(-1, corners))
+                owners[corners].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
         first += len(cells)
     faces = {}
     for corners in (3, 4):
