@@ -40,7 +40,7 @@ from .lanes import (
     ROW,
     SEGMENT,
     VISCOSITY,
-    WIDTHS,
+    WIDTH,
 )
 from .materials import LAWS
 from .point_memory import PointMemory
@@ -80,7 +80,7 @@ def make_block_phase(kind: str, law: str, viscous: bool):
     first..end: its segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and the
     largest viscous rate of them.
     """
-    corners, width = elements.CORNERS[kind], WIDTHS[kind]
+    corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
     law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
     pack_memory = elements.FUNCTIONS[kind].points * size * width
@@ -157,7 +157,8 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
 
     cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it
     needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
-    steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it becomes
+    steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it
+    becomes
     (point_memory.py). Memoised.
     """
     phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]

@@ -37,7 +37,7 @@ from .lanes import (
     MATERIAL,
     ROW,
     SEGMENT,
-    WIDTHS,
+    WIDTH,
 )
 from .materials import LAWS, linear_elastic
 from .signatures import Signature, kernel_of
@@ -100,7 +100,7 @@ def make_block_viscosity(kind: str, law: str):
 
     first, end: segments (cell_phase.py) of a chunk.
     """
-    corners, width = elements.CORNERS[kind], WIDTHS[kind]
+    corners, width = elements.CORNERS[kind], WIDTH
     linear = LAWS[law].linear
     law_of = linear_elastic.update if linear else stress_of_step
     force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force

@@ -5,9 +5,7 @@ CHUNKS = 8  # of ordinary cells, and as many of contact cells: the same bits at 
 MOST_CHUNKS = 31
 CHUNK_BITS = 5  # of node_info for the first chunk of a node, as many for the last one; then the boundary node + 1
 CHUNK_MASK = (1 << CHUNK_BITS) - 1
-WIDTHS = dict.fromkeys(  # lanes of a pack
-    ("hex8", "hex8-affine", "hex8-reduced", "hex8-mean-dilatation", "hex8-mean-dilatation-affine", "tet4"), 8
-)
+WIDTH = 8  # lanes of a pack
 # numbers of a segment, the packs of one block of cells in one chunk: first and end pack of the block; end of its cells
 # (pack * width + lane); where in `connectivity` its pack 0 begins; where in `params` its material stands; the row of
 # place 0 of `connectivity`, for contact cells; the number of its first lane among the lanes of all blocks; where in

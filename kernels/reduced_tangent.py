@@ -23,7 +23,7 @@ from .lanes import (
     NODES_AT,
     POINTS,
     WEIGHTS_AT,
-    WIDTHS,
+    WIDTH,
 )
 from .materials import LAWS
 from .point_memory import tangent_at
@@ -43,7 +43,7 @@ def hourglass_modes(a):
 def make_reduced_tangent(kind: str, law: str, block: int):
     """reduced_tangent(body, basis, pairs, number) fills pairs.values as `surface_tangent` does."""
     parts, count, size = LAWS[law].tangents, len(LAWS[law].parameters), len(LAWS[law].state)
-    width, cell_memory = WIDTHS[kind], FUNCTIONS[kind].points * size
+    width, cell_memory = WIDTH, FUNCTIONS[kind].points * size
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):

@@ -22,7 +22,7 @@ from .lanes import (
     NODES_AT,
     POINTS,
     WEIGHTS_AT,
-    WIDTHS,
+    WIDTH,
 )
 from .massless_node import basis_of
 from .materials import LAWS
@@ -101,7 +101,7 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     """
     parts, linear = LAWS[law].tangents, LAWS[law].linear
     count, size = len(LAWS[law].parameters), len(LAWS[law].state)
-    functions, width = FUNCTIONS[kind], WIDTHS[kind]
+    functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
 
     @ti.func

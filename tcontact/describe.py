@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
 from .kernels.lanes import CHUNK_SUMS, FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_SUMS
 from .packing import CellPacks
@@ -34,7 +35,8 @@ def describe(plan: Plan) -> str:
 def _body(body: BodyPlan) -> str:
     mesh = body.body.mesh
     line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
-    line += f" ({GEOMETRY[body.variant]})"
+    way = FORMULATIONS[body.element]
+    line += f" ({way.integration if body.variant == body.element else way.affine})"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -46,16 +48,6 @@ def _body(body: BodyPlan) -> str:
                 f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours)"
             )
     return line
-
-
-GEOMETRY = {
-    "hex8": "Jacobian of every Gauss point recomputed",
-    "hex8-affine": "one Jacobian per cell, recomputed",
-    "hex8-mean-dilatation": "Jacobian of every Gauss point recomputed, one volume change per cell",
-    "hex8-mean-dilatation-affine": "one Jacobian per cell, recomputed, one volume change per cell",
-    "hex8-reduced": "mean gradient recomputed",
-    "tet4": "one Jacobian per cell, recomputed",
-}
 
 
 def kernels(plan: Plan, domain: Domain) -> list[str]:

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MOST_CHUNKS, WIDTHS
+from .kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MOST_CHUNKS, WIDTH
 
-__all__ = ["CHUNKS", "WIDTHS", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
+__all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
 

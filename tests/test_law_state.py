@@ -10,7 +10,7 @@ from test_resume import split
 
 import tcontact as tc
 from tcontact import arrays, runtime
-from tcontact.packing import WIDTHS
+from tcontact.packing import WIDTH
 from tcontact.state import BodyState
 
 
@@ -59,7 +59,7 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
 def numbers_of(state):
     """What the points keep [cells and padding, points, 2]."""
     points = {"tet4": 1, "hex8-reduced": 1}.get(state.plan.element, 8)
-    kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTHS[state.plan.element])
+    kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
     return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.plan.cells)]
 
 

@@ -10,20 +10,17 @@ from .. import arrays
 from ..domain import Domain
 from ..launch import Prepared
 from ..mesh_geometry import shortest_heights
-from ..packing import WIDTHS
+from ..packing import WIDTH
 from .internal_force import InternalForce
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-SPACING = {"hex8": 1.0, "tet4": 2.0**0.5}  # of nodes over the shortest height: six even tetrahedra make a cube
-
-
 class CellViscosity:
     """sigma_v = eta (lambda tr D I + 2 mu D) in the contact cells of a body, eta = beta h/c.
 
-    h: shortest height of a hex; of a tetrahedron times the square root of 2, so that a hex cut into six keeps its eta.
+    h: shortest height times `Element.spacing`, so that a hex cut into other cells keeps its eta.
 
     data: as in kernels/cell_viscosity.py; what it holds of a row goes on to the next one.
     """
@@ -41,11 +38,15 @@ class CellViscosity:
         lanes = np.zeros(packs.lanes - first_lane)
         cells, count = [np.zeros(0)], 0
         for block in domain.blocks:
-            contact, kind, width = block.body.contact, block.body.body.mesh.kind, WIDTHS[block.variant]
+            contact, kind, width = block.body.contact, block.body.body.mesh.kind, WIDTH
             if len(block.contact):
                 assert contact is not None
                 corners = block.contact_cells
-                eta = contact.viscosity * SPACING[kind] * shortest_heights(kind, domain.reference[corners])
+                eta = (
+                    contact.viscosity
+                    * block.body.body.mesh.element.spacing
+                    * shortest_heights(kind, domain.reference[corners])
+                )
                 eta /= block.material.wave_speed
                 lanes[count : count + len(eta)] = eta
                 count += -(-len(eta) // width) * width

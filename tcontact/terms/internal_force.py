@@ -14,7 +14,7 @@ from ..kernels import lanes
 from ..kernels.lanes import CELL_SUMS, CHUNK_SUMS, LAW_PARAMETERS, NODE_SUMS
 from ..launch import Prepared
 from ..lumped_mass import cell_masses
-from ..packing import CHUNKS, WIDTHS, Block, CellPacks, pack_blocks
+from ..packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 if TYPE_CHECKING:
     from ..kernels.bundles import Body
@@ -29,7 +29,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
     blocks = [
         Block(
             block.cells,
-            WIDTHS[block.variant],
+            WIDTH,
             domain.kinds.index(block.kind),
             lanes.MATERIALS + number * size,
             len(block.contact),

@@ -7,8 +7,8 @@ import numpy as np
 from .. import arrays
 from ..contact_models import MasslessContact
 from ..domain import Domain
+from ..elements import shape_functions
 from ..kernels.lanes import SWEEP_LANES
-from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..scene import Scene
 from ..sweep_order import sweep_order
@@ -21,7 +21,6 @@ POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per li
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-RELAXATION = {("hex8", "full"): 1.1, ("tet4", "full"): 1.3}  # measured best at nu = .3; else 1
 MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
@@ -100,9 +99,8 @@ class StaticSolve:
             )
         settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(domain.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
-        settings[names.RELAXATION] = 1.0
-        if model.penalty is None and scene.friction is None:
-            settings[names.RELAXATION] = RELAXATION.get((body.body.mesh.kind, str(self.removal)), 1.0)
+        exact = model.penalty is None and scene.friction is None and self.removal == "full"
+        settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
         return settings
 
     def _stat(self, number: int) -> float:
