@@ -8,7 +8,7 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .lanes import BOUNDARY_SUMS, SUPPORT_AT, SUPPORT_SUMS
+from .columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 
 
 @ti.func
@@ -44,17 +44,17 @@ def kick_and_drift(body: ti.template(), listed: ti.template()):
         velocity = row(body.v, node) + kick_before * acceleration
         momentum = symmetric(listed.mass, s) @ velocity
         spin = (row(body.position, node) + displacement).cross(momentum)
-        sums[0] += 0.5 * velocity.dot(momentum)
+        sums[BOUNDARY.kinetic] += 0.5 * velocity.dot(momentum)
         for j in ti.static(range(3)):
-            sums[1 + j] += momentum[j]
-            sums[4 + j] += spin[j]
-        sums[7] += row(listed.load, s).dot(displacement)
+            sums[BOUNDARY.momentum + j] += momentum[j]
+            sums[BOUNDARY.angular_momentum + j] += spin[j]
+        sums[BOUNDARY.load_work] += row(listed.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
     for j in ti.static(range(BOUNDARY_SUMS)):
-        listed.sums[j] = sums[j]
+        listed.sums[FIRST.boundary + j] = sums[j]
 
 
 @ti.func
@@ -69,7 +69,7 @@ def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.
         for j in ti.static(range(3)):
             if j == axis:
                 reaction = inertia[j] - net[j]
-                sums[j] += reaction
-        sums[3] += reaction * supported.speeds[i]
+                sums[SUPPORT.support_force + j] += reaction
+        sums[SUPPORT.support_power] += reaction * supported.speeds[i]
     for j in ti.static(range(SUPPORT_SUMS)):
-        supported.sums[SUPPORT_AT + j] = sums[j]
+        supported.sums[FIRST.support + j] = sums[j]

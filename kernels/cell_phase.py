@@ -7,9 +7,8 @@ values (KEEP_VECTORS, compile_options.py), so nothing depends on what a loop vec
 Chunks that own rows (the contact cells once more, for the static solve) give each corner of each cell a row of its own:
 there the corner forces stay apart and no node sums them.
 
-`cell_sums` [chunks*3]: elastic energy [J], smallest det F over the Gauss points (all laws, the linear one too), and the
-part of the elastic energy that is hourglass energy [J] (0 for elements without); after all chunks those of viscosity,
-then the pressure each cell held.
+`cell_sums` [2 CHUNKS, numbers] (columns.py): the smallest det F is that of all Gauss points (all laws, the
+linear one too), the hourglass energy 0 for elements without. With viscosity the pressure that each cell held follows.
 """
 
 import functools
@@ -17,14 +16,8 @@ import functools
 import taichi as ti
 
 from . import elements, laws
-from .lanes import (
-    CELL_SUMS,
-    TABLE,
-    VISCOSITY,
-    VISCOUS_HELD,
-    VISCOUS_START,
-    VISCOUS_SUMS,
-)
+from .columns import CELLS, cell_groups, group_size
+from .lanes import CHUNKS, TABLE, VISCOSITY
 from .vectors import MASK
 
 TINY = 1e-100
@@ -67,6 +60,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
     force_of = elements.force_of(kind, law)
     law_of, moduli_count = laws.LAWS[law], laws.MODULI[law]
     lane_numbers = list(range(width))
+    numbers = group_size(*cell_groups(viscous))
     viscosity_of = None
     if viscous:
         from .bulk_viscosity import VISCOSITIES
@@ -113,7 +107,7 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                         most = 2.0 / ti.max(body.params[0] + body.params[1], TINY)
                         density = body.params[VISCOSITY + 2] * here * ti.min(one, most / ti.max(rate, TINY))
                         pressure = density * added[1]
-                        held = [VISCOUS_HELD + pack * width + lane for lane in range(width)]
+                        held = [2 * CHUNKS * numbers + pack * width + lane for lane in range(width)]
                         power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
                         for lane in ti.static(range(width)):
                             body.cell_sums[held[lane]] = pressure[lane]
@@ -126,11 +120,11 @@ def make_cell_phase(kind: str, law: str, width: int, viscous: bool = False):
                             old = [body.rows[row + c] for c in range(3)]
                             for c in ti.static(range(3)):
                                 body.rows[row + c] = old[c] + answer[0][c][k][lane]
-                body.cell_sums[chunk * CELL_SUMS] = energy.sum()
-                body.cell_sums[chunk * CELL_SUMS + 1] = 1.0 + change.min()
-                body.cell_sums[chunk * CELL_SUMS + 2] = hourglass.sum()
+                body.cell_sums[chunk * numbers + CELLS.elastic] = energy.sum()
+                body.cell_sums[chunk * numbers + CELLS.jacobian_min] = 1.0 + change.min()
+                body.cell_sums[chunk * numbers + CELLS.hourglass] = hourglass.sum()
                 if ti.static(viscous):
-                    body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS] = power.sum()
-                    body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1] = fastest.max()
+                    body.cell_sums[chunk * numbers + CELLS.viscous_power] = power.sum()
+                    body.cell_sums[chunk * numbers + CELLS.viscous_rate] = fastest.max()
 
     return cell_phase

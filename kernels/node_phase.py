@@ -4,13 +4,13 @@
 
 Each node sums its chunk rows in chunk order, clears them for the next step and moves. Special nodes hand out f in
 special_force [3*s+c] and are not moved.
-`node_sums` [chunks*10], ordinary nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
-about the origin (3), sum m u (3).
+`node_sums` [chunks, NODE_SUMS] (columns.py): of the ordinary nodes only, at u before the drift and v_n.
 """
 
 import taichi as ti
 
-from .lanes import DAMPING_RATE, NODE_SUMS, TABLE
+from .columns import NODE_SUMS, NODES
+from .lanes import DAMPING_RATE, TABLE
 
 
 @ti.func
@@ -64,8 +64,8 @@ def node_phase(body: ti.template(), ranges, stride: ti.template(), damped: ti.te
                     spin[0] += x[1] * p[2] - x[2] * p[1]
                     spin[1] += x[2] * p[0] - x[0] * p[2]
                     spin[2] += x[0] * p[1] - x[1] * p[0]
-            body.node_sums[part * NODE_SUMS] = kinetic
+            body.node_sums[part * NODE_SUMS + NODES.kinetic] = kinetic
             for d in ti.static(range(3)):
-                body.node_sums[part * NODE_SUMS + 1 + d] = momentum[d]
-                body.node_sums[part * NODE_SUMS + 4 + d] = spin[d]
-                body.node_sums[part * NODE_SUMS + 7 + d] = moved[d]
+                body.node_sums[part * NODE_SUMS + NODES.momentum + d] = momentum[d]
+                body.node_sums[part * NODE_SUMS + NODES.angular_momentum + d] = spin[d]
+                body.node_sums[part * NODE_SUMS + NODES.mass_displacement + d] = moved[d]

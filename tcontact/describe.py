@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
+from .kernels.columns import cell_groups, group_size
+from .kernels.lanes import CHUNKS, FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE
+from .measured import raw_groups
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
@@ -96,7 +98,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
     """Bytes by term that the body will take, as in `Result.memory`."""
     nodes = len(body.reference)
     listed = len(body.boundary)
-    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(body, nodes, _layered(plan, body))}
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, body)}
     if listed:
         result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(body.support_rows):
@@ -155,15 +157,18 @@ def _layers(friction: FrictionModel, count: int) -> int:
     return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
 
 
-def _force_pass(body: BodyPlan, nodes: int, layered: bool) -> int:
+def _force_pass(plan: Plan, body: BodyPlan) -> int:
+    nodes = len(body.reference)
     packs = pack_cells(body.cells, nodes, WIDTHS[body.variant])
     if body.contact is not None and body.contact.graph is not None:
         packs = append_own_rows(packs, body.cells[body.contact.graph.cells]).packs
     rows = 0
     if body.small or len(body.boundary):
-        rows = MOST_ROWS if body.small and not layered else 1
-    viscous = 0 if body.viscosity is None else VISCOUS_HELD + packs.connectivity.size // packs.corners
-    width = RAW + VISCOUS_SUMS * (body.viscosity is not None)
+        rows = MOST_ROWS if body.small and not _layered(plan, body) else 1
+    viscous = 0
+    if body.viscosity is not None:
+        viscous = 2 * CHUNKS * group_size(*cell_groups(True)) + packs.connectivity.size // packs.corners
+    width = group_size(*raw_groups(plan.scene, body))
     return packs.nbytes + nodes * 4 * REAL + (rows * width + viscous) * REAL
 
 

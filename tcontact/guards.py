@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .history import History
-from .measured import PLACE
 from .scene import Scene
 from .state import BodyState
 from .worst_cell import worst_cell
@@ -52,9 +51,10 @@ class Guards:
 
         over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
         """
-        time = f"at t = {row[0]:.6g} s"
+        layout = history.layout
+        time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
-        jacobian = PLACE["jacobian_min"]
+        jacobian = layout.place["jacobian_min"]
         for state, part, nonlinear in zip(self.states, bodies, self.nonlinear, strict=True):
             if nonlinear and not part[jacobian][0] > 0.0:
                 where = self._worst(state, step)
@@ -64,8 +64,8 @@ class Guards:
                 if state.plan.body.material.law == "st_venant_kirchhoff":
                     advice = "StVenantKirchhoff loses ellipticity in strong compression (det F < 0.58): use NeoHookean"
                 return Stop("inverted-cell", f"{where} {time}; {advice}")
-        finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
-        energy = row[1] + row[2] + row[3]
+        finite = all(np.isfinite(row[place]).all() for place in layout.summed)
+        energy = layout.stored(row)
         if not finite or energy > GROWTH * history.budget() + self.floor:
             what = (
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
@@ -105,5 +105,5 @@ class Guards:
 
 
 def _jacobian(state: BodyState) -> float:
-    value = float(state.internal_force.sums()[11])
+    value = state.internal_force.sum_of("jacobian_min")
     return value if np.isfinite(value) else -np.inf

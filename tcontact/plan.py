@@ -16,6 +16,7 @@ from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
+from .kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
 from .lumped_mass import cell_masses, node_areas
 from .measured import Layout
 from .mesh_geometry import parallelepipeds
@@ -210,25 +211,31 @@ class Plan:
                 found["cell-viscosity"] = None
         return (*found, "ledger")
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
-        """Of the measured rows of its history."""
-        tracked = self.scene.touching and self.scene.tracked
-        names = tuple(self.scene.obstacle_label(i) for i in range(len(self.scene.obstacles))) if tracked else ()
-        rubbing = self.scene.touching and self.scene.friction is not None
-        return Layout(rubbing, names, rubbing and isinstance(self.scene.friction, FrictionLayer))
+        """Of the rows of its history."""
+        scene, touching = self.scene, self.scene.touching
+        present = {
+            HOURGLASS: any(body.body.formulation == "reduced" for body in self.bodies),
+            DAMPED: scene.damping is not None,
+            VISCOUS: any(body.dissipates for body in self.bodies),
+            FRICTION: touching and scene.friction is not None,
+            LAYERS: touching and isinstance(scene.friction, FrictionLayer),
+            LOADS: touching and scene.tracked,
+        }
+        names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
+        return Layout([term for term, is_there in present.items() if is_there], names)
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of the history that only such a scene has."""
-        names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
-        if self.scene.damping is not None:
-            names += ["damping_work", "damping_impulse"]
-        if any(body.dissipates for body in self.bodies):
-            names.append("viscous_work")
-        own = self.layout
-        names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
-        return tuple(names)
+        return tuple(column.name for column in self.layout.shown if column.term)
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors of integrals over time in the history, by the names of their columns."""
+        rate = 0.0 if self.scene.damping is None else self.scene.damping.rate
+        return {"damping_work": 2.0 * rate, "damping_impulse": -rate}  # power rate v.Mv, force -rate M v
 
     def describe(self, scheme: Any = None) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.

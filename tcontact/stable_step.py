@@ -147,7 +147,7 @@ class StableStep:
         self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
         if self.damping is not None:
             self.damped = SAFETY * self.damping.estimate(u, here, self.elastic, products)
-        rate = 0.0 if self.plan.viscosity is None else float(self.force.viscous_sums()[1])
+        rate = 0.0 if self.plan.viscosity is None else self.force.sum_of("viscous_rate")
         return with_viscosity(self.elastic, rate, self.damped)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from . import arrays
 from .friction_layer import LayerState
 from .friction_models import FrictionLayer
-from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
-from .measured import PLACE, Layout
+from .kernels.columns import group_size, raw_places
+from .measured import Layout, measured_rows, raw_groups
 from .plan import SMALL, BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
@@ -20,7 +20,6 @@ from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
 AT_ONCE, MOST_AT_ONCE = 60, 32  # passes of SMALL cells (20 ms on a thread), and rows, between looks at a larger body
-ROW_PARTS = np.cumsum([NODE_SUMS, CELL_SUMS, BOUNDARY_SUMS, SUPPORT_SUMS])
 
 
 class BodyState:
@@ -42,11 +41,13 @@ class BodyState:
         self.internal_force = InternalForce(plan)
         self.listed = BoundaryNodes(plan, self.internal_force.special_force) if len(plan.boundary) else None
         self.supports = Supports(plan) if len(plan.support_rows) else None
+        self.groups = raw_groups(scene, plan)
         self.contact = make_contact(scene, plan, self.listed, self.internal_force)
         self.images = None if images is None else PeriodicImages(plan, images)
         self.serial: SerialStep | None = None
         if self.listed is not None or self.contact is not None or plan.small:
-            self.serial = SerialStep(plan, self.internal_force, self.listed, self.supports, self.contact, self.images)
+            parts = self.internal_force, self.listed, self.supports, self.contact, self.images
+            self.serial = SerialStep(plan, self.groups, *parts)
             if plan.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -55,8 +56,7 @@ class BodyState:
             if plan.small or self._layered
             else int(np.clip(AT_ONCE * SMALL[plan.element] // len(plan.cells), 1, MOST_AT_ONCE))
         )
-        width = RAW + (2 if plan.dissipates else 0) if self.serial is None else self.serial.width
-        self._raw = np.zeros((several, width))
+        self._raw = np.zeros((several, group_size(*self.groups)))
 
     @property
     def _layered(self) -> bool:
@@ -102,7 +102,7 @@ class BodyState:
         time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
         rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
         """
-        force, serial = self.internal_force, self.serial
+        force, serial, places = self.internal_force, self.serial, raw_places(self.plan.dissipates)
         if self.plan.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
@@ -112,16 +112,15 @@ class BodyState:
             force.advance(self.u, self.v, kick_before, kick_after, drift)
             raw = self._raw[number]
             if serial is None:
-                sums = force.sums()
-                raw[: len(sums)] = sums
-                if self.plan.viscosity is not None:
-                    raw[RAW:] = force.viscous_sums()
+                raw[:] = force.sums()
             else:
                 serial.run(serial.names.BOUNDARY, self.u, self.v, time + number * steps[1], *steps)
                 raw[:] = serial.rows(1)[0]
-            total = raw[0] + raw[NODE_SUMS] + raw[NODE_SUMS + CELL_SUMS]  # kinetic, elastic
-            calm = total <= energy and raw[NODE_SUMS + 1] > jacobian
-            calm = calm and (self.plan.viscosity is None or not raw[RAW + 1] > viscous_rate)
+            total = raw[places.nodes.kinetic] + raw[places.cells.elastic]
+            if serial is not None:
+                total += raw[places.shared.kinetic]
+            calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
+            calm = calm and (self.plan.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
         return number + 1
@@ -130,46 +129,12 @@ class BodyState:
         """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
         small = self.plan.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
-        rows = np.zeros((len(times), self.layout.width))
-        nodes, cells, listed, support, contact = np.split(raw[:, :RAW], ROW_PARTS, axis=1)
-        rows[:, PLACE["time"]] = times[:, None]
-        for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
-            rows[:, PLACE[name]] = cells[:, column : column + 1]
-        if self.plan.dissipates:
-            rows[:, PLACE["viscous_power"]] = raw[:, RAW : RAW + 1]
-            rows[:, PLACE["viscous_rate"]] = raw[:, RAW + 1 : RAW + 2]
-        rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
-        rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
-        rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
-        weight = sum(nodes[:, 7 + j] * self.plan.gravity[j] for j in range(3))  # same bits for any number of rows
-        rows[:, PLACE["load_work"]] = (weight + listed[:, 7])[:, None]
-        rows[:, PLACE["support_force"]], rows[:, PLACE["support_power"]] = support[:, :3], support[:, 3:]
-        rows[:, PLACE["gap_min"]] = np.inf
-        if self.contact is not None:
-            rows[:, PLACE["contact_force"]] = contact[:, :3]
-            for column, name in enumerate(("contact", "contact_nodes", "static_residual", "gap_min", "sweeps"), 3):
-                rows[:, PLACE[name]] = contact[:, column : column + 1]
-            self._special_rows(rows, raw)
+        rows = measured_rows(raw, self.groups, self.layout, times, self.plan.gravity)
+        if self.contact is not None and isinstance(self.contact.friction, LayeredFriction):
+            late = float(rows[-1, self.layout.place["friction_after"]][0])
+            for name, value in self.contact.friction.row(late).items():
+                rows[-1, self.layout.place[name]] = value
         return rows
-
-    def _special_rows(self, rows: np.ndarray, raw: np.ndarray) -> None:
-        """What only friction, tracked obstacles and friction layers measure."""
-        assert self.serial is not None
-        assert self.contact is not None
-        place = self.layout.place
-        _viscous, friction, loads, end = self.serial.places
-        if loads > friction:
-            rows[:, place["friction_before"]] = raw[:, friction : friction + 1]
-            rows[:, place["friction_after"]] = raw[:, friction + 1 : friction + 2]
-        if end > loads:
-            first = place["obstacle_power"].stop
-            rows[:, first : first + end - loads - 1] = raw[:, loads : end - 1]
-            rows[:, place["obstacle_power"]] = raw[:, end - 1 : end]
-        if isinstance(self.contact.friction, LayeredFriction):
-            late = float(raw[-1, friction + 1])
-            rows[-1, place["layer_heat"].start : place["layer_substeps"].stop] = self.contact.friction.row(late)
-        elif "layer_heat" in place:
-            rows[:, place["layer_shear_min"]] = np.nan
 
     def displacement(self) -> np.ndarray:
         """Displacement [n, 3] in the user's numbering."""

@@ -187,7 +187,8 @@ def test_the_step_with_viscosity_is_that_of_the_damped_oscillator():
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
     from tcontact.describe import memory
-    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, MODULI
+    from tcontact.kernels.columns import CELL_SUMS
+    from tcontact.kernels.lanes import CHUNKS, MODULI
     from tcontact.terms.internal_force import InternalForce
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())

@@ -8,8 +8,10 @@ from copy import copy
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import CELL_SUMS, MODULI, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
+from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
+from ..kernels.lanes import MODULI
 from ..launch import Prepared
+from ..measured import COMBINE
 from ..packing import CHUNKS, WIDTHS, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
 
@@ -46,10 +48,9 @@ class InternalForce:
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(plan.boundary))
         self.node_sums = arrays.zeros(CHUNKS * NODE_SUMS)
-        self.cell_sums = arrays.zeros(VISCOUS_START)
         self.viscous = plan.viscosity is not None
-        if self.viscous:
-            self.cell_sums = arrays.zeros(VISCOUS_HELD + packs.connectivity.size // packs.corners)
+        held = packs.connectivity.size // packs.corners if self.viscous else 0
+        self.cell_sums = arrays.zeros(2 * CHUNKS * group_size(*cell_groups(self.viscous)) + held)
         self.constants = (*self.moduli, *plan.constants)
         self.parameters = arrays.put(np.array([0.0] * 6 + [*self.constants]))
 
@@ -96,15 +97,16 @@ class InternalForce:
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
     def sums(self) -> np.ndarray:
-        """Sums of the last pass [13]: ordinary nodes (10), elastic energy [J], smallest det F, hourglass energy [J]."""
+        """Sums of the last pass over all chunks, as a raw row begins: those of ordinary nodes, then those of cells."""
+        columns = group_columns(*cell_groups(self.viscous))
+        combine = [COMBINE[column.combine] for column in columns for _ in range(column.size)]
         nodes = arrays.get(self.node_sums).reshape(CHUNKS, NODE_SUMS)
-        cells = arrays.get(self.cell_sums)[: CHUNKS * CELL_SUMS].reshape(CHUNKS, CELL_SUMS)
-        return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
+        cells = arrays.get(self.cell_sums)[: CHUNKS * len(combine)].reshape(CHUNKS, len(combine))
+        return np.array([*nodes.sum(axis=0), *(pick(cells[:, j]) for j, pick in enumerate(combine))])
 
-    def viscous_sums(self) -> np.ndarray:
-        """With bulk viscosity: power dissipated in the step to the last pass [W], largest rate of a cell [1/s]."""
-        chunks = arrays.get(self.cell_sums)[VISCOUS_START:VISCOUS_HELD].reshape(-1, VISCOUS_SUMS)[:CHUNKS]
-        return np.array([chunks[:, 0].sum(), chunks[:, 1].max()])
+    def sum_of(self, name: str) -> float:
+        """One number of the cells of the last pass, by the name of its column."""
+        return float(self.sums()[getattr(raw_places(self.viscous).cells, name)])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

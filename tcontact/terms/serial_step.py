@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import LOADS_AT
+from ..kernels.columns import group_size
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
@@ -18,18 +18,21 @@ WHOLE = ("nodes", "near", "all_nodes", "active", "heirs")  # the arrays of whole
 
 
 class SerialStep:
-    """The launch and its arrays; terms that the body does not have are not compiled and share two dummies."""
+    """The launch and its arrays; terms that the body does not have are not compiled and share two dummies.
+
+    groups: of the columns in its raw rows (`measured.raw_groups`).
+    """
 
     def __init__(
         self,
         plan: BodyPlan,
+        groups: tuple[str, ...],
         force: InternalForce,
         listed: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
     ) -> None:
-        from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
         from ..kernels.bundles import Kinds, Touching
         from .massless_contact import MasslessContactTerm
@@ -39,8 +42,7 @@ class SerialStep:
         self.contact = contact
         real, whole = arrays.zeros(16), arrays.put(np.zeros(1, dtype=np.int32))
         self.kinds = Kinds() if contact is None else contact.kinds
-        loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
-        self.sums = arrays.zeros(LOADS_AT + loads)
+        self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         parts: list[arrays.Array] = [self.sums]
         parts += (whole, real, real, real) if listed is None else listed.arguments()
         parts += (whole, whole, real) if supports is None else supports.arguments()
@@ -55,8 +57,7 @@ class SerialStep:
         parts.append(whole if images is None else images.pairs)
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.places = raw_rows.row_places(plan.dissipates, self.kinds.friction != "", loads)
-        self.width = self.places[-1]
+        self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         self._parts = (*parts, self.control, self.raw)
         self.kernel = kernels.make_serial_step(
