@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from .kernels.columns import Column
 from .measured import Layout
 
 MOST_ROWS = 10**6  # kept by default: a few hundred bytes each
@@ -34,6 +33,11 @@ class History:
     ) -> None:
         self.every, self.most, self.mid_step = every, most, mid_step
         self.layout, self.factors = layout or Layout(), dict(factors or {})
+        self._rules = []  # places of what is integrated over time, and of the integrals
+        for rule in dict.fromkeys(column.rule for column in self.layout.integrals):
+            columns = [column for column in self.layout.integrals if column.rule == rule]
+            places = [self.layout.numbers([getattr(c, part) for c in columns]) for part in ("integral_of", "name")]
+            self._rules.append((rule, *places))
         self.steps = 0
         self._rows = np.zeros((256, self.layout.end))
         self.count = 0
@@ -47,27 +51,27 @@ class History:
         count, width = len(rows), self.layout.width
         if self._last is None:
             self._last = self._origin = np.concatenate([rows[0], np.zeros(self.layout.end - width)])
-        table = np.concatenate([self._last[None, :width], rows])
-        added = [np.zeros((count, 0)), *(self._added(column, table) for column in self.layout.integrals)]
-        running = np.cumsum(np.concatenate([self._last[None, width:], np.concatenate(added, axis=1)]), axis=0)[1:]
-        rows = np.concatenate([rows, running], axis=1)
-        self._last = rows[-1].copy()
+        table = np.empty((count + 1, self.layout.end))
+        table[0], table[1:, :width] = self._last, rows
+        for rule, measured, integrals in self._rules:
+            table[1:, integrals] = self._added(rule, table, measured)
+        table[:, width:] = np.cumsum(table[:, width:], axis=0)
+        rows, self._last = table[1:], table[-1].copy()
         largest = (self._column("kinetic", rows) + self._column("elastic", rows)).max()
         self.reference_energy = float(np.fmax(self.reference_energy, largest))
         self.largest_work = float(np.fmax(self.largest_work, np.abs(self._external_work(rows)).max()))
         self._store(rows[(self.steps + np.arange(count)) % self.every == 0])
         self.steps += count
 
-    def _added(self, column: Column, table: np.ndarray) -> np.ndarray:
-        """What every step adds to an integral [m, size]; table: the measured rows at the start and the end of each."""
-        place, step = self.layout.place[column.integral_of], np.diff(table[:, self.layout.place["time"]], axis=0)
-        old, new = table[:-1, place], table[1:, place]
-        if column.rule == "kicks":  # work already, in two parts
+    def _added(self, rule: str, table: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """What every step adds to the integrals of measured places; table: the rows at its start and its end."""
+        old, new, step = table[:-1, places], table[1:, places], np.diff(table[:, self.layout.place["time"]], axis=0)
+        if rule == "kicks":  # work already, in two parts
             after = table[:-1, self.layout.place["friction_after"]].copy()
             if self.steps == 0:
                 after[0] = 0.0  # the first row stands in for the one before it
             return after + new
-        if column.rule == "step":  # that of the step before, not of the level
+        if rule == "step":  # that of the step before, not of the level
             return step * new
         return 0.5 * step * (2.0 * new if self.mid_step else old + new)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +43,7 @@ class Layout:
             self.place[column.name] = slice(self.end, self.end + column.size)
             self.end += column.size
         self.width = sum(column.size for column in self.measured)
+        self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
         self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
 
     def _of_obstacles(self, columns: list[Column]) -> Iterator[Column]:
@@ -54,13 +55,14 @@ class Layout:
             elif column is each[0]:
                 yield from (part._replace(name=f"{part.name}:{name}") for name in self.obstacles for part in each)
 
+    def numbers(self, names: Iterable[str]) -> np.ndarray:
+        """Places of all numbers of those of these columns that there are."""
+        places = [self.place[name] for name in names if name in self.place]
+        return np.array([number for place in places for number in range(place.start, place.stop)], dtype=int)
+
     def stored(self, row: np.ndarray) -> Any:
         """Energy that is stored at a row [end], or at each of several [end, m] [J]."""
         return sum(row[self.place[column.name].start] for column in self.measured if column.energy == "stored")
-
-    def empty(self, count: int) -> np.ndarray:
-        """Rows [count, width] of a body that measures nothing."""
-        return np.repeat([[column.absent for column in self.measured for _ in range(column.size)]], count, axis=0)
 
 
 def raw_groups(scene: Scene, body: BodyPlan) -> tuple[str, ...]:
@@ -76,25 +78,35 @@ def raw_groups(scene: Scene, body: BodyPlan) -> tuple[str, ...]:
     return tuple(groups)
 
 
-def measured_rows(
-    raw: np.ndarray, groups: tuple[str, ...], layout: Layout, times: np.ndarray, gravity: np.ndarray
-) -> np.ndarray:
-    """Measured rows [n, width] of raw rows [n, ...] with these groups, at the times [s] and in the gravity [m/s^2]."""
-    found: dict[str, np.ndarray] = {"time": times[:, None]}
-    names, start = iter(layout.obstacles), 0
-    for group in groups:
-        obstacle = f":{next(names)}" if group == "obstacle" else ""
-        for column in group_columns(group):
-            values = raw[:, start : start + column.size]
-            name, start = column.name + obstacle, start + column.size
-            found[name] = found[name] + values if name in found else values
-    moved = found["mass_displacement"]
-    weight = sum(moved[:, j] * gravity[j] for j in range(3))  # the same bits for any number of rows
-    found["load_work"] = np.asarray(weight)[:, None] + found.get("load_work", 0.0)
-    rows = layout.empty(len(times))
-    for name in found.keys() & layout.place.keys():
-        rows[:, layout.place[name]] = found[name]
-    return rows
+class RawRows:
+    """Makes measured rows of the raw rows of a body; groups: those that its raw rows have, in their order."""
+
+    def __init__(self, groups: tuple[str, ...], layout: Layout) -> None:
+        self.layout = layout
+        first: dict[int, int] = {}  # place in a measured row -> place in a raw row
+        further: dict[int, int] = {}  # what another group adds there
+        names, start = iter(layout.obstacles), 0
+        for group in groups:
+            obstacle = f":{next(names)}" if group == "obstacle" else ""
+            for column in group_columns(group):
+                here, start = range(start, start + column.size), start + column.size
+                if column.name == "mass_displacement":
+                    self._moved = here
+                for place, raw in zip(layout.numbers([column.name + obstacle]), here, strict=False):
+                    (further if place in first else first)[place] = raw
+        self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
+
+    def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+        """Measured rows [n, width] of raw rows, at the times [s] and in the gravity [m/s^2]."""
+        rows = np.repeat(self.layout.empty, len(raw), axis=0)
+        rows[:, self.layout.place["time"].start] = times
+        rows[:, self._first[0]] = raw[:, self._first[1]]
+        rows[:, self._further[0]] += raw[:, self._further[1]]
+        weight = sum(
+            raw[:, i] * along for i, along in zip(self._moved, gravity, strict=True)
+        )  # the same bits for any n
+        rows[:, self.layout.place["load_work"].start] += weight
+        return rows
 
 
 def combined(rows: list[np.ndarray], layout: Layout) -> np.ndarray:

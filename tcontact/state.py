@@ -8,7 +8,7 @@ from . import arrays
 from .friction_layer import LayerState
 from .friction_models import FrictionLayer
 from .kernels.columns import group_size, raw_places
-from .measured import Layout, measured_rows, raw_groups
+from .measured import Layout, RawRows, raw_groups
 from .plan import SMALL, BodyPlan
 from .scene import Scene
 from .smoothness import PressureRecord
@@ -42,6 +42,7 @@ class BodyState:
         self.listed = BoundaryNodes(plan, self.internal_force.special_force) if len(plan.boundary) else None
         self.supports = Supports(plan) if len(plan.support_rows) else None
         self.groups = raw_groups(scene, plan)
+        self._reader, self._places = RawRows(self.groups, self.layout), raw_places(plan.dissipates)
         self.contact = make_contact(scene, plan, self.listed, self.internal_force)
         self.images = None if images is None else PeriodicImages(plan, images)
         self.serial: SerialStep | None = None
@@ -102,7 +103,7 @@ class BodyState:
         time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
         rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
         """
-        force, serial, places = self.internal_force, self.serial, raw_places(self.plan.dissipates)
+        force, serial, places = self.internal_force, self.serial, self._places
         if self.plan.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
@@ -129,7 +130,7 @@ class BodyState:
         """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
         small = self.plan.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
-        rows = measured_rows(raw, self.groups, self.layout, times, self.plan.gravity)
+        rows = self._reader.measured(raw, times, self.plan.gravity)
         if self.contact is not None and isinstance(self.contact.friction, LayeredFriction):
             late = float(rows[-1, self.layout.place["friction_after"]][0])
             for name, value in self.contact.friction.row(late).items():

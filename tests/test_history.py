@@ -9,7 +9,7 @@ import pytest
 
 from tcontact.history import History
 from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS, group_columns
-from tcontact.measured import Layout, combined, measured_rows
+from tcontact.measured import Layout, RawRows, combined
 from tcontact.report import write_history
 
 
@@ -143,7 +143,7 @@ def test_a_measured_row_adds_up_what_nodes_and_boundary_nodes_measure():
     layout, gravity = Layout([FRICTION, HOURGLASS, LOADS, VISCOUS], ("die",)), np.array([0.3, -0.1, -9.81])
     times = np.array([0.0, 0.1, 0.2, 0.3])
     raw, by = raw_of(GROUPS, 5)
-    rows = measured_rows(raw, GROUPS, layout, times, gravity)
+    rows = RawRows(GROUPS, layout).measured(raw, times, gravity)
     for name in ("kinetic", "momentum", "angular_momentum"):
         assert np.array_equal(rows[:, layout.place[name]], by["nodes", name] + by["boundary", name]), name
     weight = by["nodes", "mass_displacement"] @ gravity
@@ -160,8 +160,8 @@ def test_bodies_together_have_the_sum_and_the_worst_of_them():
     layout, times = Layout([LAYERS]), np.zeros(4)
     touching, by = raw_of(GROUPS[:2] + GROUPS[3:7], 1)
     free, other = raw_of(GROUPS[:2], 2)
-    rows = [measured_rows(touching, GROUPS[:2] + GROUPS[3:7], layout, times, np.zeros(3))]
-    rows += [measured_rows(free, GROUPS[:2], layout, times, np.zeros(3))]
+    rows = [RawRows(GROUPS[:2] + GROUPS[3:7], layout).measured(touching, times, np.zeros(3))]
+    rows += [RawRows(GROUPS[:2], layout).measured(free, times, np.zeros(3))]
     rows[0][:, layout.place["layer_shear_min"]] = 3.0
     total = combined(rows, layout)
     assert np.array_equal(total[:, layout.place["elastic"]], by["cells", "elastic"] + other["cells", "elastic"])

@@ -120,7 +120,7 @@ class ImplicitState:
         return 1
 
     def _measure(self, level: Level, taken: Taken) -> np.ndarray:
-        row = self.layout.empty(1)[0]
+        row = self.layout.empty[0].copy()
         body, plan = self.body, self.plan
 
         def put(name: str, value: Any) -> None:
