@@ -8,7 +8,8 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
+from .columns import BOUNDARY, BOUNDARY_SUMS, CONTACT, FIRST, SUPPORT, SUPPORT_SUMS
+from .damping import damping_force
 
 
 @ti.func
@@ -25,11 +26,25 @@ def row(values: ti.template(), s):
 
 
 @ti.func
-def hand_over(body: ti.template(), touching: ti.template(), k, total):
-    """The contact force of node k goes into the output and leaves the force of the node."""
+def hand_over(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
+    """Write the contact force of node k to the output, take it from the force of the node and add it to the sums."""
     for j in ti.static(range(3)):
         touching.force[3 * k + j] = total[j]
         body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+        sums[CONTACT.contact_force + j] += total[j]
+    if total.norm() > 0.0:
+        sums[CONTACT.contact_nodes] += 1.0
+
+
+@ti.func
+def damp(body: ti.template(), listed: ti.template(), law: ti.template()):
+    """special_force += damping force at v^n; supports and the kick that follow take it like any force."""
+    for s in range(listed.nodes.shape[0]):
+        net = row(listed.load, s) - row(body.special_force, s)
+        mass, inverse = symmetric(listed.mass, s), symmetric(listed.inverse_mass, s)
+        force = damping_force(law, body, mass, inverse, row(body.v, listed.nodes[s]), net)
+        for j in ti.static(range(3)):
+            body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
 
 
 @ti.func

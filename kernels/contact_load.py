@@ -31,7 +31,7 @@ def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.templat
             total += force
             sums[CONTACT.contact] += 0.5 * touching.give[k] * overlap * overlap
             press(touching, k, p, x, touching.give[k] * overlap, force)
-        tally(body, touching, k, total, sums)
+        hand_over(body, touching, k, total, sums)
     for j in ti.static(range(CONTACT_SUMS)):
         touching.sums[FIRST.contact + j] = sums[j]
 
@@ -59,7 +59,7 @@ def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.templa
         for p in ti.static(range(slots)):
             direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
             press(touching, k, p, x, impulses[p] / time, impulses[p] / time * direction)
-        tally(body, touching, k, normals.transpose() @ impulses / time, sums)
+        hand_over(body, touching, k, normals.transpose() @ impulses / time, sums)
     for j in ti.static(range(CONTACT_SUMS)):
         touching.sums[FIRST.contact + j] = sums[j]
 
@@ -72,12 +72,3 @@ def press(touching: ti.template(), k, p: ti.template(), x, pressing, force):
     if ti.static(touching.kinds.tracked):
         if pressing > 0.0:
             add_load(touching, touching.near[k * touching.kinds.slots + p], x, force)
-
-
-@ti.func
-def tally(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
-    hand_over(body, touching, k, total)
-    for j in ti.static(range(3)):
-        sums[CONTACT.contact_force + j] += total[j]
-    if total.norm() > 0.0:
-        sums[CONTACT.contact_nodes] += 1.0

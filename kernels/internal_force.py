@@ -25,13 +25,13 @@ from .node_phase import node_phase
 
 
 @functools.cache
-def make_step(kind: str, law: str, width: int | None = None, damped: bool = False, viscous: bool = False):
+def make_step(kind: str, law: str, width: int | None = None, damped: str = "", viscous: bool = False):
     """Step kernel of a cell kind with a law, memoised; every array flat, u and v [3n], rows zero on entry and exit.
 
     step(first, end, ranges, connectivity, chunk_table, node_info, position, mass, params, u, v, rows,
     special_force_out, node_sums_out, cell_sums_out): the cells of chunks first..end, then the nodes in `ranges` parts
     (0: none); index arrays from `packing.pack_cells`, packed `width` wide (default WIDTHS[kind]).
-    damped: with mass-proportional damping; viscous: with bulk viscosity.
+    damped: name of the law of damping (damping.py); viscous: with bulk viscosity.
     """
     cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
 

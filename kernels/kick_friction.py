@@ -10,6 +10,7 @@ import taichi as ti
 
 from .boundary_nodes import row, symmetric
 from .columns import SUMS
+from .damping import damped_response
 from .friction import (
     COEFFICIENT,
     FORCE,
@@ -27,7 +28,6 @@ from .friction import (
     three,
     trace_place,
 )
-from .lanes import DAMPING_RATE
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
 SEVERAL = 300  # rounds over the obstacles of a node that touches more than one, until their forces agree to
@@ -41,10 +41,7 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
     velocity = row(body.v, node)
     flexible = symmetric(listed.inverse_mass, k)
     net = row(listed.load, k) - row(body.special_force, k)
-    if ti.static(damped):
-        rate = body.params[DAMPING_RATE]
-        net = net - rate * (symmetric(listed.mass, k) @ velocity)
-        flexible = flexible / (1.0 + rate * body.params[0])
+    net, flexible = damped_response(damped, body, symmetric(listed.mass, k), velocity, net, flexible)
     return velocity, flexible @ net, flexible
 
 

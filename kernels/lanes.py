@@ -11,6 +11,6 @@ FRICTION_NODE, FRICTION_TRACE = 9, 13  # of friction per contact node, and per s
 MOST_SLOTS = 3  # obstacles that can hold one node at a time
 MODULI = 3  # places in `params` for the constants of the law; some laws leave the last at 0
 # places in `params` that only some bodies have
-DAMPING_RATE = 9  # [1/s]
-VISCOSITY = 10  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
+VISCOSITY = 9  # c1 c [m/s], c2^2, density [kg/m^3], number of massless nodes, mean over smallest corner mass of a cell
+DAMPING = 14  # constants of the law of damping; the last ones
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

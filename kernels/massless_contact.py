@@ -85,17 +85,13 @@ def massless_load(
                 rest += b.transpose() @ three(touching.traces, trace_place(touching, k, p, TRACTION))
             if ti.static(touching.kinds.friction != ""):
                 touching.traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
-        hand_over(body, touching, k, total)
+        hand_over(body, touching, k, total, sums)
         begin, end = touching.heirs[k], touching.heirs[k + 1]
         share = (b @ rest) / ti.max(1.0, float(end - begin))
         for i in range(begin, end):
             for j in ti.static(range(3)):
                 place = 3 * touching.heirs[i] + j
                 body.special_force[place] = body.special_force[place] + share[j]
-        for j in ti.static(range(3)):
-            sums[CONTACT.contact_force + j] += total[j]
-        if total.norm() > 0.0:
-            sums[CONTACT.contact_nodes] += 1.0
         sums[CONTACT.static_residual] = ti.max(sums[CONTACT.static_residual], largest(rest), off)
     sums[CONTACT.static_residual] /= ti.max(system.stats[F_REF], 1e-300)
     for j in ti.static(range(CONTACT_SUMS)):

@@ -10,14 +10,15 @@ special_force [3*s+c] and are not moved.
 import taichi as ti
 
 from .columns import NODE_SUMS, NODES
-from .lanes import DAMPING_RATE, TABLE
+from .damping import damped_acceleration
+from .lanes import TABLE
 
 
 @ti.func
 def node_phase(body: ti.template(), ranges, stride: ti.template(), damped: ti.template()):
     """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
 
-    damped: with mass-proportional damping (damping.py).
+    damped: name of the law of damping (damping.py), "" without.
     """
     for s in range(ranges * stride):
         if s % stride == 0:
@@ -48,9 +49,7 @@ def node_phase(body: ti.template(), ranges, stride: ti.template(), damped: ti.te
                     for d in ti.static(range(3)):
                         acceleration = gravity[d] - force[d] * inverse
                         old = body.v[3 * i + d]
-                        if ti.static(damped):
-                            rate = body.params[DAMPING_RATE]
-                            acceleration = (acceleration - rate * old) / (1.0 + rate * kick_before)
+                        acceleration = damped_acceleration(damped, body, acceleration, old)
                         middle = old + kick_before * acceleration
                         new = old + (kick_before + kick_after) * acceleration
                         here = body.u[3 * i + d]

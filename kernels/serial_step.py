@@ -62,7 +62,7 @@ def make_serial_step(
     supports: bool,
     passes: bool,
     measures: bool,
-    damped: bool = False,
+    damped: str = "",
     viscous: bool = False,
     tied: bool = False,
 ):
@@ -71,7 +71,7 @@ def make_serial_step(
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
     contact cells, where they are few;
-    damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
+    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
     block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
@@ -86,9 +86,7 @@ def make_serial_step(
     clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
-        from .boundary_nodes import kick_and_drift, support_reactions
-    if listed_nodes and damped:
-        from .damping import damp
+        from .boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from .images import follow, gather
     if touches:
@@ -143,8 +141,8 @@ def make_serial_step(
     def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
         if ti.static(kicked):
             kick_friction(body, listed, touching, damped)
-        if ti.static(listed_nodes and damped):
-            damp(body, listed)
+        if ti.static(listed_nodes and damped != ""):
+            damp(body, listed, damped)
         if ti.static(supports):
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):

@@ -13,10 +13,11 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
-from .dissipation import BulkViscosity, MassDamping
+from .dissipation import BulkViscosity, Damping
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
-from .kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
+from .kernels.columns import FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
+from .kernels.lanes import DAMPING, VISCOSITY
 from .lumped_mass import cell_masses, node_areas
 from .measured import Layout
 from .mesh_geometry import parallelepipeds
@@ -83,7 +84,7 @@ class BodyPlan:
     support_axes: np.ndarray
     speeds: np.ndarray
     contact: ContactPlan | None
-    damping: MassDamping | None = None
+    damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     images: Images | None = None
 
@@ -136,17 +137,17 @@ class BodyPlan:
         return self.element + "-affine" if several and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
-    def options(self) -> dict[str, bool]:
+    def options(self) -> dict[str, Any]:
         """What its kernels are made with besides the ordinary step; empty without."""
-        present = {"damped": self.damping is not None, "viscous": self.viscosity is not None}
-        return {name: True for name, is_there in present.items() if is_there}
+        found: dict[str, Any] = {} if self.damping is None else {"damped": self.damping.name}
+        return found if self.viscosity is None else {**found, "viscous": True}
 
     @property
     def constants(self) -> tuple[float, ...]:
         """What those need in the parameters of a pass, as numbered in kernels/lanes.py."""
-        rate = () if self.damping is None else (self.damping.rate,)
+        damping = () if self.damping is None else self.damping.constants
         if self.viscosity is None:
-            return rate
+            return (*[0.0] * (DAMPING - VISCOSITY), *damping) if damping else ()
         material, contact = self.body.material, self.contact
         masses = cell_masses(self.body.mesh, material.density)
         uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
@@ -154,7 +155,7 @@ class BodyPlan:
         if massless and contact is not None and self.images is not None:  # their followers come next in the list
             massless += len(self.images.followers_of(contact.nodes))
         speed, square = self.viscosity.linear * material.wave_speed, self.viscosity.quadratic**2
-        return (*(rate or (0.0,)), speed, square, material.density, massless, uneven)
+        return (speed, square, material.density, massless, uneven, *damping)
 
     @property
     def heirs(self) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +179,7 @@ class BodyPlan:
         if len(self.support_rows):
             names.append("supports")
         if self.damping is not None:
-            names.append("mass-damping")
+            names.append(self.damping.name)
         if self.viscosity is not None:
             names.append("bulk-viscosity")
         return tuple(names)
@@ -217,14 +218,14 @@ class Plan:
         scene, touching = self.scene, self.scene.touching
         present = {
             HOURGLASS: any(body.body.formulation == "reduced" for body in self.bodies),
-            DAMPED: scene.damping is not None,
             VISCOUS: any(body.dissipates for body in self.bodies),
             FRICTION: touching and scene.friction is not None,
             LAYERS: touching and isinstance(scene.friction, FrictionLayer),
             LOADS: touching and scene.tracked,
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
-        return Layout([term for term, is_there in present.items() if is_there], names)
+        damping = [] if scene.damping is None else [scene.damping.name]
+        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -234,8 +235,7 @@ class Plan:
     @property
     def factors(self) -> dict[str, float]:
         """Factors of integrals over time in the history, by the names of their columns."""
-        rate = 0.0 if self.scene.damping is None else self.scene.damping.rate
-        return {"damping_work": 2.0 * rate, "damping_impulse": -rate}  # power rate v.Mv, force -rate M v
+        return {} if self.scene.damping is None else self.scene.damping.factors
 
     def describe(self, scheme: Any = None) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.
