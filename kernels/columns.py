@@ -15,7 +15,7 @@ from collections import namedtuple
 from typing import NamedTuple
 
 # what a scene may have, and columns need
-FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "mass-damping", "viscosity"
+FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # no scene has it: the host makes another column of the number

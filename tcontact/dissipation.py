@@ -12,7 +12,7 @@ from .errors import InputError
 class Damping:
     """What every law of damping that is proportional to the mass says of itself.
 
-    name: of the term, of the law in kernels/damping.py and of the part of a scene in kernels/columns.py.
+    name: of the term, of the law in kernels/damping.py, and of what columns of its own need (kernels/columns.py).
     """
 
     name: ClassVar[str]

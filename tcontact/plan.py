@@ -16,7 +16,7 @@ from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, Damping
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
-from .kernels.columns import FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
+from .kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
 from .kernels.lanes import DAMPING, VISCOSITY
 from .lumped_mass import cell_masses, node_areas
 from .measured import Layout
@@ -224,7 +224,7 @@ class Plan:
             LOADS: touching and scene.tracked,
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
-        damping = [] if scene.damping is None else [scene.damping.name]
+        damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
         return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names)
 
     @property
