@@ -19,8 +19,8 @@ class Damping:
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """Numbers of the law for the kernels."""
-        raise NotImplementedError
+        """Its fields, as the kernels take them."""
+        return tuple(vars(self).values())
 
     @property
     def factors(self) -> dict[str, float]:
@@ -43,11 +43,6 @@ class MassDamping(Damping):
 
     def __post_init__(self) -> None:
         validate.number("MassDamping.rate", self.rate, low=0.0, high=1e30)
-
-    @property
-    def constants(self) -> tuple[float, ...]:
-        """The rate [1/s]."""
-        return (self.rate,)
 
     @property
     def factors(self) -> dict[str, float]:

@@ -102,9 +102,7 @@ class RawRows:
         rows[:, self.layout.place["time"].start] = times
         rows[:, self._first[0]] = raw[:, self._first[1]]
         rows[:, self._further[0]] += raw[:, self._further[1]]
-        weight = sum(
-            raw[:, i] * along for i, along in zip(self._moved, gravity, strict=True)
-        )  # the same bits for any n
+        weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
         rows[:, self.layout.place["load_work"].start] += weight
         return rows
 
