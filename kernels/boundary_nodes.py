@@ -8,7 +8,9 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .lanes import BOUNDARY_SUMS, DRIFT, KICK_AFTER, KICK_BEFORE, SUPPORT_AT, SUPPORT_SUMS
+from .columns import BOUNDARY, BOUNDARY_SUMS, CONTACT, FIRST, SUPPORT, SUPPORT_SUMS
+from .damping import damping_force
+from .lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 
 
 @ti.func
@@ -25,11 +27,25 @@ def row(values: ti.template(), s):
 
 
 @ti.func
-def hand_over(body: ti.template(), touching: ti.template(), k, total):
-    """The contact force of node k goes into the output and leaves the force of the node."""
+def hand_over(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
+    """Write the contact force of node k to the output, take it from the force of the node and add it to the sums."""
     for j in ti.static(range(3)):
         touching.force[3 * k + j] = total[j]
         body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+        sums[CONTACT.contact_force + j] += total[j]
+    if total.norm() > 0.0:
+        sums[CONTACT.contact_nodes] += 1.0
+
+
+@ti.func
+def damp(body: ti.template(), listed: ti.template(), law: ti.template()):
+    """special_force += damping force at v^n; supports and the kick that follow take it like any force."""
+    for s in range(listed.nodes.shape[0]):
+        net = row(listed.load, s) - row(body.special_force, s)
+        mass, inverse = symmetric(listed.mass, s), symmetric(listed.inverse_mass, s)
+        force = damping_force(law, body, mass, inverse, row(body.v, listed.nodes[s]), net)
+        for j in ti.static(range(3)):
+            body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
 
 
 @ti.func
@@ -44,17 +60,17 @@ def kick_and_drift(body: ti.template(), listed: ti.template()):
         velocity = row(body.v, node) + kick_before * acceleration
         momentum = symmetric(listed.mass, s) @ velocity
         spin = (row(body.position, node) + displacement).cross(momentum)
-        sums[0] += 0.5 * velocity.dot(momentum)
+        sums[BOUNDARY.kinetic] += 0.5 * velocity.dot(momentum)
         for j in ti.static(range(3)):
-            sums[1 + j] += momentum[j]
-            sums[4 + j] += spin[j]
-        sums[7] += row(listed.load, s).dot(displacement)
+            sums[BOUNDARY.momentum + j] += momentum[j]
+            sums[BOUNDARY.angular_momentum + j] += spin[j]
+        sums[BOUNDARY.load_work] += row(listed.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
     for j in ti.static(range(BOUNDARY_SUMS)):
-        listed.sums[j] = sums[j]
+        listed.sums[FIRST.boundary + j] = sums[j]
 
 
 @ti.func
@@ -69,7 +85,7 @@ def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.
         for j in ti.static(range(3)):
             if j == axis:
                 reaction = inertia[j] - net[j]
-                sums[j] += reaction
-        sums[3] += reaction * supported.speeds[i]
+                sums[SUPPORT.support_force + j] += reaction
+        sums[SUPPORT.support_power] += reaction * supported.speeds[i]
     for j in ti.static(range(SUPPORT_SUMS)):
-        supported.sums[SUPPORT_AT + j] = sums[j]
+        supported.sums[FIRST.support + j] = sums[j]

@@ -11,9 +11,9 @@ A chunk has packs of every block of cells (an element with a law and its constan
 of kind i of those that the kernel was made for stand at chunk_table[chunk * (kinds + 3) + i] up to that of kind i + 1;
 then come where its force rows begin, less its first node, and 1 for contact cells.
 
-`cell_sums` [chunks * CHUNK_SUMS]: elastic energy [J], smallest det F over the Gauss points, the part of the elastic
-energy that is hourglass energy [J] (0 for elements without); of viscosity power [W] and largest rate [1/s]. The linear
-law sets no limit to det F: beside nonlinear laws its cells do not count for it.
+`cell_sums` [chunks, numbers] (columns.py): the smallest det F is that of all Gauss points, the hourglass energy 0 for
+elements without. The linear law sets no limit to det F: beside nonlinear laws its cells do not count for it. With
+viscosity the pressure that each cell held follows.
 """
 
 import functools
@@ -21,11 +21,10 @@ import functools
 import taichi as ti
 
 from . import elements
+from .columns import CELLS, cell_groups, group_size
 from .lanes import (
-    CELL_SUMS,
     CHUNK_BITS,
     CHUNK_COUNT,
-    CHUNK_SUMS,
     CONNECTIVITY,
     END_CELL,
     END_PACK,
@@ -83,6 +82,7 @@ def make_block_phase(kind: str, law: str, viscous: bool):
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
     law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
+    numbers = group_size(*cell_groups(viscous))
     pack_memory = elements.FUNCTIONS[kind].points * size * width
     lane_numbers = list(range(width))
     viscosity_of = elements.FUNCTIONS[kind].viscosity
@@ -130,9 +130,8 @@ def make_block_phase(kind: str, law: str, viscous: bool):
                     limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
                     density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
                     pressure = density * added[1]
-                    held_at = (
-                        ti.cast(body.params[CHUNK_COUNT], ti.i32) * CHUNK_SUMS + body.segments[at + LANE] + pack * width
-                    )
+                    first_lane = body.segments[at + LANE] + pack * width
+                    held_at = ti.cast(body.params[CHUNK_COUNT], ti.i32) * numbers + first_lane
                     held = [held_at + lane for lane in range(width)]
                     power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
                     for lane in ti.static(range(width)):
@@ -158,11 +157,10 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
     cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it
     needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
     steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it
-    becomes
-    (point_memory.py). Memoised.
+    becomes (point_memory.py). Memoised.
     """
     phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
-    count = len(kinds)
+    count, numbers = len(kinds), group_size(*cell_groups(viscous))
     limiting = [not LAWS[law].linear for _, law in kinds]
     judged = limiting if any(limiting) else [True] * count
 
@@ -183,12 +181,12 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
                     hourglass += part[2]
                     power += part[3]
                     fastest = ti.max(fastest, part[4])
-                place = chunk * CHUNK_SUMS
-                body.cell_sums[place] = energy
-                body.cell_sums[place + 1] = 1.0 + change
-                body.cell_sums[place + 2] = hourglass
+                place = chunk * numbers
+                body.cell_sums[place + CELLS.elastic] = energy
+                body.cell_sums[place + CELLS.jacobian_min] = 1.0 + change
+                body.cell_sums[place + CELLS.hourglass] = hourglass
                 if ti.static(viscous):
-                    body.cell_sums[place + CELL_SUMS] = power
-                    body.cell_sums[place + CELL_SUMS + 1] = fastest
+                    body.cell_sums[place + CELLS.viscous_power] = power
+                    body.cell_sums[place + CELLS.viscous_rate] = fastest
 
     return cell_phase

@@ -10,8 +10,8 @@ contact).
 import taichi as ti
 
 from .boundary_nodes import hand_over, row, symmetric
+from .columns import CONTACT, CONTACT_SUMS, FIRST
 from .friction import PRESSING, trace_place
-from .lanes import CONTACT_AT
 from .local_contact import multipliers
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
@@ -19,7 +19,7 @@ from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 @ti.func
 def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.template()):
     """give [k] = kappa A_k [N/m]."""
-    sums = ti.Vector.zero(ti.f64, 6)
+    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
     for k in range(touching.nodes.shape[0]):
         x = position(touching.reference, k, body.u, touching.nodes[k])
         total = ti.Vector.zero(ti.f64, 3)
@@ -29,17 +29,17 @@ def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.templat
             overlap = ti.max(0.0, 0.0 - gap)
             force = touching.give[k] * overlap * normal
             total += force
-            sums[3] += 0.5 * touching.give[k] * overlap * overlap
+            sums[CONTACT.contact] += 0.5 * touching.give[k] * overlap * overlap
             press(touching, k, p, x, touching.give[k] * overlap, force)
-        tally(body, touching, k, total, sums)
-    for j in ti.static(range(6)):
-        touching.sums[CONTACT_AT + j] = sums[j]
+        hand_over(body, touching, k, total, sums)
+    for j in ti.static(range(CONTACT_SUMS)):
+        touching.sums[FIRST.contact + j] = sums[j]
 
 
 @ti.func
 def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.template(), span, slots: ti.template()):
     """span: time the impulse is spread over [s]; 0 where no step was or will be done."""
-    sums = ti.Vector.zero(ti.f64, 6)
+    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
     time = ti.max(span, 1e-300)
     for k in range(touching.nodes.shape[0]):
         x = position(touching.reference, k, body.u, touching.nodes[k])
@@ -59,9 +59,9 @@ def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.templa
         for p in ti.static(range(slots)):
             direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
             press(touching, k, p, x, impulses[p] / time, impulses[p] / time * direction)
-        tally(body, touching, k, normals.transpose() @ impulses / time, sums)
-    for j in ti.static(range(6)):
-        touching.sums[CONTACT_AT + j] = sums[j]
+        hand_over(body, touching, k, normals.transpose() @ impulses / time, sums)
+    for j in ti.static(range(CONTACT_SUMS)):
+        touching.sums[FIRST.contact + j] = sums[j]
 
 
 @ti.func
@@ -72,12 +72,3 @@ def press(touching: ti.template(), k, p: ti.template(), x, pressing, force):
     if ti.static(touching.kinds.tracked):
         if pressing > 0.0:
             add_load(touching, touching.near[k * touching.kinds.slots + p], x, force)
-
-
-@ti.func
-def tally(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
-    hand_over(body, touching, k, total)
-    for j in ti.static(range(3)):
-        sums[j] += total[j]
-    if total.norm() > 0.0:
-        sums[4] += 1.0

@@ -5,24 +5,43 @@
 
 (central: with k0 = k1 = dt/2 it is v^{n+1/2} = [(1 - rate dt/2) v^{n-1/2} + dt M^-1 r]/(1 + rate dt/2), and the stable
 step stays what it is; Belytschko, Liu and Moran, Nonlinear Finite Elements, ch. 6.)
-What has no mass has no damping. Ordinary nodes: `node_phase`.
+What has no mass has no damping. A law of damping has a name (tcontact/dissipation.py), known at compile time
+("" for none), and a branch in each of these functions.
 """
 
 import taichi as ti
 
-from .boundary_nodes import row, symmetric
-from .lanes import DAMPING_RATE
+from .lanes import DAMPING, KICK_BEFORE
 
 
 @ti.func
-def damp(body: ti.template(), listed: ti.template()):
-    """special_force += rate M v^n of the boundary nodes; supports and the kick that follow take it like any force."""
-    rate, kick_before = body.params[DAMPING_RATE], body.params[0]
-    for s in range(listed.nodes.shape[0]):
-        mass = symmetric(listed.mass, s)
-        old = row(body.v, listed.nodes[s])
-        net = row(listed.load, s) - row(body.special_force, s) - rate * (mass @ old)
-        middle = old + kick_before / (1.0 + rate * kick_before) * (symmetric(listed.inverse_mass, s) @ net)
+def damped_acceleration(law: ti.template(), body: ti.template(), undamped, old):
+    """A component of the acceleration of an ordinary node of velocity `old`, from that without damping."""
+    acceleration = undamped
+    if ti.static(law == "mass-damping"):
+        rate = body.params[DAMPING]
+        acceleration = (undamped - rate * old) / (1.0 + rate * body.params[KICK_BEFORE])
+    return acceleration
+
+
+@ti.func
+def damped_response(law: ti.template(), body: ti.template(), mass, velocity, force, flexible):
+    """Force on a boundary node and the acceleration by a unit force [3, 3], from those without damping."""
+    net, response = force, flexible
+    if ti.static(law == "mass-damping"):
+        rate = body.params[DAMPING]
+        net = force - rate * (mass @ velocity)
+        response = flexible / (1.0 + rate * body.params[KICK_BEFORE])
+    return net, response
+
+
+@ti.func
+def damping_force(law: ti.template(), body: ti.template(), mass, inverse, velocity, net):
+    """Damping force on a boundary node at v^n, from its velocity before the kick and the force without damping."""
+    force = ti.Vector.zero(ti.f64, 3)
+    if ti.static(law == "mass-damping"):
+        rate, kick_before = body.params[DAMPING], body.params[KICK_BEFORE]
+        rest = net - rate * (mass @ velocity)
+        middle = velocity + kick_before / (1.0 + rate * kick_before) * (inverse @ rest)
         force = rate * (mass @ middle)
-        for j in ti.static(range(3)):
-            body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
+    return force

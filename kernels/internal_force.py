@@ -27,7 +27,7 @@ from .signatures import Signature, kernel_of
 def make_step(
     kinds: tuple[tuple[str, str], ...],
     signature: Signature,
-    damped: bool = False,
+    damped: str = "",
     viscous: bool = False,
     cornered: bool = False,
 ):
@@ -36,7 +36,7 @@ def make_step(
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
     first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`. With laws that have
     state `commit` comes after `ranges`: whether the points keep what it becomes.
-    damped: with mass-proportional damping; viscous: with bulk viscosity; cornered: with contact cells.
+    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
     """
     cell_phase = make_cell_phase(kinds, viscous)
     count = len(kinds)

@@ -9,6 +9,8 @@ The work up to row n takes the part of the kick before it:  -t.(v^{n-1/2} + v^n)
 import taichi as ti
 
 from .boundary_nodes import row, symmetric
+from .columns import SUMS
+from .damping import damped_response
 from .friction import (
     COEFFICIENT,
     FORCE,
@@ -26,7 +28,6 @@ from .friction import (
     three,
     trace_place,
 )
-from .lanes import CONTACT_AT, DAMPING_RATE, FRICTION_AT
 from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
 SEVERAL = 300  # rounds over the obstacles of a node that touches more than one, until their forces agree to
@@ -40,10 +41,7 @@ def trial(body: ti.template(), listed: ti.template(), k, damped: ti.template()):
     velocity = row(body.v, node)
     flexible = symmetric(listed.inverse_mass, k)
     net = row(listed.load, k) - row(body.special_force, k)
-    if ti.static(damped):
-        rate = body.params[DAMPING_RATE]
-        net = net - rate * (symmetric(listed.mass, k) @ velocity)
-        flexible = flexible / (1.0 + rate * body.params[0])
+    net, flexible = damped_response(damped, body, symmetric(listed.mass, k), velocity, net, flexible)
     return velocity, flexible @ net, flexible
 
 
@@ -135,9 +133,10 @@ def kick_friction(body: ti.template(), listed: ti.template(), touching: ti.templ
                 place = 3 * k + j
                 touching.force[place] = touching.force[place] + total[j]
                 body.special_force[place] = body.special_force[place] - total[j]
-                touching.sums[CONTACT_AT + j] = touching.sums[CONTACT_AT + j] + total[j]
-    touching.sums[FRICTION_AT] = touching.sums[FRICTION_AT] + work_before
-    touching.sums[FRICTION_AT + 1] = work_after
+                joined = SUMS.contact_force + j
+                touching.sums[joined] = touching.sums[joined] + total[j]
+    touching.sums[SUMS.friction_before] = touching.sums[SUMS.friction_before] + work_before
+    touching.sums[SUMS.friction_after] = work_after
 
 
 @ti.func

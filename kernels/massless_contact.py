@@ -11,8 +11,8 @@ the contact nodes: momentum is exact at any residual.
 import taichi as ti
 
 from .boundary_nodes import hand_over, row
+from .columns import CONTACT, CONTACT_SUMS, FIRST
 from .friction import PRESSING, TRACTION, held, three, trace_place
-from .lanes import CONTACT_AT
 from .local_contact import multipliers
 from .massless_node import balance, basis_of, constraints, largest, off_the_obstacles, segment
 from .obstacles import add_load, gap_and_normal, position
@@ -57,7 +57,7 @@ def massless_load(
     slots: ti.template(),
 ):
     """lambda of every contact node from the force of the ordinary pass; the contact force leaves special_force."""
-    sums = ti.Vector.zero(ti.f64, 6)
+    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
     for k in range(touching.nodes.shape[0]):
         b = basis_of(touching.basis, k, block)
         x = position(touching.reference, k, body.u, touching.nodes[k])
@@ -80,23 +80,19 @@ def massless_load(
                 if ti.static(touching.kinds.tracked):
                     add_load(touching, touching.near[place], x, force)
                 total += force
-                sums[3] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
+                sums[CONTACT.contact] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
             elif ti.static(touching.kinds.static_friction):
                 rest += b.transpose() @ three(touching.traces, trace_place(touching, k, p, TRACTION))
             if ti.static(touching.kinds.friction != ""):
                 touching.traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
-        hand_over(body, touching, k, total)
+        hand_over(body, touching, k, total, sums)
         begin, end = touching.heirs[k], touching.heirs[k + 1]
         share = (b @ rest) / ti.max(1.0, float(end - begin))
         for i in range(begin, end):
             for j in ti.static(range(3)):
                 place = 3 * touching.heirs[i] + j
                 body.special_force[place] = body.special_force[place] + share[j]
-        for j in ti.static(range(3)):
-            sums[j] += total[j]
-        if total.norm() > 0.0:
-            sums[4] += 1.0
-        sums[5] = ti.max(sums[5], largest(rest), off)
-    sums[5] /= ti.max(system.stats[F_REF], 1e-300)
-    for j in ti.static(range(6)):
-        touching.sums[CONTACT_AT + j] = sums[j]
+        sums[CONTACT.static_residual] = ti.max(sums[CONTACT.static_residual], largest(rest), off)
+    sums[CONTACT.static_residual] /= ti.max(system.stats[F_REF], 1e-300)
+    for j in ti.static(range(CONTACT_SUMS)):
+        touching.sums[FIRST.contact + j] = sums[j]

@@ -5,13 +5,14 @@
 Each node sums its chunk rows in chunk order, clears them for the next step and moves. A boundary node adds the corner
 rows of its contact cells, corner_rows[s] .. corner_rows[s + 1] in the same array, hands out f in special_force [3*s+c]
 and is not moved (but for products, params[FREE] = 1, where every node is an ordinary one).
-`node_sums` [ranges*10], moved nodes only, at u before the drift and v_n: kinetic, momentum (3), angular momentum
-about the origin (3), sum m u (3).
+`node_sums` [ranges, NODE_SUMS] (columns.py): of the moved nodes only, at u before the drift and v_n.
 """
 
 import taichi as ti
 
-from .lanes import CHUNK_BITS, CHUNK_MASK, DAMPING_RATE, DRIFT, FREE, GRAVITY, KICK_AFTER, KICK_BEFORE, NODE_SUMS
+from .columns import NODE_SUMS, NODES
+from .damping import damped_acceleration
+from .lanes import CHUNK_BITS, CHUNK_MASK, DRIFT, FREE, GRAVITY, KICK_AFTER, KICK_BEFORE
 
 
 @ti.func
@@ -25,8 +26,8 @@ def node_phase(
 ):
     """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
 
-    kinds: how many kinds of cells chunk_table knows (cell_phase.py); damped: with mass-proportional
-    damping (damping.py); cornered: with contact cells.
+    kinds: how many kinds of cells chunk_table knows (cell_phase.py); damped: name of the law of damping
+    (damping.py), "" without; cornered: with contact cells.
     """
     for s in range(ranges * stride):
         if s % stride == 0:
@@ -65,9 +66,7 @@ def node_phase(
                     for d in ti.static(range(3)):
                         acceleration = gravity[d] - force[d] * inverse
                         old = body.v[3 * i + d]
-                        if ti.static(damped):
-                            rate = body.params[DAMPING_RATE]
-                            acceleration = (acceleration - rate * old) / (1.0 + rate * kick_before)
+                        acceleration = damped_acceleration(damped, body, acceleration, old)
                         middle = old + kick_before * acceleration
                         new = old + (kick_before + kick_after) * acceleration
                         here = body.u[3 * i + d]
@@ -81,8 +80,8 @@ def node_phase(
                     spin[0] += x[1] * p[2] - x[2] * p[1]
                     spin[1] += x[2] * p[0] - x[0] * p[2]
                     spin[2] += x[0] * p[1] - x[1] * p[0]
-            body.node_sums[part * NODE_SUMS] = kinetic
+            body.node_sums[part * NODE_SUMS + NODES.kinetic] = kinetic
             for d in ti.static(range(3)):
-                body.node_sums[part * NODE_SUMS + 1 + d] = momentum[d]
-                body.node_sums[part * NODE_SUMS + 4 + d] = spin[d]
-                body.node_sums[part * NODE_SUMS + 7 + d] = moved[d]
+                body.node_sums[part * NODE_SUMS + NODES.momentum + d] = momentum[d]
+                body.node_sums[part * NODE_SUMS + NODES.angular_momentum + d] = spin[d]
+                body.node_sums[part * NODE_SUMS + NODES.mass_displacement + d] = moved[d]

@@ -11,7 +11,8 @@ Only the shapes in `touching.kinds.shapes` are compiled.
 import taichi as ti
 
 from .boundary_nodes import row
-from .lanes import LOADS_AT, MOST_SLOTS, OBSTACLE, TRACKED
+from .columns import OBSTACLE_LOAD, OBSTACLE_LOADS, loads_place
+from .lanes import MOST_SLOTS, OBSTACLE
 from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
@@ -108,21 +109,22 @@ def set_pose(touching: ti.template(), level):
 
 @ti.func
 def clear_loads(touching: ti.template()):
-    for j in range(LOADS_AT, touching.sums.shape[0]):
+    for j in range(ti.static(loads_place(touching.kinds.friction != "")), touching.sums.shape[0]):
         touching.sums[j] = 0.0
 
 
 @ti.func
 def add_load(touching: ti.template(), p, x, force):
-    """The force on a body at x, by obstacle p: the obstacle feels the opposite; last number: power into the bodies."""
+    """The force on a body at x, by obstacle p: the obstacle feels the opposite. The power is that into the bodies."""
     arm = x - vector(touching.obstacles, RECORD * p + POINT)
     moment = arm.cross(force)
-    start = LOADS_AT + TRACKED * p
+    power = ti.static(loads_place(touching.kinds.friction != ""))
+    pushed = power + 1 + OBSTACLE_LOADS * p + OBSTACLE_LOAD.obstacle_force
+    turned = power + 1 + OBSTACLE_LOADS * p + OBSTACLE_LOAD.obstacle_moment
     for j in ti.static(range(3)):
-        touching.sums[start + j] = touching.sums[start + j] - force[j]
-        touching.sums[start + 3 + j] = touching.sums[start + 3 + j] - moment[j]
-    last = touching.sums.shape[0] - 1
-    touching.sums[last] = touching.sums[last] + force.dot(velocity_at(touching, p, x, VELOCITY))
+        touching.sums[pushed + j] = touching.sums[pushed + j] - force[j]
+        touching.sums[turned + j] = touching.sums[turned + j] - moment[j]
+    touching.sums[power] = touching.sums[power] + force.dot(velocity_at(touching, p, x, VELOCITY))
 
 
 @ti.func

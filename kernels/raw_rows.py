@@ -1,36 +1,31 @@
-"""Raw rows: what a step measures, side by side, before the host makes a row of the history of it.
+"""Raw rows: what a step measures, side by side, before the host makes a row of the history of it (columns.py).
 
-node sums (10), cell sums (3), boundary sums (8), reactions (4) and contact sums (8); with viscosity also its power and
-rate (that of the contact cells has no rate), with friction its work, and where they are asked for the loads of the
-obstacles and their power.
+Sums of the nodes and of the cells over all chunks, with the viscous ones if anything is viscous, then the whole of
+`sums`.
 """
 
 import taichi as ti
 
-from .lanes import (
-    CELL_SUMS,
-    CHUNK_COUNT,
-    CHUNK_SUMS,
-    FRICTION_AT,
-    FRICTION_SUMS,
-    LOADS_AT,
-    NODE_SUMS,
-    RAW,
-    TRACKED,
-    VISCOUS_SUMS,
-)
+from .columns import CELLS, NODE_SUMS, cell_groups, group_columns, group_size
+from .lanes import CHUNK_COUNT
+
+START = {"sum": 0.0, "min": 1e300, "max": 0.0}
+CELL_COMBINE = tuple(column.combine for column in group_columns("cells") for _ in range(column.size))
 
 
-def loads_of(obstacles: int) -> int:
-    """Numbers of the loads of tracked obstacles: force and moment of each, power of all."""
-    return TRACKED * obstacles + 1
-
-
-def row_places(viscous: bool, friction: bool, loads: int) -> tuple[int, int, int, int]:
-    """Where the numbers that only some raw rows have begin: viscous, friction, loads of obstacles; and the end."""
-    after_viscous = RAW + VISCOUS_SUMS * viscous
-    after_friction = after_viscous + FRICTION_SUMS * friction
-    return RAW, after_viscous, after_friction, after_friction + loads
+@ti.func
+def over_chunks(sums: ti.template(), chunks, numbers, number, combine: ti.template(), start):
+    """One number of all chunks together; numbers: of a chunk; combine: "sum", "min" or "max"."""
+    total = start
+    for chunk in range(chunks):
+        value = sums[chunk * numbers + number]
+        if ti.static(combine == "sum"):
+            total += value
+        elif ti.static(combine == "min"):
+            total = ti.min(total, value)
+        else:
+            total = ti.max(total, value)
+    return total
 
 
 @ti.func
@@ -38,48 +33,25 @@ def log_row(
     raw: ti.template(), number, body: ti.template(), touching: ti.template(), viscous: ti.template(), cell_power
 ):
     """All sums of a row, side by side; cell_power [W]: of the viscosity of the contact cells."""
-    sums = ti.static(touching.sums)
-    width = row_width(touching, viscous)
-    place = number * width
+    place = number * row_width(touching, viscous)
     for j in ti.static(range(NODE_SUMS)):
-        total = 0.0
-        for part in range(body.node_sums.shape[0] // NODE_SUMS):
-            total += body.node_sums[part * NODE_SUMS + j]
-        raw[place + j] = total
+        raw[place + j] = over_chunks(body.node_sums, body.node_sums.shape[0] // NODE_SUMS, NODE_SUMS, j, "sum", 0.0)
     place += NODE_SUMS
-    elastic, least, hourglass = 0.0, 1e300, 0.0
-    chunks = int(body.params[CHUNK_COUNT])
-    for chunk in range(chunks):
-        elastic += body.cell_sums[chunk * CHUNK_SUMS]
-        least = ti.min(least, body.cell_sums[chunk * CHUNK_SUMS + 1])
-        hourglass += body.cell_sums[chunk * CHUNK_SUMS + 2]
-    raw[place], raw[place + 1], raw[place + 2] = elastic, least, hourglass
-    place += CELL_SUMS
-    for j in range(FRICTION_AT):
-        raw[place + j] = sums[j]
-    place += FRICTION_AT
+    numbers, chunks = ti.static(group_size(*cell_groups(viscous))), int(body.params[CHUNK_COUNT])
+    for j, combine in ti.static(enumerate(CELL_COMBINE)):
+        raw[place + j] = over_chunks(body.cell_sums, chunks, numbers, j, combine, START[combine])
     if ti.static(viscous or touching.kinds.viscous):
         power, fastest = cell_power, 0.0
         if ti.static(viscous):
-            for chunk in range(chunks):
-                power += body.cell_sums[chunk * CHUNK_SUMS + CELL_SUMS]
-                fastest = ti.max(fastest, body.cell_sums[chunk * CHUNK_SUMS + CELL_SUMS + 1])
-        raw[place], raw[place + 1] = power, fastest
-        place += VISCOUS_SUMS
-    if ti.static(touching.kinds.friction != ""):
-        for j in range(FRICTION_AT, LOADS_AT):
-            raw[place + j - FRICTION_AT] = sums[j]
-        place += FRICTION_SUMS
-    if ti.static(touching.kinds.tracked):
-        for j in range(LOADS_AT, sums.shape[0]):
-            raw[place + j - LOADS_AT] = sums[j]
+            power = over_chunks(body.cell_sums, chunks, numbers, CELLS.viscous_power, "sum", cell_power)
+            fastest = over_chunks(body.cell_sums, chunks, numbers, CELLS.viscous_rate, "max", 0.0)
+        raw[place + CELLS.viscous_power], raw[place + CELLS.viscous_rate] = power, fastest
+    place += ti.static(group_size(*cell_groups(viscous or touching.kinds.viscous)))
+    for j in range(touching.sums.shape[0]):
+        raw[place + j] = touching.sums[j]
 
 
 @ti.func
 def row_width(touching: ti.template(), viscous: ti.template()):
     """Numbers of a raw row."""
-    fixed = ti.static(row_places(viscous or touching.kinds.viscous, touching.kinds.friction != "", 0)[3])
-    width = 0
-    if ti.static(touching.kinds.tracked):
-        width = touching.sums.shape[0] - LOADS_AT
-    return fixed + width
+    return ti.static(NODE_SUMS + group_size(*cell_groups(viscous or touching.kinds.viscous))) + touching.sums.shape[0]

@@ -21,8 +21,9 @@ import taichi as ti
 
 from .bundles import Kinds
 from .cell_phase import make_cell_phase
+from .columns import SUMS, raw_places
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from .lanes import CELL_SUMS, CHUNK_COUNT, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, GRAVITY, MOST_SLOTS, NODE_SUMS, RAW
+from .lanes import CHUNK_COUNT, GRAVITY, MOST_SLOTS
 from .node_phase import node_phase
 from .raw_rows import log_row, row_width
 from .signatures import Signature, kernel_of
@@ -41,10 +42,12 @@ STOP, VISCOUS = 6, 7
 def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.template(), viscous: ti.template()):
     """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
     place = number * row_width(touching, viscous)
-    energy = raw[place] + raw[place + NODE_SUMS] + raw[place + NODE_SUMS + CELL_SUMS]
-    calm = energy <= control[ENERGY_LIMIT] and raw[place + NODE_SUMS + 1] > control[JACOBIAN_LIMIT]
+    places = ti.static(raw_places(viscous or touching.kinds.viscous))
+    energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
+    energy += raw[place + places.shared.kinetic]
+    calm = energy <= control[ENERGY_LIMIT] and raw[place + places.cells.jacobian_min] > control[JACOBIAN_LIMIT]
     if ti.static(viscous):
-        calm = calm and raw[place + RAW + 1] <= control[RATE_LIMIT]
+        calm = calm and raw[place + places.cells.viscous_rate] <= control[RATE_LIMIT]
     return ti.select(calm, 0, 1)
 
 
@@ -59,7 +62,7 @@ def make_serial_step(
     supports: bool,
     passes: bool,
     measures: bool,
-    damped: bool = False,
+    damped: str = "",
     viscous: bool = False,
     tied: bool = False,
 ):
@@ -69,7 +72,7 @@ def make_serial_step(
     contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
     supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
     contact cells, where they are few;
-    damped: with mass-proportional damping; viscous: with bulk viscosity; tied: with images of a periodic body.
+    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     touches = contact is not None
     block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
@@ -85,9 +88,7 @@ def make_serial_step(
     clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
-        from .boundary_nodes import kick_and_drift, support_reactions
-    if listed_nodes and damped:
-        from .damping import damp
+        from .boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from .images import follow, gather
     if touches:
@@ -117,7 +118,7 @@ def make_serial_step(
         if ti.static(touches and kinds.tracked):
             clear_loads(touching)
         if ti.static(contact == "massless"):
-            touching.sums[CONTACT_AT + 7] = system.stats[SWEEPS_DONE]
+            touching.sums[SUMS.sweeps] = system.stats[SWEEPS_DONE]
             massless_load(body, listed, touching, system, block, slots)
         if ti.static(contact in ("penalty", "impulse")):
             if ti.static(slots == MOST_SLOTS):
@@ -129,10 +130,10 @@ def make_serial_step(
                 span = ti.select(after > 0.0, 0.5 * (before + after), before)
                 impulse_load(body, listed, touching, span, slots)
         if ti.static(touches):
-            touching.sums[CONTACT_AT + 6] = smallest_gap(touching, body.u)
+            touching.sums[SUMS.gap_min] = smallest_gap(touching, body.u)
         if ti.static(rubs):
-            for j in ti.static(range(FRICTION_SUMS)):
-                touching.sums[FRICTION_AT + j] = 0.0
+            touching.sums[SUMS.friction_before] = 0.0
+            touching.sums[SUMS.friction_after] = 0.0
         if ti.static(sticks_still):
             sliding_work(body, touching)
         if ti.static(kicked and kinds.layered and not sticks_still):
@@ -142,8 +143,8 @@ def make_serial_step(
     def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
         if ti.static(kicked):
             kick_friction(body, listed, touching, damped)
-        if ti.static(listed_nodes and damped):
-            damp(body, listed)
+        if ti.static(listed_nodes and damped != ""):
+            damp(body, listed, damped)
         if ti.static(supports):
             support_reactions(body, listed, supported)
         if ti.static(listed_nodes):

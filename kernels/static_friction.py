@@ -8,6 +8,7 @@ The friction of a row works on the slip of the step that led to it: -(t^n + t^{n
 import taichi as ti
 
 from .boundary_nodes import row
+from .columns import SUMS
 from .friction import (
     BEFORE,
     COEFFICIENT,
@@ -29,7 +30,6 @@ from .friction import (
     three,
     trace_place,
 )
-from .lanes import FRICTION_AT
 from .local_contact import multipliers
 from .massless_node import basis_of, entries, largest, settle, square, violated
 from .obstacles import MEAN_VELOCITY, velocity_at
@@ -73,7 +73,7 @@ def sliding_work(body: ti.template(), touching: ti.template()):
         touching.friction[node_place(k, RUBBED)] = own
         touching.friction[node_place(k, FORCE)] = strongest
         work += own
-    touching.sums[FRICTION_AT] = touching.sums[FRICTION_AT] + work
+    touching.sums[SUMS.friction_before] = touching.sums[SUMS.friction_before] + work
     remember(body, touching)
 
 

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .kernels.columns import COLUMNS
+
 if TYPE_CHECKING:
     from .mesh import Mesh
     from .result import Result
@@ -71,7 +73,7 @@ def momentum_balance(result: Result, bound: float) -> Check:
     """
     history, scene = result.history, result.scene
     change = history["momentum"] - history["momentum"][0]
-    impulse = history["impulse"] + history.get("support_impulse", 0.0) + history.get("damping_impulse", 0.0)
+    impulse = sum(history[column.name] for column in COLUMNS if column.impulse and column.name in history)
     if scene.gravity is not None:
         impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
     parts = [

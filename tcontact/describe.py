@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import CHUNK_SUMS, FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_SUMS
+from .kernels.columns import cell_groups, group_size
+from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE
+from .measured import raw_groups
 from .packing import CellPacks
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
@@ -90,7 +92,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     """Bytes by term that the bodies of a domain will take, as in `Result.memory`."""
     nodes, packs = len(domain.reference), pack_domain(domain)
     listed = len(domain.boundary)
-    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(domain, packs, _layered(plan, domain))}
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, domain, packs)}
     if listed:
         result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(domain.support_rows):
@@ -149,14 +151,16 @@ def _layers(friction: FrictionModel, count: int) -> int:
     return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
 
 
-def _force_pass(domain: Domain, packs: CellPacks, layered: bool) -> int:
+def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:
     nodes, listed = len(domain.reference), len(domain.boundary)
     rows = 0
     if domain.small or listed:
-        rows = MOST_ROWS if domain.small and not layered else 1
-    viscous = 0 if domain.viscosity is None else CHUNK_SUMS * packs.all_chunks + packs.lanes
+        rows = MOST_ROWS if domain.small and not _layered(plan, domain) else 1
+    viscous = 0
+    if domain.viscosity is not None:
+        viscous = packs.all_chunks * group_size(*cell_groups(True)) + packs.lanes
     corners = (listed + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
-    width = RAW + VISCOUS_SUMS * (domain.viscosity is not None)
+    width = group_size(*raw_groups(plan.scene, domain))
     return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL
 
 

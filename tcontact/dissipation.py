@@ -3,13 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from . import validate
 from .errors import InputError
 
 
+class Damping:
+    """What every law of damping that is proportional to the mass says of itself.
+
+    name: of the term, of the law in kernels/damping.py, and of what columns of its own need (kernels/columns.py).
+    """
+
+    name: ClassVar[str]
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """Its fields, as the kernels take them."""
+        return tuple(vars(self).values())
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors of its columns, which are integrals over time."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class MassDamping:
+class MassDamping(Damping):
     """Force -rate M v on everything with mass, to let a body settle; rate [1/s] above 0.
 
     Free motion decays like exp(-rate t), a mode of angular frequency omega fastest at rate = 2 omega. It does not cut
@@ -19,9 +39,15 @@ class MassDamping:
     """
 
     rate: float
+    name: ClassVar[str] = "mass-damping"
 
     def __post_init__(self) -> None:
         validate.number("MassDamping.rate", self.rate, low=0.0, high=1e30)
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Power rate v.Mv, force -rate M v."""
+        return {"damping_work": 2.0 * self.rate, "damping_impulse": -self.rate}
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from .contact_graph import ContactGraph
-from .dissipation import BulkViscosity, MassDamping
+from .dissipation import BulkViscosity, Damping
 from .materials import Material
 from .periodic import Images
 from .plan import SMALL, BodyPlan, ContactPlan
@@ -143,8 +144,8 @@ class Domain:
         return self.bodies[0].gravity
 
     @property
-    def damping(self) -> MassDamping | None:
-        """The mass-proportional damping of the scene."""
+    def damping(self) -> Damping | None:
+        """The damping of the scene."""
         return self.bodies[0].damping
 
     @property
@@ -289,7 +290,7 @@ class Domain:
         return self.viscosity is not None or self.viscous_cells
 
     @property
-    def options(self) -> dict[str, bool]:
+    def options(self) -> dict[str, Any]:
         """What its kernels are made with besides the ordinary step; empty without."""
         return self.bodies[0].options
 

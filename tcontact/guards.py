@@ -8,7 +8,6 @@ import numpy as np
 
 from .body_view import BodyView
 from .history import History
-from .measured import PLACE
 from .scene import Scene
 from .worst_cell import worst_cell
 
@@ -50,9 +49,10 @@ class Guards:
 
         over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
         """
-        time = f"at t = {row[0]:.6g} s"
+        layout = history.layout
+        time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
-        if any(self.nonlinear) and not row[PLACE["jacobian_min"]][0] > 0.0:
+        if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
             state, where = self._worst(
                 step, [view for view, may in zip(self.states, self.nonlinear, strict=True) if may]
             )
@@ -62,8 +62,8 @@ class Guards:
 
             advice = LAWS[state.plan.body.material.law].refusal or self._against_inversion()
             return Stop("inverted-cell", f"{where} {time}; {advice}")
-        finite = np.isfinite(row[: PLACE["gap_min"].start]).all()
-        energy = row[1] + row[2] + row[3]
+        finite = all(np.isfinite(row[place]).all() for place in layout.summed)
+        energy = layout.stored(row)
         if not finite or energy > GROWTH * history.budget() + self.floor:
             what = (
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"

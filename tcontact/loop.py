@@ -20,7 +20,7 @@ from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .locking import locking
 from .looks import Looks
-from .measured import PLACE, combined
+from .measured import combined
 from .plan import Plan
 from .progress import ProgressBar
 from .recorder import Recorder
@@ -98,8 +98,7 @@ class Run:
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
             self.limits = []  # it stays what it is: free the memory
         self.dt: float = self.scheme.step_size(self.dt_limit)
-        damping = 0.0 if scene.damping is None else scene.damping.rate
-        self.history = History(history_every, planned.columns, damping, planned.layout, scheme.implicit, history_rows)
+        self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.course = Course()
@@ -273,9 +272,13 @@ class Run:
             rows = min(rows, self._next_check - number + 1)
         return max(1, min(rows, self.looks.rows(number)))
 
+    def _of(self, row: np.ndarray, name: str) -> float:
+        """A number of a measured row."""
+        return float(row[self.history.layout.place[name].start])
+
     def _warn_held(self, row: np.ndarray) -> None:
         """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
-        gap = float(row[PLACE["gap_min"]][0])
+        gap = self._of(row, "gap_min")
         held = any(len(state.plan.support_rows) for state in self.states)
         exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
         if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
@@ -285,10 +288,10 @@ class Run:
         """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
         self._warn_flutter()
         if self.scene.viscosity is not None:
-            self._keep_below(with_viscosity(self._elastic, float(row[PLACE["viscous_rate"]][0]), self._damped))
+            self._keep_below(with_viscosity(self._elastic, self._of(row, "viscous_rate"), self._damped))
         if self.scheme.implicit or not any(self.guards.nonlinear):
             return
-        jacobian = float(row[PLACE["jacobian_min"]][0])
+        jacobian = self._of(row, "jacobian_min")
         crushed = jacobian < self._jacobian - CRUSHED
         if number < self._next_check and not crushed:
             return

@@ -1,85 +1,119 @@
-"""The rows that a step measures: what stands where in them, and how those of several bodies make one."""
+"""Measured rows: what a step measures, by name, made of raw rows of a domain; rows of several bodies make one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-# what a step measures, in this order; the vectors take three places
-MEASURED = {
-    "time": 1,
-    "kinetic": 1,
-    "elastic": 1,
-    "contact": 1,
-    "load_work": 1,
-    "support_power": 1,
-    "contact_force": 3,
-    "support_force": 3,
-    "momentum": 3,
-    "angular_momentum": 3,
-    "gap_min": 1,
-    "contact_nodes": 1,
-    "sweeps": 1,
-    "static_residual": 1,
-    "jacobian_min": 1,
-    "hourglass": 1,
-    "viscous_power": 1,
-    "viscous_rate": 1,
-}
-_ends = np.cumsum(list(MEASURED.values()))
-PLACE = {name: slice(end - size, end) for (name, size), end in zip(MEASURED.items(), _ends, strict=True)}
-# measured only where they exist, after the others: with friction its work up to the row and in the half kick after it;
-# with several or moving obstacles their power on the bodies and the load of each (force, moment); with friction layers
-# their own columns
-FRICTION = {"friction_before": 1, "friction_after": 1}
-LAYERS = {
-    "layer_heat": 1,
-    "layer_temperature_max": 1,
-    "layer_shear_min": 1,
-    "layer_error": 1,
-    "layer_substeps": 1,
+from .kernels.columns import COLUMNS, Column, cell_groups, group_columns
+
+if TYPE_CHECKING:
+    from .domain import Domain
+    from .scene import Scene
+
+COMBINE: dict[str, Callable[..., np.ndarray]] = {
+    "sum": np.sum,
+    "min": np.min,
+    "max": np.max,
+    "fmin": np.fmin.reduce,
+    "first": lambda values, axis: values[0],
 }
 
 
 class Layout:
-    """Where what is measured stands in a row: `place` by name, `width` in all; obstacles: names of tracked ones."""
+    """Where the columns of a scene stand in its rows.
 
-    def __init__(self, friction: bool = False, obstacles: tuple[str, ...] = (), layers: bool = False) -> None:
-        self.obstacles = obstacles
-        sizes = dict(MEASURED) | (FRICTION if friction else {})
-        if obstacles:
-            sizes["obstacle_power"] = 1
-            for name in obstacles:
-                sizes |= {f"obstacle_force:{name}": 3, f"obstacle_moment:{name}": 3}
-        sizes |= LAYERS if layers else {}
-        ends = np.cumsum(list(sizes.values()))
-        self.sizes = sizes
-        self.place = {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
-        self.width = int(ends[-1])
+    terms: the parts of a scene that have columns of their own; obstacles: names of those whose loads are measured;
+    place: by name, what is measured first, then from `width` on up to `end` the integrals over time; shown: the columns
+    of the history in their order.
+    """
+
+    def __init__(self, terms: Collection[str] = (), obstacles: tuple[str, ...] = ()) -> None:
+        self.terms, self.obstacles = frozenset(terms), obstacles
+        mine = [column for column in COLUMNS if not column.term or column.term in self.terms]
+        self.shown = [column for column in self._of_obstacles(mine) if column.shown]
+        self.measured = list(self._of_obstacles([column for column in mine if column.groups]))
+        names = {column.name for column in self.measured}
+        self.integrals = [column for column in mine if column.integral_of in names]
+        self.place: dict[str, slice] = {}
+        self.end = 0
+        for column in (*self.measured, *self.integrals):
+            self.place[column.name] = slice(self.end, self.end + column.size)
+            self.end += column.size
+        self.width = sum(column.size for column in self.measured)
+        self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
+        self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
+
+    def _of_obstacles(self, columns: list[Column]) -> Iterator[Column]:
+        """The columns, those of an obstacle once for each of them, after the first of which all others come."""
+        each = [column for column in columns if "obstacle" in column.groups]
+        for column in columns:
+            if column not in each:
+                yield column
+            elif column is each[0]:
+                yield from (part._replace(name=f"{part.name}:{name}") for name in self.obstacles for part in each)
+
+    def numbers(self, names: Iterable[str]) -> np.ndarray:
+        """Places of all numbers of those of these columns that there are."""
+        places = [self.place[name] for name in names if name in self.place]
+        return np.array([number for place in places for number in range(place.start, place.stop)], dtype=int)
+
+    def stored(self, row: np.ndarray) -> Any:
+        """Energy that is stored at a row [end], or at each of several [end, m] [J]."""
+        return sum(row[self.place[column.name].start] for column in self.measured if column.energy == "stored")
 
 
-COMBINED: dict[str, Callable[..., np.ndarray]] = {
-    "gap_min": np.min,
-    "jacobian_min": np.min,
-    "sweeps": np.max,
-    "static_residual": np.max,
-    "viscous_rate": np.max,
-    "layer_temperature_max": np.max,
-    "layer_shear_min": np.fmin.reduce,
-    "layer_error": np.max,
-    "layer_substeps": np.max,
-}
+def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
+    """The groups of columns in the raw rows of a domain, in their order (kernels/raw_rows.py)."""
+    groups = ["nodes", *cell_groups(domain.dissipates)]
+    if domain.small or len(domain.boundary) or domain.contact is not None:
+        groups += ["boundary", "support"]
+    if domain.contact is not None:
+        groups += ["contact", "gaps"]
+        if len(domain.contact.nodes):
+            groups += ["friction"] if scene.friction is not None else []
+            groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
+    return tuple(groups)
+
+
+class RawRows:
+    """Makes measured rows of the raw rows of a domain; groups: those that its raw rows have, in their order."""
+
+    def __init__(self, groups: tuple[str, ...], layout: Layout) -> None:
+        self.layout = layout
+        first: dict[int, int] = {}  # place in a measured row -> place in a raw row
+        further: dict[int, int] = {}  # what another group adds there
+        names, start = iter(layout.obstacles), 0
+        for group in groups:
+            obstacle = f":{next(names)}" if group == "obstacle" else ""
+            for column in group_columns(group):
+                here, start = range(start, start + column.size), start + column.size
+                if column.name == "mass_displacement":
+                    self._moved = here
+                for place, raw in zip(layout.numbers([column.name + obstacle]), here, strict=False):
+                    (further if place in first else first)[place] = raw
+        self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
+
+    def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+        """Measured rows [n, width] of raw rows, at the times [s] and in the gravity [m/s^2]."""
+        rows = np.repeat(self.layout.empty, len(raw), axis=0)
+        rows[:, self.layout.place["time"].start] = times
+        rows[:, self._first[0]] = raw[:, self._first[1]]
+        rows[:, self._further[0]] += raw[:, self._further[1]]
+        weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
+        rows[:, self.layout.place["load_work"].start] += weight
+        return rows
 
 
 def combined(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
-    """The rows [m, width] of all bodies together: sums, but for what COMBINED names."""
+    """The rows [m, width] of all bodies together, each column as the table says."""
     if len(rows) == 1:
         return rows[0]
     total = np.sum(rows, axis=0)
-    total[:, 0] = rows[0][:, 0]
-    for name, pick in COMBINED.items():
-        if name in layout.place:
-            place = layout.place[name].start
-            total[:, place] = pick([row[:, place] for row in rows], axis=0)
+    for column in layout.measured:
+        if column.combine != "sum":
+            place = layout.place[column.name]
+            total[:, place] = COMBINE[column.combine]([row[:, place] for row in rows], axis=0)
     return total

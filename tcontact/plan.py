@@ -13,10 +13,11 @@ import numpy as np
 
 from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
-from .dissipation import BulkViscosity, MassDamping
+from .dissipation import BulkViscosity, Damping
 from .elements import FORMULATIONS
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
+from .kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
 from .lumped_mass import cell_masses, node_areas
 from .measured import Layout
 from .mesh_geometry import parallelepipeds
@@ -85,7 +86,7 @@ class BodyPlan:
     support_axes: np.ndarray
     speeds: np.ndarray
     contact: ContactPlan | None
-    damping: MassDamping | None = None
+    damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     images: Images | None = None
 
@@ -138,10 +139,10 @@ class BodyPlan:
         return self.element + "-affine" if differ and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
-    def options(self) -> dict[str, bool]:
+    def options(self) -> dict[str, Any]:
         """What its kernels are made with besides the ordinary step; empty without."""
-        present = {"damped": self.damping is not None, "viscous": self.viscosity is not None}
-        return {name: True for name, is_there in present.items() if is_there}
+        found: dict[str, Any] = {} if self.damping is None else {"damped": self.damping.name}
+        return found if self.viscosity is None else {**found, "viscous": True}
 
     @property
     def heirs(self) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +166,7 @@ class BodyPlan:
         if len(self.support_rows):
             names.append("supports")
         if self.damping is not None:
-            names.append("mass-damping")
+            names.append(self.damping.name)
         if self.viscosity is not None:
             names.append("bulk-viscosity")
         return tuple(names)
@@ -205,25 +206,30 @@ class Plan:
                 found["cell-viscosity"] = None
         return (*found, "ledger")
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
-        """Of the measured rows of its history."""
-        tracked = self.scene.touching and self.scene.tracked
-        names = tuple(self.scene.obstacle_label(i) for i in range(len(self.scene.obstacles))) if tracked else ()
-        rubbing = self.scene.touching and self.scene.friction is not None
-        return Layout(rubbing, names, rubbing and isinstance(self.scene.friction, FrictionLayer))
+        """Of the rows of its history."""
+        scene, touching = self.scene, self.scene.touching
+        present = {
+            HOURGLASS: any(body.body.formulation == "reduced" for body in self.bodies),
+            VISCOUS: any(body.dissipates for body in self.bodies),
+            FRICTION: touching and scene.friction is not None,
+            LAYERS: touching and isinstance(scene.friction, FrictionLayer),
+            LOADS: touching and scene.tracked,
+        }
+        names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
+        damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
+        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names)
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of the history that only such a scene has."""
-        names = ["hourglass"] if any(body.body.formulation == "reduced" for body in self.bodies) else []
-        if self.scene.damping is not None:
-            names += ["damping_work", "damping_impulse"]
-        if any(body.dissipates for body in self.bodies):
-            names.append("viscous_work")
-        own = self.layout
-        names += [name for name in own.sizes if name.startswith(("obstacle_force", "obstacle_moment", "layer_"))]
-        return tuple(names)
+        return tuple(column.name for column in self.layout.shown if column.term)
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors of integrals over time in the history, by the names of their columns."""
+        return {} if self.scene.damping is None else self.scene.damping.factors
 
     def describe(self, scheme: Any = None) -> str:
         """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.

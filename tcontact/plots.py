@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .atomic_file import unlinked
+from .kernels.columns import COLUMNS
 from .report import si_scale
 
 if TYPE_CHECKING:
@@ -16,7 +17,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, RED, GREEN, ORANGE, GREY = "#1f5fa8", "#c03a2b", "#2e8b57", "#d98200", "#707070"
-PURPLE, BROWN = "#7d3c98", "#8b5a2b"
+PURPLE, BROWN, VIOLET = "#7d3c98", "#8b5a2b", "#c71585"
+ENERGIES = {
+    "kinetic": BLUE,
+    "elastic": GREEN,
+    "contact": RED,
+    "friction_work": ORANGE,
+    "damping_work": PURPLE,
+    "viscous_work": BROWN,
+    "external_work": GREY,
+}
 Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
 History = Mapping[str, np.ndarray]
 
@@ -73,20 +83,13 @@ def energy(path: Path, history: History, title: str = "") -> None:
     """Plot the energies over time, and the energy error below."""
     figure, (upper, lower) = _figure(2, title)
     time, unit = _time(history)
-    drawn = [
-        ("kinetic", BLUE),
-        ("elastic", GREEN),
-        ("contact", RED),
-        ("friction_work", ORANGE),
-        ("damping_work", PURPLE),
-        ("viscous_work", BROWN),
-        ("external_work", GREY),
-    ]
-    present = [(name, color) for name, color in drawn if name in history and np.any(history[name])]
-    factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *dict(present)])))
+    parts = [column for kind in ("stored", "dissipated", "supplied") for column in COLUMNS if column.energy == kind]
+    signs = {column.name: (-1.0, "− ") if column.energy == "supplied" else (1.0, "") for column in parts}
+    present = [name for name in signs if name in history and np.any(history[name])]
+    factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *present])))
     ends: dict[str, tuple[float, str]] = {}
-    for name, color in present:
-        sign, mark = (-1.0, "− ") if name == "external_work" else (1.0, "")  # as it enters the sum
+    for name in present:
+        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # as it enters the sum
         curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
         upper.plot(time, curve, color=color, lw=1.1, label=label)
         ends[label] = float(curve[-1]), color

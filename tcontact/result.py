@@ -25,8 +25,7 @@ class Result:
     first step);
     cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
     position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
-    history: dict of arrays, one row per step (row 0 = start), columns as in tcontact.history.COLUMNS, and
-    `hourglass` [J] where a body has one-point hexes: the part of `elastic` in their hourglass modes;
+    history: dict of arrays, one row per step (row 0 = start), columns as in docs/COLUMNS.md;
     warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
     every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`;
     layers: the friction layers of every body at the end, None for one without (`friction_layer.LayerState`).

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
-from .dissipation import BulkViscosity, MassDamping
+from .dissipation import BulkViscosity, Damping
 from .elements import ELEMENTS
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
@@ -245,7 +245,7 @@ class Scene:
     gravity: Any = None
     contact: ContactModel | None = field(default_factory=MasslessContact)
     friction: FrictionModel | None = None
-    damping: MassDamping | None = None
+    damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     pairs: str | None = "auto"
 
@@ -267,7 +267,7 @@ class Scene:
             raise InputError(
                 "Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None"
             )
-        if self.damping is not None and not isinstance(self.damping, MassDamping):
+        if self.damping is not None and not isinstance(self.damping, Damping):
             raise InputError("Scene.damping", self.damping, "give tcontact.MassDamping(rate) or None")
         if self.viscosity is not None and not isinstance(self.viscosity, BulkViscosity):
             raise InputError(

@@ -30,8 +30,8 @@ class ForcePass(Protocol):
         """out += -f(u)/mass, both [3n]."""
         ...
 
-    def viscous_sums(self) -> np.ndarray:
-        """Viscous power [W] and largest rate [1/s]."""
+    def sum_of(self, name: str) -> float:
+        """A number of the cells in the last pass, by the name of its column."""
         ...
 
 
@@ -58,7 +58,7 @@ class StableSteps:
                         asked[number] = search.send(answers[number])
                     except StopIteration:
                         asked[number] = None
-        rate = 0.0 if self.bodies[0].plan.viscosity is None else float(self.force.viscous_sums()[1])
+        rate = 0.0 if self.bodies[0].plan.viscosity is None else self.force.sum_of("viscous_rate")
         for number, body in enumerate(self.bodies):
             found[number] = with_viscosity(body.elastic, rate, body.damped)
         return min(found)

@@ -7,8 +7,8 @@ import numpy as np
 from . import arrays
 from .body_view import BodyView
 from .domain import Domain
-from .kernels.lanes import BOUNDARY_SUMS, CELL_SUMS, NODE_SUMS, RAW, SUPPORT_SUMS
-from .measured import PLACE, Layout
+from .kernels.columns import group_size, raw_places
+from .measured import Layout, RawRows, raw_groups
 from .scene import Scene
 from .terms.boundary_nodes import BoundaryNodes, Supports
 from .terms.contact import make_contact
@@ -18,7 +18,6 @@ from .terms.internal_force import InternalForce
 from .terms.serial_step import SerialStep
 
 AT_ONCE, MOST_AT_ONCE = 60, 32  # passes of SMALL cells (20 ms on a thread), and rows, between looks at a larger domain
-ROW_PARTS = np.cumsum([NODE_SUMS, CELL_SUMS, BOUNDARY_SUMS, SUPPORT_SUMS])
 
 
 class DomainState:
@@ -37,6 +36,8 @@ class DomainState:
     ) -> None:
         self.scene, self.domain = scene, domain
         self.layout = layout or Layout()
+        self.groups = raw_groups(scene, domain)
+        self._reader, self._places = RawRows(self.groups, self.layout), raw_places(domain.dissipates)
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
@@ -46,15 +47,15 @@ class DomainState:
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.serial: SerialStep | None = None
         if self.listed is not None or self.contact is not None or domain.small:
-            self.serial = SerialStep(domain, self.internal_force, self.listed, self.supports, self.contact, self.images)
+            parts = self.internal_force, self.listed, self.supports, self.contact, self.images
+            self.serial = SerialStep(domain, self.groups, *parts)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
         several = 1
         if not domain.small and self.layered is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MOST_AT_ONCE))
-        width = RAW + (2 if domain.dissipates else 0) if self.serial is None else self.serial.width
-        self._raw = np.zeros((several, width))
+        self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
 
     def _started(self, values: list[np.ndarray]) -> np.ndarray:
@@ -109,7 +110,7 @@ class DomainState:
         time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
         rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
         """
-        force, serial = self.internal_force, self.serial
+        force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift)
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
@@ -119,16 +120,15 @@ class DomainState:
             force.advance(self.u, self.v, kick_before, kick_after, drift)
             raw = self._raw[number]
             if serial is None:
-                sums = force.sums()
-                raw[: len(sums)] = sums
-                if self.domain.viscosity is not None:
-                    raw[RAW:] = force.viscous_sums()
+                raw[:] = force.sums()
             else:
                 serial.run(serial.names.BOUNDARY, self.u, self.v, time + number * steps[1], *steps)
                 raw[:] = serial.rows(1)[0]
-            total = raw[0] + raw[NODE_SUMS] + raw[NODE_SUMS + CELL_SUMS]  # kinetic, elastic
-            calm = total <= energy and raw[NODE_SUMS + 1] > jacobian
-            calm = calm and (self.domain.viscosity is None or not raw[RAW + 1] > viscous_rate)
+            total = raw[places.nodes.kinetic] + raw[places.cells.elastic]
+            if serial is not None:
+                total += raw[places.shared.kinetic]
+            calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
+            calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
         return number + 1
@@ -137,46 +137,12 @@ class DomainState:
         """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
         small = self.domain.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
-        rows = np.zeros((len(times), self.layout.width))
-        nodes, cells, listed, support, contact = np.split(raw[:, :RAW], ROW_PARTS, axis=1)
-        rows[:, PLACE["time"]] = times[:, None]
-        for column, name in enumerate(("elastic", "jacobian_min", "hourglass")):
-            rows[:, PLACE[name]] = cells[:, column : column + 1]
-        if self.domain.dissipates:
-            rows[:, PLACE["viscous_power"]] = raw[:, RAW : RAW + 1]
-            rows[:, PLACE["viscous_rate"]] = raw[:, RAW + 1 : RAW + 2]
-        rows[:, PLACE["kinetic"]] = nodes[:, :1] + listed[:, :1]
-        rows[:, PLACE["momentum"]] = nodes[:, 1:4] + listed[:, 1:4]
-        rows[:, PLACE["angular_momentum"]] = nodes[:, 4:7] + listed[:, 4:7]
-        weight = sum(nodes[:, 7 + j] * self.domain.gravity[j] for j in range(3))  # same bits for any number of rows
-        rows[:, PLACE["load_work"]] = (weight + listed[:, 7])[:, None]
-        rows[:, PLACE["support_force"]], rows[:, PLACE["support_power"]] = support[:, :3], support[:, 3:]
-        rows[:, PLACE["gap_min"]] = np.inf
-        if self.contact is not None:
-            rows[:, PLACE["contact_force"]] = contact[:, :3]
-            for column, name in enumerate(("contact", "contact_nodes", "static_residual", "gap_min", "sweeps"), 3):
-                rows[:, PLACE[name]] = contact[:, column : column + 1]
-            self._special_rows(rows, raw)
-        return rows
-
-    def _special_rows(self, rows: np.ndarray, raw: np.ndarray) -> None:
-        """What only friction, tracked obstacles and friction layers measure."""
-        assert self.serial is not None
-        assert self.contact is not None
-        place = self.layout.place
-        _viscous, friction, loads, end = self.serial.places
-        if loads > friction:
-            rows[:, place["friction_before"]] = raw[:, friction : friction + 1]
-            rows[:, place["friction_after"]] = raw[:, friction + 1 : friction + 2]
-        if end > loads:
-            first = place["obstacle_power"].stop
-            rows[:, first : first + end - loads - 1] = raw[:, loads : end - 1]
-            rows[:, place["obstacle_power"]] = raw[:, end - 1 : end]
+        rows = self._reader.measured(raw, times, self.domain.gravity)
         if self.layered is not None:
-            late = float(raw[-1, friction + 1])
-            rows[-1, place["layer_heat"].start : place["layer_substeps"].stop] = self.layered.row(late)
-        elif "layer_heat" in place:
-            rows[:, place["layer_shear_min"]] = np.nan
+            late = float(rows[-1, self.layout.place["friction_after"]][0])
+            for name, value in self.layered.row(late).items():
+                rows[-1, self.layout.place[name]] = value
+        return rows
 
     def memory(self) -> dict[str, int]:
         """Bytes by term."""

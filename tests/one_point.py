@@ -45,7 +45,8 @@ class Force:
         """dW/du [n, 3]; afterwards energy, jacobian and hourglass (energy) are those of u."""
         answer = arrays.zeros(u.size)
         self.term.minus_force(arrays.put(np.ascontiguousarray(u[self.plan.node_order]).ravel()), answer)
-        self.energy, self.jacobian, self.hourglass = self.term.sums()[10:]
+        names = ("elastic", "jacobian_min", "hourglass")
+        self.energy, self.jacobian, self.hourglass = map(self.term.sum_of, names)
         force = np.empty_like(u)
         force[self.plan.node_order] = -np.array(arrays.get(answer)).reshape(-1, 3) * self.plan.lumped[:, None]
         return force

@@ -11,10 +11,11 @@ from scenes import simulate
 import tcontact as tc
 from tcontact.cases import hot_slide
 from tcontact.friction_layer import COPPER
-from tcontact.measured import LAYERS
+from tcontact.kernels.columns import group_columns
 from tcontact.state import BodyState
 from tcontact.vtkhdf import ResultData
 
+LAYERS = [column.name for column in group_columns("layers")]
 REMOVALS = ["normal", "full"]
 SPEED, PRESSURE = 34.0, 1e9
 AREAL_MASS, DENSITY = 0.5, 7900.0  # [kg/m^2], [kg/m^3]

@@ -1,10 +1,16 @@
 """The ledger from measured rows alone: what the host makes of them, against sums by hand (METHOD 2)."""
 
+import csv
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tcontact.history import History
-from tcontact.measured import Layout
+from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS, group_columns
+from tcontact.measured import Layout, RawRows, combined
+from tcontact.report import write_history
 
 
 def rows_of(layout, count, seed=3):
@@ -12,7 +18,7 @@ def rows_of(layout, count, seed=3):
     generator = np.random.default_rng(seed)
     rows = generator.normal(size=(count, layout.width))
     rows[:, layout.place["time"]] = np.cumsum(generator.uniform(0.5, 1.5, (count, 1)), axis=0)
-    return rows, {name: rows[:, place].squeeze() for name, place in layout.place.items()}
+    return rows, {c.name: rows[:, layout.place[c.name]].squeeze() for c in layout.measured}
 
 
 def filled(rows, parts=(1, 4, 2), **options):
@@ -30,7 +36,7 @@ def trapezoid(time, values):
 
 
 def test_external_work_is_that_of_loads_supports_and_moving_obstacles():
-    layout = Layout(obstacles=("wall",))
+    layout = Layout([LOADS], ("wall",))
     rows, by = rows_of(layout, 12)
     columns = filled(rows, layout=layout).columns()
     wanted = by["load_work"] - by["load_work"][0]
@@ -47,7 +53,7 @@ def test_external_work_is_that_of_loads_supports_and_moving_obstacles():
 
 def test_friction_work_of_a_row_is_what_was_done_up_to_it():
     """Every kick does a part before its row and a part after it; before the first row nothing but its own was done."""
-    layout = Layout(friction=True)
+    layout = Layout([FRICTION])
     rows, by = rows_of(layout, 12)
     columns = filled(rows, layout=layout).columns()
     before, after = by["friction_before"], by["friction_after"]
@@ -59,9 +65,9 @@ def test_friction_work_of_a_row_is_what_was_done_up_to_it():
 
 def test_damping_and_viscosity_dissipate_what_their_powers_say():
     """2 rate times the kinetic energy, trapezoidal rule; the viscous power of a row is that of the step before it."""
-    rows, by = rows_of(Layout(), 12)
-    extra = ("damping_work", "damping_impulse", "viscous_work")
-    columns = filled(rows, extra=extra, damping=3.0).columns()
+    layout = Layout([DAMPED, VISCOUS])
+    rows, by = rows_of(layout, 12)
+    columns = filled(rows, layout=layout, factors={"damping_work": 2.0 * 3.0, "damping_impulse": -3.0}).columns()
     time, step = by["time"], np.diff(by["time"])
     damped = 2.0 * 3.0 * trapezoid(time, by["kinetic"])
     viscous = np.concatenate([[0.0], np.cumsum(step * by["viscous_power"][1:])])
@@ -90,7 +96,7 @@ def test_the_energy_that_a_run_may_hold_is_that_of_its_start_and_what_was_put_in
 
 
 def test_a_thinned_history_has_the_sums_of_every_row():
-    layout = Layout(friction=True)
+    layout = Layout([FRICTION])
     rows, _ = rows_of(layout, 12)
     whole = filled(rows, layout=layout).columns()
     thin = History(5, layout=layout)
@@ -99,3 +105,68 @@ def test_a_thinned_history_has_the_sums_of_every_row():
     thin.finish()
     for name in ("time", "impulse", "friction_work", "external_work", "energy"):
         assert np.array_equal(thin.columns()[name], whole[name][[0, 5, 10, 11]]), name
+
+
+TERMS = [DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS]
+
+
+def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):
+    layout = Layout(TERMS, ("die", "wall"))
+    rows, _ = rows_of(layout, 3)
+    columns = filled(rows, (1,), layout=layout).columns()
+    write_history(tmp_path / "history.csv", columns)
+    with open(tmp_path / "history.csv", encoding="utf-8") as file:
+        written = {re.sub("_[xyz]$", "", name).partition(":")[0] for name in next(csv.reader(file))}
+    page = (Path(__file__).resolve().parents[1] / "docs" / "COLUMNS.md").read_text(encoding="utf-8")
+    described = re.findall(r"^\| `(\w+)(?::NAME)?` \| (\d) \| ([^|]+) \| (.+) \|$", page, flags=re.M)
+    shown = [column for column in COLUMNS if column.shown]
+    assert described == [(c.name, str(c.size), c.unit, c.text + (f" ({c.term})" if c.term else "")) for c in shown]
+    assert written == {column.name for column in shown}
+    assert all(columns[c.name].shape == (3, 3)[: 2 if c.size == 3 else 1] for c in shown if c.name in columns)
+    assert not set(Layout().place) & {"viscous_power", "friction_before", "layer_heat", "hourglass"}
+
+
+GROUPS = ("nodes", "cells", "viscous", "boundary", "support", "contact", "gaps", "friction", "loads", "obstacle")
+
+
+def raw_of(groups, seed):
+    """Raw rows [4, ...] of random numbers, and what stands in them by group and name."""
+    generator, by, parts = np.random.default_rng(seed), {}, []
+    for group in groups:
+        for column in group_columns(group):
+            by[group, column.name] = generator.normal(size=(4, column.size))
+            parts.append(by[group, column.name])
+    return np.concatenate(parts, axis=1), by
+
+
+def test_a_measured_row_adds_up_what_nodes_and_boundary_nodes_measure():
+    layout, gravity = Layout([FRICTION, HOURGLASS, LOADS, VISCOUS], ("die",)), np.array([0.3, -0.1, -9.81])
+    times = np.array([0.0, 0.1, 0.2, 0.3])
+    raw, by = raw_of(GROUPS, 5)
+    rows = RawRows(GROUPS, layout).measured(raw, times, gravity)
+    for name in ("kinetic", "momentum", "angular_momentum"):
+        assert np.array_equal(rows[:, layout.place[name]], by["nodes", name] + by["boundary", name]), name
+    weight = by["nodes", "mass_displacement"] @ gravity
+    assert rows[:, layout.place["load_work"]][:, 0] == pytest.approx(weight + by["boundary", "load_work"][:, 0])
+    single = ("contact_force", "sweeps", "jacobian_min", "friction_after", "viscous_rate", "support_power")
+    for group, name in ((group, name) for group, name in by if name in single):
+        assert np.array_equal(rows[:, layout.place[name]], by[group, name]), name
+    assert np.array_equal(rows[:, layout.place["obstacle_moment:die"]], by["obstacle", "obstacle_moment"])
+    assert np.array_equal(rows[:, layout.place["time"]][:, 0], times)
+
+
+def test_bodies_together_have_the_sum_and_the_worst_of_them():
+    """A body without contact has no gap and no shear stress, and leaves those of the others as they are."""
+    layout, times = Layout([LAYERS]), np.zeros(4)
+    touching, by = raw_of(GROUPS[:2] + GROUPS[3:7], 1)
+    free, other = raw_of(GROUPS[:2], 2)
+    rows = [RawRows(GROUPS[:2] + GROUPS[3:7], layout).measured(touching, times, np.zeros(3))]
+    rows += [RawRows(GROUPS[:2], layout).measured(free, times, np.zeros(3))]
+    rows[0][:, layout.place["layer_shear_min"]] = 3.0
+    total = combined(rows, layout)
+    assert np.array_equal(total[:, layout.place["elastic"]], by["cells", "elastic"] + other["cells", "elastic"])
+    least = np.minimum(by["cells", "jacobian_min"], other["cells", "jacobian_min"])
+    assert np.array_equal(total[:, layout.place["jacobian_min"]], least)
+    assert np.array_equal(total[:, layout.place["gap_min"]], by["gaps", "gap_min"])
+    assert (total[:, layout.place["layer_shear_min"]] == 3.0).all()
+    assert (rows[1][:, layout.place["gap_min"]] == np.inf).all()

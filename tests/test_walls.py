@@ -10,8 +10,8 @@ from test_static_solve import problem, solved
 
 import tcontact as tc
 from tcontact import arrays
+from tcontact.kernels import columns, static_control
 from tcontact.kernels import friction as rubbing
-from tcontact.kernels import lanes, static_control
 
 SPEED = 0.01  # m/s: moves of 1e-5 m in the time that a wave needs there and back
 FAR = tc.Plane(point=(0.0, 100.0, 0.0), normal=(0.0, -1.0, 0.0))
@@ -151,7 +151,7 @@ def test_the_residual_sees_an_overlap(law, rows):
 def residual(state):
     """Residual of the row of the present state, without a step."""
     state.advance(0.0, 0.0, 0.0, 0.0, (0.0, 0.0))
-    return np.array(arrays.get(state.serial.sums))[lanes.CONTACT_AT + 5]
+    return np.array(arrays.get(state.serial.sums))[columns.SUMS.static_residual]
 
 
 @pytest.mark.parametrize("friction", [None, 0.5])

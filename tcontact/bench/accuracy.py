@@ -31,7 +31,7 @@ def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
     moved = -drift * 2 * kick * exact / body.lumped[:, None]
     return {
         "force_error": float(np.abs(forces - exact).max() / np.abs(exact).max()),
-        "elastic_error": abs(term.sums()[10] - energy) / energy,
+        "elastic_error": abs(term.sum_of("elastic") - energy) / energy,
         "update_error": float(
             np.abs(np.array(arrays.get(u)).reshape(-1, 3) - (start + moved)).max() / np.abs(start).max()
         ),

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from ..contact_models import ImpulseContact, MasslessContact, PenaltyContact
-from ..dissipation import BulkViscosity, MassDamping
+from ..dissipation import BulkViscosity, Damping
 from ..friction_layer import metals
 from ..friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ..materials import LAWS
@@ -19,7 +19,7 @@ CLASSES: dict[str, dict[str, type]] = {
     "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
     "contact": {kind.__name__: kind for kind in (MasslessContact, PenaltyContact, ImpulseContact)},
     "friction": {kind.__name__: kind for kind in (Coulomb, RegularizedCoulomb, FrictionLayer)},
-    "damping": {"MassDamping": MassDamping},
+    "damping": {kind.__name__: kind for kind in Damping.__subclasses__()},
     "viscosity": {"BulkViscosity": BulkViscosity},
     "metal": {"Metal": metals.Metal},
     "scheme": dict(SCHEMES),

@@ -216,8 +216,8 @@ class LayeredFriction(Friction):
         elif drift < EASY * self.model.tolerance:
             self.span = min(2 * self.span, MOST_SPAN)
 
-    def row(self, late: float) -> tuple[float, float, float, float, float]:
-        """Heat in the layers [J], hottest surface [K], lowest shear stress [Pa], error, layer steps per mechanical one.
+    def row(self, late: float) -> dict[str, float]:
+        """The columns of the layers, by name.
 
         late [J]: friction work of the last kick after the row; half of it is not part of the row yet.
         """
@@ -229,7 +229,13 @@ class LayeredFriction(Friction):
         heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
         temperature, stress = self.fields()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
-        return heat, float(temperature.max()), lowest, self.error, self.substeps / self.span
+        return {
+            "layer_heat": heat,
+            "layer_temperature_max": float(temperature.max()),
+            "layer_shear_min": lowest,
+            "layer_error": self.error,
+            "layer_substeps": self.substeps / self.span,
+        }
 
     def fields(self) -> tuple[np.ndarray, np.ndarray]:
         """Surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""

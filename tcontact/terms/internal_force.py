@@ -11,9 +11,11 @@ import numpy as np
 from .. import arrays
 from ..domain import CellBlock, Domain
 from ..kernels import lanes
-from ..kernels.lanes import CELL_SUMS, CHUNK_SUMS, LAW_PARAMETERS, NODE_SUMS
+from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
+from ..kernels.lanes import LAW_PARAMETERS
 from ..launch import Prepared
 from ..lumped_mass import cell_masses
+from ..measured import COMBINE
 from ..packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 if TYPE_CHECKING:
@@ -81,15 +83,15 @@ class InternalForce:
         self.corner_rows = arrays.put(corner_lists(domain, packs)) if len(packs.corners) else None
         self.viscous = domain.viscosity is not None
         held = packs.lanes if self.viscous else 0
-        self.cell_sums = arrays.zeros(packs.all_chunks * CHUNK_SUMS + held)
-        constants = [0.0 if domain.damping is None else domain.damping.rate, 0.0]
-        constants += [_massless_count(domain), packs.all_chunks]
-        self.constants = [float(value) for value in constants]
+        self.cell_sums = arrays.zeros(packs.all_chunks * group_size(*cell_groups(self.viscous)) + held)
+        damping = [] if domain.damping is None else [*domain.damping.constants]
+        damping += [0.0] * (lanes.FREE - lanes.DAMPING - len(damping))
+        self.constants = [*damping, 0.0, float(_massless_count(domain)), float(packs.all_chunks)]
         self.material_at: list[int] = []
         for block in domain.blocks:
-            self.material_at.append(lanes.DAMPING_RATE + len(self.constants))
+            self.material_at.append(lanes.DAMPING + len(self.constants))
             self.constants += material_numbers(domain, block)
-        self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING_RATE + self.constants))
+        self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING + self.constants))
         self.memory = (
             arrays.zeros(packs.memory) if packs.memory else None
         )  # of the quadrature points of laws with state
@@ -176,18 +178,16 @@ class InternalForce:
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
     def sums(self) -> np.ndarray:
-        """Sums of the last pass [13]: ordinary nodes (10), elastic energy [J], smallest det F, hourglass energy [J]."""
-        nodes, cells = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self._chunk_sums()
-        return np.array([*nodes.sum(axis=0), cells[:, 0].sum(), cells[:, 1].min(), cells[:, 2].sum()])
+        """Sums of the last pass over all chunks, as a raw row begins: those of ordinary nodes, then those of cells."""
+        columns = group_columns(*cell_groups(self.viscous))
+        combine = [COMBINE[column.combine] for column in columns for _ in range(column.size)]
+        nodes, count = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self.packs.all_chunks
+        cells = arrays.get(self.cell_sums)[: count * len(combine)].reshape(count, len(combine))
+        return np.array([*nodes.sum(axis=0), *(pick(cells[:, j]) for j, pick in enumerate(combine))])
 
-    def viscous_sums(self) -> np.ndarray:
-        """With bulk viscosity: power dissipated in the step to the last pass [W], largest rate of a cell [1/s]."""
-        cells = self._chunk_sums()
-        return np.array([cells[:, CELL_SUMS].sum(), cells[:, CELL_SUMS + 1].max()])
-
-    def _chunk_sums(self) -> np.ndarray:
-        count = self.packs.all_chunks
-        return arrays.get(self.cell_sums)[: count * CHUNK_SUMS].reshape(count, CHUNK_SUMS)
+    def sum_of(self, name: str) -> float:
+        """One number of the cells of the last pass, by the name of its column."""
+        return float(self.sums()[getattr(raw_places(self.viscous).cells, name)])
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

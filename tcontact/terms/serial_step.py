@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..domain import Domain
-from ..kernels.lanes import LOADS_AT
+from ..kernels.columns import group_size
 from ..launch import Prepared
 from .boundary_nodes import BoundaryNodes, Supports
 from .contact import MOST_ROWS, ContactTerm
@@ -16,18 +16,21 @@ from .internal_force import InternalForce
 
 
 class SerialStep:
-    """The launch and its arrays; what the body does not have is neither compiled nor handed over."""
+    """The launch and its arrays; what the bodies do not have is neither compiled nor handed over.
+
+    groups: of the columns in its raw rows (`measured.raw_groups`).
+    """
 
     def __init__(
         self,
         domain: Domain,
+        groups: tuple[str, ...],
         force: InternalForce,
         listed: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
     ) -> None:
-        from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
         from ..kernels.bundles import Kinds, Launch, Listed, Pairs, Supported, System, Touching
         from ..kernels.signatures import arguments, signature_of
@@ -37,14 +40,12 @@ class SerialStep:
         self.force = force
         self.contact = contact
         self.kinds = Kinds() if contact is None else contact.kinds
-        loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
-        self.sums = arrays.zeros(LOADS_AT + loads)
+        self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
         self.rows_at_once = MOST_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
-        self.places = raw_rows.row_places(domain.dissipates, self.kinds.friction != "", loads)
-        self.width = self.places[-1]
+        self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
             "body": force.bundle(),

@@ -1,0 +1,143 @@
+"""The table of columns: every number that a step measures and every column of the history. Plain data.
+
+Each number belongs to a group. The numbers of a group stand side by side in the order of the table, in the sums of the
+kernels and in a raw row (raw_rows.py), and are named: `sums[SUMS.sweeps]`, `node_sums[chunk * NODE_SUMS +
+NODES.kinetic]`. A vector takes three places. tcontact/measured.py makes measured rows of raw rows by these names, and
+tcontact/history.py the history; a column that two groups measure is the sum of both.
+
+    nodes, cells     sums of every chunk of the force pass; with bulk viscosity `viscous` follows `cells`
+    boundary ... friction   sums of the other parts of a step: `contact` of the contact load, `gaps` of gaps and solve
+    loads, obstacle  power of all obstacles, and the load of each of them, where their loads are measured
+    host, layers     what the host measures itself
+"""
+
+from collections import namedtuple
+from typing import NamedTuple
+
+# what a scene may have, and columns need
+FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
+LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
+INFINITE, NAN = float("inf"), float("nan")
+RAW_ONLY = "raw-only"  # no scene has it: the host makes another column of the number
+
+
+class Column(NamedTuple):
+    """One quantity; `groups` measure it, or `integral_of` names the measured column whose integral over time it is.
+
+    term: the part of a scene without which it does not exist; combine: how chunks, and bodies, make one number of
+    theirs; absent: its value for a body without the groups; rule: of the integral (tcontact/history.py);
+    energy: "stored", "supplied" or "dissipated", its place in the energy balance; impulse: it is a part of the momentum
+    balance; shown: the history has it.
+    """
+
+    name: str
+    unit: str
+    text: str
+    size: int = 1
+    groups: tuple[str, ...] = ()
+    term: str = ""
+    combine: str = "sum"
+    absent: float = 0.0
+    integral_of: str = ""
+    rule: str = "trapezoid"
+    energy: str = ""
+    impulse: bool = False
+    shown: bool = True
+
+
+COLUMNS = (  # the columns of the history in their order, then what is measured for them
+    Column("time", "s", "time of the row", 1, ("host",), combine="first"),
+    Column("kinetic", "J", "kinetic energy", 1, ("nodes", "boundary"), energy="stored"),
+    Column("elastic", "J", "elastic energy of the cells", 1, ("cells",), energy="stored"),
+    Column("contact", "J", "energy of the contact penalty", 1, ("contact",), energy="stored"),
+    Column("friction_work", "J", "work done against friction so far", integral_of="friction_before", rule="kicks",
+           energy="dissipated"),
+    Column("external_work", "J", "work of loads, supports and moving obstacles so far", energy="supplied"),
+    Column("energy", "J", "energy that is stored, less what was supplied, plus what was dissipated"),
+    Column("energy_error", "1", "change of `energy` over the largest kinetic + elastic energy so far"),
+    Column("contact_force", "N", "contact force on the bodies", 3, ("contact",)),
+    Column("impulse", "N s", "impulse of the contact force so far", 3, integral_of="contact_force", impulse=True),
+    Column("support_force", "N", "reaction of the supports", 3, ("support",)),
+    Column("support_impulse", "N s", "impulse of the supports so far", 3, integral_of="support_force", impulse=True),
+    Column("momentum", "kg m/s", "momentum", 3, ("nodes", "boundary")),
+    Column("angular_momentum", "kg m^2/s", "angular momentum about the origin", 3, ("nodes", "boundary")),
+    Column("gap_min", "m", "smallest gap of the contact set; negative: overlap", 1, ("gaps",), "", "min", INFINITE),
+    Column("contact_nodes", "1", "number of nodes with a contact force", 1, ("contact",)),
+    Column("sweeps", "1", "sweeps of the static solve, or iterations of an implicit step", 1, ("gaps",), "", "max"),
+    Column("static_residual", "1", "unbalanced force of the static solve, relative", 1, ("contact",), "", "max"),
+    Column("hourglass", "J", "part of `elastic` in hourglass modes", 1, ("cells",), HOURGLASS),
+    Column("damping_work", "J", "energy dissipated by damping so far", 1, (), DAMPED, integral_of="kinetic",
+           energy="dissipated"),
+    Column("damping_impulse", "N s", "impulse of the damping force so far", 3, (), DAMPED, integral_of="momentum",
+           impulse=True),
+    Column("viscous_work", "J", "energy dissipated by viscosity so far", 1, (), VISCOUS, integral_of="viscous_power",
+           rule="step", energy="dissipated"),
+    Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
+    Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
+    Column("layer_heat", "J", "heat in the friction layers", 1, ("layers",), LAYERS),
+    Column("layer_temperature_max", "K", "hottest surface of a friction layer", 1, ("layers",), LAYERS, "max"),
+    Column("layer_shear_min", "Pa", "lowest shear stress of a sliding layer", 1, ("layers",), LAYERS, "fmin", NAN),
+    Column("layer_error", "1", "estimated error of a layer step", 1, ("layers",), LAYERS, "max"),
+    Column("layer_substeps", "1", "layer steps in a mechanical step", 1, ("layers",), LAYERS, "max"),
+    Column("mass_displacement", "kg m", "sum of m u over the ordinary nodes", 3, ("nodes",), RAW_ONLY, shown=False),
+    Column("load_work", "J", "work of the dead loads", 1, ("boundary",), shown=False),
+    Column("support_power", "W", "power of the supports", 1, ("support",), shown=False),
+    Column("support_work", "J", "work of the supports so far", integral_of="support_power", shown=False),
+    Column("jacobian_min", "1", "smallest det F", 1, ("cells",), "", "min", shown=False),
+    Column("viscous_power", "W", "power dissipated in the step before", 1, ("viscous",), VISCOUS, shown=False),
+    Column("viscous_rate", "1/s", "largest rate of a viscous cell", 1, ("viscous",), VISCOUS, "max", shown=False),
+    Column("friction_before", "J", "work of friction up to the row", 1, ("friction",), FRICTION, shown=False),
+    Column("friction_after", "J", "work of friction in the kick after it", 1, ("friction",), FRICTION, shown=False),
+    Column("obstacle_power", "W", "power of the obstacles on the bodies", 1, ("loads",), LOADS, shown=False),
+    Column("obstacle_work", "J", "work of obstacles so far", 1, (), LOADS, integral_of="obstacle_power", shown=False),
+)  # fmt: skip
+
+
+SHARED = ("boundary", "support", "contact", "gaps")  # groups of `sums`; only bodies with contact have the last two
+
+
+def group_columns(*groups: str) -> list[Column]:
+    """The columns of these groups, one group after the other."""
+    return [column for group in groups for column in COLUMNS if group in column.groups]
+
+
+def group_size(*groups: str) -> int:
+    """How many numbers the groups have."""
+    return sum(column.size for column in group_columns(*groups))
+
+
+def places(*groups: str, start: int = 0):
+    """Where every column begins in an array that holds these groups from `start` on, as attributes."""
+    columns = group_columns(*groups)
+    starts = [start + sum(column.size for column in columns[:number]) for number in range(len(columns))]
+    return namedtuple("Places", [column.name for column in columns])(*starts)
+
+
+def cell_groups(viscous: bool) -> tuple[str, ...]:
+    """The groups that every chunk has in `cell_sums`."""
+    return ("cells", "viscous") if viscous else ("cells",)
+
+
+def loads_place(friction: bool) -> int:
+    """Where the loads of obstacles begin in `sums`: power of all, then force and moment of each of them."""
+    return group_size(*SHARED, *(("friction",) if friction else ()))
+
+
+def raw_places(viscous: bool):
+    """Where the columns begin in a raw row, as attributes of `nodes`, `cells` and `shared`."""
+    cells, shared = NODE_SUMS, NODE_SUMS + group_size(*cell_groups(viscous))
+    parts = NODES, places(*cell_groups(viscous), start=cells), places(*SHARED, "friction", start=shared)
+    return namedtuple("RawPlaces", "nodes cells shared")(*parts)
+
+
+# places in `node_sums` and `cell_sums` of a chunk, and numbers of a chunk
+NODES, NODE_SUMS = places("nodes"), group_size("nodes")
+CELLS, CELL_SUMS = places("cells", "viscous"), group_size("cells")
+# places in `sums`, which the other parts of a step share: of columns, and of the first number of a group
+SUMS = places(*SHARED, "friction")
+FIRST = namedtuple("First", SHARED)(*(group_size(*SHARED[:number]) for number in range(len(SHARED))))
+# places in a group alone, and numbers of it
+BOUNDARY, BOUNDARY_SUMS = places("boundary"), group_size("boundary")
+SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
+CONTACT, CONTACT_SUMS = places("contact"), group_size("contact")
+OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
