@@ -3,8 +3,9 @@
     f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
 
 A measure of the contact cells gives f_K at the present state (`assemble`); `judge` (static_control.py) says what is
-left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py), and
-x_K += B d. Residuals are relative to F_ref, the largest sum over the cells of a node of |f_cell,k|.
+left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py) or
+`mprgp` (mprgp.py), and x_K += B d. Residuals are relative to F_ref, the largest sum over the cells of a node of
+|f_cell,k|.
 """
 
 import functools
@@ -25,6 +26,7 @@ from .massless_node import (
     off_the_obstacles,
     unbalanced,
 )
+from .mprgp import mprgp
 from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
@@ -197,7 +199,11 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
                     stiffen(pairs, viscous, block)
                 blocks(pairs, system, block)
                 stats[STALE] = 0.0
-            sweep(touching, system, block, slots)
+            solved = 0
+            if ti.static(touching.kinds.projected):
+                solved = mprgp(touching, system, 0, system.pack_start.shape[0] - 1, block)
+            if solved == 0:
+                sweep(touching, system, block, slots)
             move(body.u, touching, system, block)
             if stats[TODO] == SWEEP:
                 stats[NEXT] = MEASURE

@@ -37,6 +37,7 @@ class ContactTerm:
     exact = True  # no penalty
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells are
+    projected = False  # MPRGP solves for what has no mass
 
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
         assert plan.contact is not None
@@ -75,6 +76,7 @@ class ContactTerm:
             isinstance(friction, LayeredFriction),
             friction is not None and self.kicked,
             self.viscous,
+            self.projected,
         )
 
     @property

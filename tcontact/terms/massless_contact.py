@@ -39,6 +39,7 @@ class MasslessContactTerm(ContactTerm):
         start, rows = plan.heirs
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
         self.static_solve = StaticSolve(scene, plan, force, self.slots)
+        self.projected = self.static_solve.projected
         self.viscous = plan.viscous_cells
         self.cell_viscosity = CellViscosity(plan, force) if self.viscous else None
 

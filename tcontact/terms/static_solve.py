@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
+from ..contact_graph import ContactGraph
 from ..contact_models import MasslessContact
 from ..kernels.lanes import SWEEP_LANES
+from ..kernels.node_places import PLACES
 from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
 from ..scene import Scene
+from ..static_solver import static_solver
 from ..sweep_order import sweep_order
 from .cell_viscosity import corner_lists
 from .internal_force import InternalForce
@@ -23,7 +26,9 @@ MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
 RELAXATION = {("hex8", "full"): 1.1, ("tet4", "full"): 1.3}  # measured best at nu = .3; else 1
-MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
+# of a mean dilatation: above it the sweeps, or MPRGP, may not converge with either removal
+MOST_POISSON = {False: 0.499, True: 0.4999}
+STEP_LENGTH = 1.9  # of a projected step, over the bound of the largest eigenvalue: less than 2
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -42,6 +47,7 @@ class StaticSolve:
         self.names = names
         self.law, self.removal = material.law, contact.removal
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
+        self.projected = static_solver(scene, plan).projected
         self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
@@ -80,9 +86,9 @@ class StaticSolve:
             arrays.zeros(room * block),  # right
             arrays.zeros(room * slots),  # gaps
             arrays.zeros(room * slots * block),  # normals
-            arrays.zeros(room * (block + 1)),  # push
+            arrays.zeros(room * (PLACES[block].end if self.projected else block + 1)),  # push
             arrays.zeros(3 * room * block),  # increment
-            arrays.put(self._settings(scene, plan, model, graph.cells)),
+            arrays.put(self._settings(scene, plan, model, graph)),
             self.stats,
         ]
 
@@ -91,7 +97,7 @@ class StaticSolve:
         stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, scene: Scene, plan: BodyPlan, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
+    def _settings(self, scene: Scene, plan: BodyPlan, model: MasslessContact, graph: ContactGraph) -> np.ndarray:
         material, names = plan.body.material, self.names
         assert plan.contact is not None
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
@@ -100,15 +106,18 @@ class StaticSolve:
         settings[names.LEAST_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
         settings[names.MOST_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
+        if self.projected:  # it notices an indefinite tangent by itself
+            settings[names.MOST_SWEEPS] = LINEARISATIONS * MOST_SWEEPS
         settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         if not linear:
-            settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
+            settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[graph.cells])
         settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(plan.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
+        settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
         settings[names.RELAXATION] = 1.0
         if model.penalty is None and scene.friction is None:
             settings[names.RELAXATION] = RELAXATION.get((plan.body.mesh.kind, str(self.removal)), 1.0)
@@ -130,8 +139,9 @@ class StaticSolve:
             if self.law == "st_venant_kirchhoff":
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
             return text
-        if self.poisson > MOST_POISSON:
-            text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
+        most = MOST_POISSON[self.projected]
+        if self.poisson > most:
+            text += f"; poisson {self.poisson:.6g} makes it ill-conditioned: use at most {most:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
         removal = "" if self.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
