@@ -67,12 +67,15 @@ def split(system: ti.template(), node, block: ti.template()):
 @ti.func
 def begin(system: ti.template(), node, count, step, block: ti.template()):
     """The bases of a pack, and its projected gradient step from d = 0."""
+    at = ti.static(PLACES[block])
+    zero = ti.Vector([0.0 for _ in range(LANES)])
     set_basis(system, node, count, block)
     position = into_basis(system, node, part(system, system.right, node, 0, block), block)
     for i in ti.static(range(block)):
         position[i] = step * position[i]
     position[0] = ti.max(position[0], bound_of(system, node, block))
-    put(system, system.push, node, count, ti.static(PLACES[block]).position, block, position)
+    put(system, system.push, node, count, at.position, block, position)
+    put(system, system.push, node, count, at.direction, block, [zero for _ in range(block)])
     put_motion(system, node, count, position, block)
 
 
