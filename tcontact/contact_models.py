@@ -15,7 +15,7 @@ class MasslessContact:
     "auto" (normal if all planes share one direction that the contact faces look along, and the body does not start
     with a spin that turns it by more than 0.05 rad in the duration; else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
-    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
     solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
     for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products

@@ -250,3 +250,14 @@ def test_a_body_of_a_law_that_loses_ellipticity_goes_on_with_sweeps():
     assert ends[1].reason in ("not-converged", "inverted-cell")
     assert "NeoHookean" in ends[1].message
     assert ends[1].time == pytest.approx(ends[0].time, rel=0.05)
+
+
+def test_the_bench_compares_both_solvers():
+    """Near poisson 1/2 products are fewer than sweeps; the table has a line for each."""
+    from tcontact.bench import static_solvers
+
+    rows = static_solvers.compare(4, 2, poissons=(0.499,), removals=("full",))
+    assert [row["solver"] for row in rows] == list(static_solvers.SOLVERS)
+    assert rows[1]["count_mean"] < rows[0]["count_mean"]
+    assert rows[1]["static_residual"] <= 1e-4
+    assert len(static_solvers.lines(rows)) == 2 + len(rows)
