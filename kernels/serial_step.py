@@ -374,6 +374,6 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles or MPRGP the compilation would outlast many a run; else the loop over cells is worth it
+    # with friction, several obstacles or MPRGP compiling would outlast many a run; else the loop over cells is worth it
     hasty = LEAVE_TO_LLVM if rubs or slots > 1 or kinds.projected or not passes else {}
     return compiled_with(serial_step, **KEEP_VECTORS, **hasty)
