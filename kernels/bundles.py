@@ -89,7 +89,7 @@ class Kinds(NamedTuple):
     """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
     time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
     "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass,
-    viscous: whether the contact cells are."""
+    viscous: whether the contact cells are, projected: whether MPRGP solves instead of the sweeps (mprgp.py)."""
 
     block: int = 1
     slots: int = 1
@@ -100,6 +100,7 @@ class Kinds(NamedTuple):
     layered: bool = False
     kicked: bool = False
     viscous: bool = False
+    projected: bool = False
 
     @property
     def static_friction(self) -> bool:
@@ -120,8 +121,9 @@ class System(NamedTuple):
     lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
     gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
-    with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
-    sweeps. The node comes last, so that the lanes of a pack are neighbours, and there is room for LANES - 1 more.
+    with several or friction [block, k]: what the neighbours leave to a node, and behind it what MPRGP needs
+    (node_places.py); behind increment stand two of earlier sweeps. The node comes last, so that the lanes of a pack are
+    neighbours, and there is room for LANES - 1 more.
     settings and stats: static_control.py.
     """
 

@@ -254,6 +254,6 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction or several obstacles the compilation would outlast many a run; else the loop over cells is worth it
-    hasty = LEAVE_TO_LLVM if rubs or slots > 1 or not passes else {}
+    # with friction, several obstacles or MPRGP compiling would outlast many a run; else the loop over cells is worth it
+    hasty = LEAVE_TO_LLVM if rubs or slots > 1 or kinds.projected or not passes else {}
     return compiled_with(kernel_of(serial_step, signature, kinds=kinds), **KEEP_VECTORS, **hasty)

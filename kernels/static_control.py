@@ -15,12 +15,14 @@ BEFORE, CONTRACTION, STALE, TODO, NEXT, CONVERGED = 6, 7, 8, 9, 10, 11
 STATS = 12
 # numbers of `settings`
 LEAST_SWEEPS, POLISHING_SWEEPS, MOST_SWEEPS, AIM, TOLERANCE, LEFT, REACH, LEAST_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
-LINEAR, RELAXATION, MOST_IN_ALL = 8, 9, 10
-SETTINGS = 11
+LINEAR, RELAXATION, MOST_IN_ALL, STEP_LENGTH = 8, 9, 10, 11
+SETTINGS = 12
 # values of stats[TODO] and stats[NEXT]
 DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 
 USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
+FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
+FEWEST = 2  # sweeps or products of a linearisation
 SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one
 
 
@@ -50,3 +52,16 @@ def judge(stats: ti.template(), settings: ti.template(), first):
                 stats[TODO] = ti.select(end, DONE, LAST_SWEEP)
         elif not residual < 1e300 or stats[SWEEPS] >= settings[MOST_IN_ALL]:
             stats[TODO] = DONE
+
+
+@ti.func
+def goals(stats: ti.template(), settings: ti.template()):
+    """Least number of sweeps or products of a linear problem, the residual to aim at and the one that will do."""
+    least, aim = settings[LEAST_SWEEPS], settings[AIM]
+    if settings[LINEAR] == 0.0:
+        if stats[TODO] == LAST_SWEEP:
+            least = ti.max(FEWEST, least - stats[SWEEPS])
+        else:
+            least = ti.select(stats[SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
+            aim = ti.max(aim, FORCING * stats[CONTRACTION] * stats[RESIDUAL])
+    return least, aim, ti.max(settings[TOLERANCE], stats[ROUNDING])

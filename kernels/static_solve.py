@@ -3,8 +3,9 @@
     f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
 
 A measure of the contact cells gives f_K at the present state (`assemble`); `judge` (static_control.py) says what is
-left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py), and
-x_K += B d. Residuals are relative to F_ref, the largest sum over the cells of a node of |f_cell,k|.
+left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py) or
+`mprgp` (mprgp.py), and x_K += B d. Residuals are relative to F_ref, the largest sum over the cells of a node of
+|f_cell,k|.
 """
 
 import functools
@@ -28,6 +29,7 @@ from .massless_node import (
     unbalanced,
 )
 from .materials import LAWS
+from .mprgp import mprgp
 from .obstacles import gap_and_normal, position
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
@@ -205,7 +207,11 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, pla
                     stiffen(pairs, viscous, block)
                 blocks(pairs, system, block)
                 stats[STALE] = 0.0
-            sweep(touching, system, block, slots)
+            solved = 0
+            if ti.static(touching.kinds.projected):
+                solved = mprgp(touching, system, 0, system.pack_start.shape[0] - 1, block)
+            if solved == 0:
+                sweep(touching, system, block, slots)
             move(body.u, touching, system, block)
             if stats[TODO] == SWEEP:
                 stats[NEXT] = MEASURE

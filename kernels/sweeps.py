@@ -19,12 +19,8 @@ from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
 from .massless_node import EPSILON, basis_of, entries, settle, square
 from .static_control import (
-    AIM,
     BEFORE,
-    CONTRACTION,
     F_REF,
-    LAST_SWEEP,
-    LEAST_SWEEPS,
     LINEAR,
     MOST_IN_ALL,
     MOST_SWEEPS,
@@ -34,19 +30,16 @@ from .static_control import (
     RESIDUAL,
     ROUNDING,
     SWEEPS,
-    TODO,
-    TOLERANCE,
+    goals,
 )
 from .static_friction import update_sliding
 from .vectors import MASK, load, store
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
-FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
 PLAIN = 10.0  # sweeps between two looks at what they gained
 LITTLE = 0.1  # of the residual: sweeps that leave more of it are accelerated from then on
 FURTHER = 50.0  # accelerated sweeps that may follow ten that lowered the residual
 INCREMENTS = 3  # d, d after the sweep before, d where the last accelerated sweep started
-FEWEST = 2  # sweeps of a linearisation
 LANE_NUMBERS = list(range(LANES))
 
 
@@ -210,14 +203,7 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
         system.increment[i] = 0.0
     if ti.static(slots == 1 and not touching.kinds.static_friction):
         prepare(touching, system, block)
-    least, aim = settings[LEAST_SWEEPS], settings[AIM]
-    if settings[LINEAR] == 0.0:
-        if stats[TODO] == LAST_SWEEP:
-            least = ti.max(FEWEST, least - stats[SWEEPS])
-        else:
-            least = ti.select(stats[SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
-            aim = ti.max(aim, FORCING * stats[CONTRACTION] * stats[RESIDUAL])
-    bound = ti.max(settings[TOLERANCE], stats[ROUNDING])
+    least, aim, bound = goals(stats, settings)
     done, residual, stalled = 0.0, 1e300, 0
     relaxation = settings[RELAXATION]
     most = settings[MOST_SWEEPS]

@@ -39,6 +39,12 @@ class ContactGraph:
         """Number of colours."""
         return len(self.colour_start)
 
+    @property
+    def corners_together(self) -> int:
+        """The largest number of contact nodes of one cell."""
+        own = self.pair_corners[:, 0] == self.pair_corners[:, 1]
+        return int(np.add.reduceat(own, self.pair_start[:-1]).max())
+
 
 def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> ContactGraph:
     """Graph of the contact nodes [k] in a body with the given cells [m, corners]."""

@@ -8,9 +8,11 @@ from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
 from .kernels.columns import cell_groups, group_size
 from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE
+from .kernels.node_places import PLACES
 from .measured import raw_groups
 from .packing import CellPacks
 from .plan import FRICTION_TERMS
+from .static_solver import static_solver
 from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
 from .terms.internal_force import pack_domain
@@ -27,14 +29,14 @@ def describe(plan: Plan) -> str:
     """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
     lines = ["terms: " + ", ".join(plan.terms)]
     for domain in plan.domains:
-        lines += [_body(body) for body in domain.bodies]
+        lines += [_body(plan, body) for body in domain.bodies]
         lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
         sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
         lines.append("  memory: " + ", ".join(sizes))
     return "\n".join(lines)
 
 
-def _body(body: BodyPlan) -> str:
+def _body(plan: Plan, body: BodyPlan) -> str:
     mesh = body.body.mesh
     line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
     way = FORMULATIONS[body.element]
@@ -47,7 +49,8 @@ def _body(body: BodyPlan) -> str:
         if contact.graph is not None:
             line += (
                 f" without mass ({contact.removal} removal, {contact.block} components a node,"
-                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours)"
+                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours;"
+                f" static solve by {static_solver(plan.scene, body)})"
             )
     return line
 
@@ -108,6 +111,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
+            if static_solver(plan.scene, domain.bodies[0]).projected:
+                size += count * REAL * (PLACES[block].end - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE

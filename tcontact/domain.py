@@ -272,7 +272,8 @@ class Domain:
 
     def _share(self, counts: list[int]) -> float:
         """How many cells of every block there are, over what one thread is given."""
-        return sum(count / SMALL[block.body.element] for count, block in zip(counts, self.blocks, strict=True))
+        limits = [max(SMALL[block.body.element], 1e-9) for block in self.blocks]
+        return sum(count / limit for count, limit in zip(counts, limits, strict=True))
 
     @property
     def several(self) -> float:

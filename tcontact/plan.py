@@ -26,6 +26,7 @@ from .periodic import Images
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
+from .static_solver import static_solver
 
 if TYPE_CHECKING:
     from .domain import Domain
@@ -255,6 +256,10 @@ def plan(scene: Scene) -> Plan:
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
         remedy = "contact cells are viscous where friction meets removal='normal' alone; leave it at None"
         raise InputError("MasslessContact.cell_viscosity", asked, remedy)
+    if isinstance(scene.contact, MasslessContact) and scene.contact.solver != "auto":
+        for body in planned.bodies:
+            if body.contact is not None and body.contact.graph is not None:
+                static_solver(scene, body)  # refuses what it cannot solve
     return planned
 
 

@@ -79,7 +79,8 @@ CHANGES = {
     ),
     tc.MasslessContact: (
         tc.MasslessContact("full"),
-        {"removal": "normal", "penalty": 1e9, "depth": 2, "sweeps": 11, "tolerance": 1e-9, "cell_viscosity": 0.1},
+        {"removal": "normal", "penalty": 1e9, "depth": 2, "sweeps": 11, "tolerance": 1e-9, "cell_viscosity": 0.1,
+         "solver": "gauss-seidel"},
     ),
     tc.PenaltyContact: (tc.PenaltyContact(3e10), {"stiffness": 3.1e10}),
     tc.ImpulseContact: (tc.ImpulseContact(), {}),

@@ -38,6 +38,7 @@ class ContactTerm:
     exact = True  # no penalty
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells are
+    projected = False  # MPRGP solves for what has no mass
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
         assert domain.contact is not None
@@ -76,6 +77,7 @@ class ContactTerm:
             isinstance(friction, LayeredFriction),
             friction is not None and self.kicked,
             self.viscous,
+            self.projected,
         )
 
     @property

@@ -39,6 +39,7 @@ class MasslessContactTerm(ContactTerm):
         start, rows = domain.residual_receivers
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
         self.static_solve = StaticSolve(scene, domain, force, self.slots)
+        self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
         self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
 

@@ -9,8 +9,10 @@ from ..contact_models import MasslessContact
 from ..domain import Domain
 from ..elements import shape_functions
 from ..kernels.lanes import SWEEP_LANES
+from ..kernels.node_places import PLACES
 from ..mesh_geometry import shortest_edge
 from ..scene import Scene
+from ..static_solver import static_solver
 from ..sweep_order import sweep_order
 from .internal_force import InternalForce
 
@@ -21,7 +23,9 @@ POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per li
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
+# of a mean dilatation: above it the sweeps, or MPRGP, may not converge with either removal
+MOST_POISSON = {False: 0.499, True: 0.4999}
+STEP_LENGTH = 1.9  # of a projected step, over the bound of the largest eigenvalue: less than 2
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
@@ -41,6 +45,7 @@ class StaticSolve:
         self.names = names
         self.law, self.refusal, self.removal = material.law, LAWS[material.law].refusal, contact.removal
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
+        self.projected = static_solver(scene, body).projected
         self.poisson = material.poisson if body.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         order = sweep_order(graph, block)
@@ -67,7 +72,7 @@ class StaticSolve:
             "right": arrays.zeros(room * block),
             "gaps": arrays.zeros(room * slots),
             "normals": arrays.zeros(room * slots * block),
-            "push": arrays.zeros(room * (block + 1)),
+            "push": arrays.zeros(room * (PLACES[block].end if self.projected else block + 1)),
             "increment": arrays.zeros(3 * room * block),
             "settings": arrays.put(self._settings(scene, domain, model)),
             "stats": self.stats,
@@ -82,12 +87,15 @@ class StaticSolve:
         body, names = domain.bodies[0], self.names
         material = body.body.material
         assert domain.contact is not None
+        assert domain.contact.graph is not None
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
         settings[names.LEAST_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
         settings[names.MOST_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
+        if self.projected:  # it notices an indefinite tangent by itself
+            settings[names.MOST_SWEEPS] = LINEARISATIONS * MOST_SWEEPS
         settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
@@ -99,6 +107,7 @@ class StaticSolve:
             )
         settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(domain.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
+        settings[names.STEP_LENGTH] = STEP_LENGTH / domain.contact.graph.corners_together
         exact = model.penalty is None and scene.friction is None and self.removal == "full"
         settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
         return settings
@@ -117,8 +126,9 @@ class StaticSolve:
         if not self._stat(self.names.PIVOT) > 0.0:
             text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
             return f"{text}: {self.refusal}" if self.refusal else text
-        if self.poisson > MOST_POISSON:
-            text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
+        most = MOST_POISSON[self.projected]
+        if self.poisson > most:
+            text += f"; poisson {self.poisson:.6g} makes it ill-conditioned: use at most {most:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
         removal = "" if self.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
