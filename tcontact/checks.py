@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .mesh import Mesh
-    from .result import Result
+from .mesh import Mesh
+from .result import Result
 
 
 @dataclass(frozen=True)
