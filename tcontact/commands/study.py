@@ -75,7 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _study(arguments: argparse.Namespace) -> Any:
     """Checks the words; returns what runs methods x sizes x steps into a folder and gives the exit code."""
     from ..study import methods, problems
-    from ..study.runner import Study, collect
+    from ..study.runner import collect
+    from ..study.setting import Study
 
     problem = problems.load(arguments.case)
     if arguments.full:
@@ -112,10 +113,10 @@ def _study(arguments: argparse.Namespace) -> Any:
 
 def _hard_cases(arguments: argparse.Namespace) -> Any:
     """The same for the register of hard cases."""
-    from ..study import hard_cases
+    from ..study import hard_register
 
     _refuse(arguments, ("sizes", "steps", "set", "error"), "hard cases have their own; use --full")
-    chosen = hard_cases.choose(arguments.methods)
+    chosen = hard_register.choose(arguments.methods)
 
     def go(out: Path) -> int:
         from ..report import write_json
