@@ -15,7 +15,6 @@ CONTACT_SUMS = 8  # total force (3), energy, nodes that press, static residual, 
 OBSTACLE = 33  # of an obstacle (obstacles.py)
 FRICTION_NODE, FRICTION_TRACE = 9, 13  # of friction per contact node, and per slot of one (friction.py)
 TRACKED = 6  # force and moment of an obstacle, about its reference point
-MOST_ROWS = 256  # in one launch of a small body
 MOST_SLOTS = 3  # obstacles that can hold one node at a time
 FRICTION_SUMS = 2  # work of friction from the row before to this one, and of the half kick after it
 # where they stand in `sums`, which all but the force pass share; the loads of obstacles come last

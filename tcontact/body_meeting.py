@@ -11,14 +11,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .guards import Stop
-from .scene import Body
-from .state import BodyState
 from .triangle_distance import smallest_distance, winding_number
-from .watched import Run
+
+if TYPE_CHECKING:
+    from .loop import Run
+    from .scene import Body
+    from .state import BodyState
 
 RARELY = 64  # rows between looks at bodies that are far apart
 SOON = 16  # rows until the next look that surfaces are searched for, if they come no nearer than that

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .mesh import Mesh
-from .result import Result
+if TYPE_CHECKING:
+    from .mesh import Mesh
+    from .result import Result
 
 
 @dataclass(frozen=True)

@@ -2,39 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import (
-    FRICTION_NODE,
-    FRICTION_TRACE,
-    MOST_ROWS,
-    MOST_SLOTS,
-    OBSTACLE,
-    RAW,
-    VISCOUS_HELD,
-    VISCOUS_SUMS,
-)
+from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
 from .packing import WIDTHS, append_own_rows, pack_cells
-from .plan import FRICTION_TERMS, BodyPlan
-from .scene import Scene
+from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
+from .terms.contact import MOST_ROWS
+
+if TYPE_CHECKING:
+    from .plan import BodyPlan, Plan
 
 REAL, WHOLE = 8, 4  # bytes of a number
 SYMMETRIC = 6
-
-
-class Plan(Protocol):
-    """What a description reads of a plan."""
-
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def bodies(self) -> tuple[BodyPlan, ...]: ...
-    @property
-    def terms(self) -> tuple[str, ...]: ...
-    @property
-    def contact_term(self) -> str | None: ...
 
 
 def describe(plan: Plan) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from .body_meeting import BodyMeeting
 from .errors import FunctionError
@@ -10,7 +10,9 @@ from .far_watch import FarWatch
 from .guards import Stop
 from .normal_watch import NormalWatch
 from .path_watch import PathWatch
-from .watched import Run
+
+if TYPE_CHECKING:
+    from .loop import Run
 
 FOREVER = 2**62
 

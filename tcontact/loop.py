@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import arrays, validate
-from .checkpoint.keeper import Keeper
 from .contact_models import MasslessContact, PenaltyContact
 from .end_checks import end_warnings
 from .errors import FunctionError, InputError, OutputError
@@ -29,6 +29,9 @@ from .schemes import Scheme
 from .snapshot import Snapshot
 from .stable_step import StableStep, largest_rate, with_viscosity
 from .warning_kinds import LockingWarning
+
+if TYPE_CHECKING:
+    from .checkpoint.keeper import Keeper
 
 FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
 LAST_CHECK = 800

@@ -201,11 +201,3 @@ def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
         if (np.abs(away).max(axis=(1, 2)) > 1e-11 * np.abs(edges).max(axis=(1, 2))).any():
             return False
     return True
-
-
-def grid_planes(coordinate: FloatArray, tolerance: float) -> IntArray:
-    """Number of the plane of each value; values closer than the tolerance to the next lower one share its plane."""
-    order = np.argsort(coordinate, kind="stable")
-    number = np.empty(len(coordinate), dtype=np.int64)
-    number[order] = np.concatenate(([0], np.cumsum(np.diff(coordinate[order]) > tolerance)))
-    return number

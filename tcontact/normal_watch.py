@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from .obstacles.motion import Motion
 from .removal import SPINS
 from .rotation import angle, rotation, spin
 from .warning_kinds import RotationWarning
-from .watched import Run
+
+if TYPE_CHECKING:
+    from .loop import Run
 
 TURNED = np.radians(5.0)  # of a body or a wall, from where it was at the start
 OFTEN, RARELY = 8, 32  # rows between looks, for what turns fast and what hardly turns; launches of more go on

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from .errors import InputError
 from .kernels.lanes import CHUNKS, TABLE, WIDTHS
-from .mesh_geometry import grid_planes
 
 __all__ = ["CHUNKS", "TABLE", "WIDTHS", "CellPacks", "OwnRows", "append_own_rows", "pack_cells", "slab_order"]
 
@@ -187,6 +186,14 @@ def slab_order(
     rank[node_order] = np.arange(count)
     renumbered = rank[np.asarray(cells)]
     return node_order, np.lexsort((renumbered.sum(axis=1), renumbered.min(axis=1)))
+
+
+def grid_planes(coordinate: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
+    """Number of the plane of each value; values closer than the tolerance to the next lower one share its plane."""
+    order = np.argsort(coordinate, kind="stable")
+    number = np.empty(len(coordinate), dtype=np.int64)
+    number[order] = np.concatenate(([0], np.cumsum(np.diff(coordinate[order]) > tolerance)))
+    return number
 
 
 def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:

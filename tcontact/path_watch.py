@@ -11,6 +11,8 @@ slips between two contact nodes is not seen: it has to be wider than their dista
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .contact_models import PenaltyContact
@@ -19,8 +21,10 @@ from .guards import Stop
 from .obstacles import Obstacle
 from .obstacles.motion import Motion
 from .obstacles.thickness import half_thickness_of_grid
-from .state import BodyState
-from .watched import Run
+
+if TYPE_CHECKING:
+    from .loop import Run
+    from .state import BodyState
 
 RARELY = 256  # rows between looks at nodes that are far from the obstacle or slow
 AHEAD = 2.0  # how much faster than now nodes may get until the next look

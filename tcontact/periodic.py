@@ -15,8 +15,9 @@ import numpy as np
 
 from .errors import InputError
 from .mesh import Mesh
-from .mesh_geometry import grid_planes, shortest_edge
+from .mesh_geometry import shortest_edge
 from .obstacles import Obstacle, Plane
+from .packing import grid_planes
 
 MATCH = 1e-6  # of the shortest edge: how far partners may be off each other, and images start apart
 SAME_SPEED = 1e-6  # of the largest initial velocity

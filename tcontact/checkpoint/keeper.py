@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..recorder import Recorder
-from ..watched import Run
 from . import contents, store
 from .options import Checkpoint
+
+if TYPE_CHECKING:
+    from ..loop import Run
+    from ..recorder import Recorder
 
 SHARE = 0.01  # of the wall time that checkpoints may take
 

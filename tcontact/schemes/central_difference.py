@@ -9,16 +9,18 @@ The kick starts and ends with half a step: v^n = (v^{n-1/2} + v^{n+1/2})/2 is th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar
 
 from .. import validate
 from ..errors import InputError
-from ..measured import Layout
-from ..plan import BodyPlan, Plan
-from ..scene import Scene
-from ..state import BodyState
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ..measured import Layout
+    from ..plan import BodyPlan, Plan
+    from ..scene import Scene
+    from ..state import BodyState
 
 DEFAULT_CFL = 0.9
 
@@ -58,6 +60,8 @@ class CentralDifference:
         self, scene: Scene, plan: BodyPlan, displacement: np.ndarray, velocity: np.ndarray, layout: Layout
     ) -> BodyState:
         """The state of a body that starts there [n, 3]."""
+        from ..state import BodyState
+
         return BodyState(scene, plan, displacement, velocity, layout)
 
     def begin(self, body: BodyState, dt: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import arrays
 from ..errors import InputError
-from ..kernels.lanes import MOST_ROWS, MOST_SLOTS
+from ..kernels.lanes import MOST_SLOTS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
@@ -19,6 +19,8 @@ from .obstacles import Obstacles
 
 if TYPE_CHECKING:
     from ..kernels.bundles import Kinds
+
+MOST_ROWS = 256  # in one launch of a small body
 
 
 class ContactTerm:

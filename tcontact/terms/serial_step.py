@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .. import arrays
-from ..kernels.lanes import LOADS_AT, MOST_ROWS
+from ..kernels.lanes import LOADS_AT
 from ..launch import Prepared
 from ..plan import BodyPlan
 from .boundary_nodes import BoundaryNodes, Supports
-from .contact import ContactTerm
+from .contact import MOST_ROWS, ContactTerm
 from .friction_layer import LayeredFriction
 from .images import PeriodicImages
 from .internal_force import InternalForce
