@@ -6,13 +6,17 @@ The run stops before that, with the remedy. Looks come before half of the distan
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .contact_models import MasslessContact
 from .guards import Stop
 from .path_watch import AHEAD, RARELY, Crossing, times_to_come
 from .reach import within_reach
-from .watched import Run
+
+if TYPE_CHECKING:
+    from .loop import Run
 
 
 class FarWatch:
