@@ -33,7 +33,7 @@ class ImplicitRule:
     order: ClassVar[int] = 2
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum", "angular momentum")
     implicit: ClassVar[bool] = True
-    stress: ClassVar[str] = "end"  # rule of kernels/implicit_laws.py
+    stress: ClassVar[str] = "end"  # name of a rule of implicit stresses in the kernels
     level: ClassVar[float] = 1.0  # where between x0 and x1 an "end" rule is taken
     conserving: ClassVar[bool] = False  # contact by difference quotients of its potential
     dissipates: ClassVar[bool] = False  # by design
