@@ -238,9 +238,7 @@ class Plan:
         An implicit scheme names its equations, the solver of its linear systems and why that one.
         """
         if getattr(scheme, "implicit", False):
-            from .implicit.describe import describe as implicit
-
-            return implicit(self, scheme)
+            return str(scheme.describe(self))
         from .describe import describe
 
         return describe(self)
@@ -285,7 +283,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         massless = massless_nodes(scene, body)
         if len(massless.nodes):
             check_clusters(body, massless)
-            massless = massless if body.images is None else body.images.masters_of(massless)
+            massless = massless if body.images is None else massless.masters(body.images)
             moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]
