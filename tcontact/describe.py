@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .domain_packing import pack_domain
 from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
 from .kernels.columns import cell_groups, group_size
@@ -15,7 +16,6 @@ from .plan import FRICTION_TERMS
 from .static_solver import static_solver
 from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
-from .terms.internal_force import pack_domain
 
 if TYPE_CHECKING:
     from .domain import Domain
