@@ -25,14 +25,6 @@ def row(values: ti.template(), s):
 
 
 @ti.func
-def hand_over(body: ti.template(), touching: ti.template(), k, total):
-    """The contact force of node k goes into the output and leaves the force of the node."""
-    for j in ti.static(range(3)):
-        touching.force[3 * k + j] = total[j]
-        body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
-
-
-@ti.func
 def kick_and_drift(body: ti.template(), listed: ti.template()):
     """u, v are advanced in place by the steps in params; sums at time level n."""
     kick_before, kick_after, drift = body.params[0], body.params[1], body.params[2]

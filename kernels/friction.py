@@ -10,20 +10,16 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 
 import taichi as ti
 
-from .lanes import FRICTION_NODE, FRICTION_TRACE
+from .islands import island_count, sums_of
+from .lanes import FRICTION_AT, FRICTION_NODE, FRICTION_SUMS
 
-# `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
+# `friction`: slip speed of the regularised law, step [s] of the static solve; then of every contact node:
 # most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
 # [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
 # displacement (3) that slip in the static solve counts from
-COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
+SLIP_SPEED, STEP, FIRST = 0, 1, 2
 LIMIT, SPEED, SOFTNESS, MEAN_SPEED, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
 NODE = FRICTION_NODE
-# `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
-# then and contact normal at the last measure
-PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
-TRACE = FRICTION_TRACE
-SHORT_TRACE = 1  # without static friction
 
 SINGULAR = 1e-12  # of the trace: a direction that a force cannot move
 STOPPED = 1e-6  # of the slip
@@ -124,13 +120,6 @@ def node_place(k, number: ti.template()):
 
 
 @ti.func
-def trace_place(touching: ti.template(), k, p, number: ti.template()):
-    """Of a number of slot p of node k in `traces`."""
-    stride = ti.static(TRACE if touching.kinds.static_friction else SHORT_TRACE)
-    return (k * ti.static(touching.kinds.slots) + p) * stride + number
-
-
-@ti.func
 def three(values: ti.template(), place):
     return ti.Vector([values[place + j] for j in ti.static(range(3))])
 
@@ -142,9 +131,8 @@ def put_three(values: ti.template(), place, vector):
 
 
 @ti.func
-def held(touching: ti.template(), k):
-    """Friction [3] of node k in the static solve, all obstacles together."""
-    total = ti.Vector.zero(ti.f64, 3)
-    for p in ti.static(range(touching.kinds.slots)):
-        total += three(touching.traces, trace_place(touching, k, p, TRACTION))
-    return total
+def clear_work(touching: ti.template()):
+    """Set the work of friction to 0, before what does some adds it."""
+    for island in range(island_count(touching)):
+        for j in ti.static(range(FRICTION_SUMS)):
+            touching.sums[sums_of(touching, island) + FRICTION_AT + j] = 0.0

@@ -7,11 +7,10 @@ in the massless components of a node, x = x_0 + B d with B = basis [3, block]; u
 
 import taichi as ti
 
+from .constraint_rows import normal_of, number_of
 from .local_contact import multipliers
-from .obstacles import POINT, RECORD, gap_and_normal, vector
 
-EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
-SHORT = 1e-6  # an obstacle whose normal is shorter than this in the massless components cannot push the node
+SHORT = 1e-6  # a row whose normal is shorter than this in the massless components cannot push the node
 
 
 @ti.func
@@ -46,15 +45,15 @@ def square(values: ti.template(), k, stride, block: ti.template()):
 
 
 @ti.func
-def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
-    """Normals [slots, block] in massless components and gaps [slots] of a node; out-of-reach obstacles never touch."""
+def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.template()):
+    """Normals [slots, block] in massless components and gaps [slots] of a node; out-of-reach rows never touch."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)
     for p in ti.static(range(slots)):
-        gap, normal = gap_and_normal(touching, touching.near[k * slots + p], x)
-        reduced = b.transpose() @ normal
+        r = k * slots + p
+        reduced = b.transpose() @ normal_of(rows, r)
         if reduced.norm() >= SHORT:
-            gaps[p] = gap
+            gaps[p] = number_of(rows, r, rows.at.gap)
             for j in ti.static(range(block)):
                 normals[p, j] = reduced[j]
     return normals, gaps
@@ -93,14 +92,12 @@ def violated(gap, pressing):
 
 
 @ti.func
-def off_the_obstacles(touching: ti.template(), k, x, gaps, pressing, slots: ti.template()):
-    """Largest violation [m] of the exact constraints of a node at x, above the rounding of its gaps."""
+def off_the_obstacles(touching: ti.template(), rows: ti.template(), k, gaps, pressing, slots: ti.template()):
+    """Largest violation [m] of the exact constraints of a node, above the rounding of its gaps."""
     result = 0.0
     if touching.give[k] == 0.0:
         for p in ti.static(range(slots)):
-            away = x - vector(touching.obstacles, RECORD * touching.near[k * slots + p] + POINT)
-            rounding = EPSILON * ti.max(x.norm(), away.norm())
-            result = ti.max(result, violated(gaps[p], pressing[p]) - rounding)
+            result = ti.max(result, violated(gaps[p], pressing[p]) - number_of(rows, k * slots + p, rows.at.rounding))
     return result
 
 

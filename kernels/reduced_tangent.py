@@ -28,14 +28,14 @@ def hourglass_modes(a):
 
 @functools.cache
 def make_reduced_tangent(law: str, block: int):
-    """reduced_tangent(body, basis, pairs) fills pairs.values, as `surface_tangent` does for full integration."""
+    """reduced_tangent(body, basis, pairs, begin, end) fills pairs.values, as `surface_tangent` does for others."""
     parts, moduli_of = PARTS[law]
 
     @ti.func
-    def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
+    def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), begin, end):
         moduli = moduli_of(body.params)
         stiff = moduli[0][0] + 2.0 * moduli[0][1]  # lam + 2 mu at small strains, of Mooney-Rivlin too
-        for cell in range(pairs.start.shape[0] - 1):
+        for cell in range(begin, end):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
             gammas = ti.Vector.zero(ti.f64, 4 * CORNERS)

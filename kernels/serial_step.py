@@ -22,7 +22,7 @@ import taichi as ti
 from .bundles import Kinds
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
+from .lanes import CELL_SUMS, CHUNKS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
 from .node_phase import node_phase
 from .raw_rows import log_row, row_width
 from .signatures import Signature, kernel_of
@@ -80,9 +80,10 @@ def make_serial_step(
     resists = contact == "massless" and kinds.viscous
     cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes or measures else None
     # only what the scene needs is imported; Taichi wants the other names too
-    kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
-    gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
-    clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
+    kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
+    gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
+    set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
+    clear_work = kick_friction = slide = remember = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
@@ -91,7 +92,11 @@ def make_serial_step(
     if tied:
         from .images import follow, gather
     if touches:
-        from .obstacles import clear_loads, nearest_obstacles, set_pose, smallest_gap
+        from .constraint_rows import hand_over, hand_over_friction
+        from .obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
+        from .obstacles import set_pose
+    if rubs:
+        from .friction import clear_work
     if kicked:
         from .kick_friction import kick_friction, slide
     if sticks_still:
@@ -104,44 +109,52 @@ def make_serial_step(
 
         viscous_phase = make_viscous_phase(kind, law, WIDTHS[kind]) if passes or measures else None
     if contact == "massless":
-        from .massless_contact import massless_load, predict
-        from .static_control import CONVERGED, MEASURE, NEXT
-        from .static_control import SWEEPS as SWEEPS_DONE
+        from .massless_contact import massless_load, move_out, predict
+        from .static_control import CONVERGED, MEASURE, NEXT, any_island
         from .static_solve import make_resolve
 
-        resolve = make_resolve(kind, law, block, slots, plain)
+        resolve = make_resolve(kind, law, block, plain)
 
     @ti.func
-    def push_back(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
-                  control: ti.template()):  # fmt: skip
-        if ti.static(touches and kinds.tracked):
-            clear_loads(touching)
-        if ti.static(contact == "massless"):
-            touching.sums[CONTACT_AT + 7] = system.stats[SWEEPS_DONE]
-            massless_load(body, listed, touching, system, block, slots)
-        if ti.static(contact in ("penalty", "impulse")):
-            if ti.static(slots == MOST_SLOTS):
-                nearest_obstacles(touching, body.u)
-            if ti.static(contact == "penalty"):
-                penalty_load(body, touching, slots)
-            else:
-                before, after = control[BEFORE], control[AFTER]
-                span = ti.select(after > 0.0, 0.5 * (before + after), before)
-                impulse_load(body, listed, touching, span, slots)
+    def push_back(body: ti.template(), listed: ti.template(), obstacles: ti.template(), rows: ti.template(),
+                  touching: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
+        if ti.static(contact in ("penalty", "impulse") and slots == MOST_SLOTS):
+            choose_candidates(obstacles, touching, body.u)
+        if ti.static(loads):
+            fill_rows(obstacles, rows, touching, body.u)
         if ti.static(touches):
-            touching.sums[CONTACT_AT + 6] = smallest_gap(touching, body.u)
+            smallest_gap(obstacles, rows, touching, body.u)
+        if ti.static(contact == "massless"):
+            massless_load(body, listed, touching, rows, system)
+        if ti.static(contact == "penalty"):
+            penalty_load(touching, rows)
+        if ti.static(contact == "impulse"):
+            before, after = control[BEFORE], control[AFTER]
+            span = ti.select(after > 0.0, 0.5 * (before + after), before)
+            impulse_load(body, listed, touching, rows, span)
+        if ti.static(loads):
+            hand_over(body, touching, rows)
         if ti.static(rubs):
-            for j in ti.static(range(FRICTION_SUMS)):
-                touching.sums[FRICTION_AT + j] = 0.0
+            clear_work(touching)
         if ti.static(sticks_still):
-            sliding_work(body, touching)
+            sliding_work(body, touching, rows)
         if ti.static(kicked and kinds.layered and not sticks_still):
-            slide(body, listed, touching, damped)
+            slide(body, listed, touching, rows, damped)
 
     @ti.func
-    def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
+    def kick(
+        body: ti.template(),
+        listed: ti.template(),
+        supported: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
+        touching: ti.template(),
+    ):
         if ti.static(kicked):
-            kick_friction(body, listed, touching, damped)
+            kick_friction(body, listed, touching, rows, damped)
+            hand_over_friction(body, touching, rows)
+        if ti.static(touches and kinds.tracked):
+            obstacle_loads(obstacles, rows, touching, body.u)
         if ti.static(listed_nodes and damped):
             damp(body, listed)
         if ti.static(supports):
@@ -151,10 +164,16 @@ def make_serial_step(
 
     @ti.func
     def place(
-        body: ti.template(), touching: ti.template(), viscous_cells: ti.template(), control: ti.template(), start
+        body: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
+        touching: ti.template(),
+        viscous_cells: ti.template(),
+        control: ti.template(),
+        start,
     ):
         if ti.static(slots == MOST_SLOTS):
-            nearest_obstacles(touching, body.u)
+            choose_candidates(obstacles, touching, body.u)
         before, after = control[BEFORE], control[AFTER]
         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
         time = 0.5 * after * (before + after)
@@ -166,14 +185,18 @@ def make_serial_step(
             touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
                 remember(body, touching)
-        fall = time * ti.Vector([body.params[3], body.params[4], body.params[5]])
-        predict(body, touching, ratio, fall, control[EXACT], block, slots)
+        predict(body, touching, ratio, time * ti.Vector([body.params[3], body.params[4], body.params[5]]))
+        if control[EXACT] == 1.0:
+            fill_rows(obstacles, rows, touching, body.u)
+            move_out(body, touching, rows)
 
     @ti.func
     def serial_step(
         body: ti.template(),
         listed: ti.template(),
         supported: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
         touching: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
@@ -207,12 +230,12 @@ def make_serial_step(
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(body.special_force, images)
-                    push_back(body, listed, touching, system, control)
+                    push_back(body, listed, obstacles, rows, touching, system, control)
                     if ti.static(kinds.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, listed, supported, touching)
+                    kick(body, listed, supported, obstacles, rows, touching)
                     cell_power = 0.0
                     if ti.static(resists):
                         cell_power = viscous_cells[POWER]
@@ -221,18 +244,19 @@ def make_serial_step(
                     number += 1
                     if ti.static(touches and kinds.moving):
                         if control[AFTER] > 0.0:
-                            set_pose(touching, number)
+                            set_pose(obstacles, number)
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
-                        resolve(body, listed, touching, pairs, system, viscous_cells, first)
+                        fill_rows(obstacles, rows, touching, body.u)
+                        resolve(body, listed, touching, rows, pairs, system, viscous_cells, first)
                         first = 0
-                        if stats[NEXT] == MEASURE:
+                        if any_island(stats, NEXT, MEASURE) == 1:
                             again = 1
-                        elif stats[CONVERGED] == 0.0:
+                        elif any_island(stats, CONVERGED, 0.0) == 1:
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
-                        place(body, touching, viscous_cells, control, state)
+                        place(body, obstacles, rows, touching, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:

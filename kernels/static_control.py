@@ -9,11 +9,12 @@ own linearisation and go down in energy.
 
 import taichi as ti
 
-# numbers of `stats`
+# numbers of `stats` [islands, STATS]
 F_REF, RESIDUAL, SWEEPS, PIVOT, STIFFEST, ROUNDING = 0, 1, 2, 3, 4, 5
 BEFORE, CONTRACTION, STALE, TODO, NEXT, CONVERGED = 6, 7, 8, 9, 10, 11
-STATS = 12
-# numbers of `settings`
+VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent has of viscous contact cells
+STATS = 13
+# numbers of `settings` [islands, SETTINGS]
 LEAST_SWEEPS, POLISHING_SWEEPS, MOST_SWEEPS, AIM, TOLERANCE, LEFT, REACH, LEAST_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
 LINEAR, RELAXATION, MOST_IN_ALL = 8, 9, 10
 SETTINGS = 11
@@ -25,28 +26,39 @@ SLOW = 0.5  # a linearisation that leaves more than this share of a residual bel
 
 
 @ti.func
-def judge(stats: ti.template(), settings: ti.template(), first):
-    """stats[TODO] from the residual just measured; `first` measure of this step or not."""
-    residual = stats[RESIDUAL]
-    aim, left = settings[AIM], settings[LEFT]
-    stats[TODO] = SWEEP
-    if settings[LINEAR] == 1.0:
-        stats[TODO] = LAST_SWEEP
-    fine = residual <= ti.max(settings[TOLERANCE], stats[ROUNDING])
+def judge(stats: ti.template(), settings: ti.template(), island, first):
+    """stats[TODO] of an island from the residual just measured; `first` measure of this step or not."""
+    at, its = island * STATS, island * SETTINGS
+    residual = stats[at + RESIDUAL]
+    aim, left = settings[its + AIM], settings[its + LEFT]
+    stats[at + TODO] = SWEEP
+    if settings[its + LINEAR] == 1.0:
+        stats[at + TODO] = LAST_SWEEP
+    fine = residual <= ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
     if first == 1:
-        stats[SWEEPS] = 0.0
-        if fine and USED_UP * residual <= left and stats[STALE] == 0.0:
-            stats[TODO] = LAST_SWEEP
+        stats[at + SWEEPS] = 0.0
+        if fine and USED_UP * residual <= left and stats[at + STALE] == 0.0:
+            stats[at + TODO] = LAST_SWEEP
     else:
-        contraction = ti.min(1.0, residual / ti.max(stats[BEFORE], aim))
-        if stats[BEFORE] > aim:
-            stats[CONTRACTION] = contraction
-        stats[STALE] = ti.select(contraction > USED_UP, 1.0, 0.0)
+        contraction = ti.min(1.0, residual / ti.max(stats[at + BEFORE], aim))
+        if stats[at + BEFORE] > aim:
+            stats[at + CONTRACTION] = contraction
+        stats[at + STALE] = ti.select(contraction > USED_UP, 1.0, 0.0)
         if fine:
-            enough = residual <= ti.max(aim, stats[ROUNDING])
+            enough = residual <= ti.max(aim, stats[at + ROUNDING])
             slow = contraction > SLOW and left > 0.0
             if enough or slow or contraction * residual <= left:
-                end = (slow or residual <= aim) and stats[SWEEPS] >= settings[LEAST_SWEEPS]
-                stats[TODO] = ti.select(end, DONE, LAST_SWEEP)
-        elif not residual < 1e300 or stats[SWEEPS] >= settings[MOST_IN_ALL]:
-            stats[TODO] = DONE
+                end = (slow or residual <= aim) and stats[at + SWEEPS] >= settings[its + LEAST_SWEEPS]
+                stats[at + TODO] = ti.select(end, DONE, LAST_SWEEP)
+        elif not residual < 1e300 or stats[at + SWEEPS] >= settings[its + MOST_IN_ALL]:
+            stats[at + TODO] = DONE
+
+
+@ti.func
+def any_island(stats: ti.template(), number: ti.template(), value: ti.template()):
+    """Return 1 where a number of any island has this value, else 0."""
+    found = 0
+    for island in range(stats.shape[0] // STATS):
+        if stats[island * STATS + number] == value:
+            found = 1
+    return found

@@ -57,18 +57,18 @@ def cell_volume(body: ti.template(), pairs: ti.template(), first, corners, linea
 
 @functools.cache
 def make_surface_tangent(law: str, block: int, plain: bool, mean: bool = False):
-    """surface_tangent(body, basis, pairs) fills pairs.values; plain: every basis is the identity.
+    """surface_tangent(body, basis, pairs, begin, end) fills pairs.values of these cells.
 
-    mean: with one volume change per cell.
+    plain: every basis is the identity; mean: with one volume change per cell.
     """
     parts, moduli_of = (MEAN_PARTS if mean else PARTS)[law]
     linear = law == "linear_elastic"
 
     @ti.func
-    def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template()):
+    def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), begin, end):
         moduli = moduli_of(body.params)
         corners = pairs.cell_nodes.shape[0] // (pairs.start.shape[0] - 1)
-        for cell in range(pairs.start.shape[0] - 1):
+        for cell in range(begin, end):
             slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
             first = cell * corners

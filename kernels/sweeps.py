@@ -15,9 +15,11 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
+from .constraint_rows import EPSILON
+from .islands import first_node, first_pack
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import EPSILON, basis_of, entries, settle, square
+from .massless_node import basis_of, entries, settle, square
 from .static_control import (
     AIM,
     BEFORE,
@@ -33,6 +35,8 @@ from .static_control import (
     RELAXATION,
     RESIDUAL,
     ROUNDING,
+    SETTINGS,
+    STATS,
     SWEEPS,
     TODO,
     TOLERANCE,
@@ -51,10 +55,10 @@ LANE_NUMBERS = list(range(LANES))
 
 
 @ti.func
-def prepare(touching: ti.template(), system: ti.template(), block: ti.template()):
-    """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single obstacle."""
+def prepare(touching: ti.template(), system: ti.template(), island, block: ti.template()):
+    """push: D^-1 n and 1/(n D^-1 n + e) of every node of an island, for a single row."""
     stride = system.stiffness.shape[0]
-    for k in range(touching.nodes.shape[0]):
+    for k in range(first_node(touching, island), first_node(touching, island + 1)):
         normal = entries(system.normals, k, stride, 0, block)
         push = square(system.inverse, k, stride, block) @ normal
         give = normal.dot(push) + touching.give[k]
@@ -135,15 +139,14 @@ def update(
 
 
 @ti.func
-def sweep_once(
-    touching: ti.template(), system: ti.template(), relaxation, backward, block: ti.template(), slots: ti.template()
-):
-    """One pass over the nodes, colour by colour; returns the largest defect [N]."""
+def sweep_once(touching: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
+    """One pass over the nodes of an island, colour by colour; returns the largest defect [N]."""
+    block, slots = ti.static(touching.kinds.block, touching.kinds.slots)
     stride = system.stiffness.shape[0]
     defect = 0.0
-    packs = system.pack_start.shape[0] - 1
-    for turn in range(packs):
-        pack = ti.select(backward == 1, packs - 1 - turn, turn)
+    begin, end = first_pack(touching, island), first_pack(touching, island + 1)
+    for turn in range(end - begin):
+        pack = ti.select(backward == 1, end - 1 - turn, begin + turn)
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
@@ -166,65 +169,80 @@ def sweep_once(
             for k in range(first, first + count):
                 own = entries(system.push, k, stride, 0, block)
                 if ti.static(touching.kinds.static_friction):
-                    defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
+                    defect = ti.max(defect, update_sliding(touching, rows, system, k, own, block, slots))
                 else:
                     defect = ti.max(defect, update(touching, system, k, own, relaxation, block, slots))
     return defect
 
 
 @ti.func
-def go_on(system: ti.template(), share):
-    """Before an accelerated sweep: d goes on along its last step."""
-    size = system.increment.shape[0] // INCREMENTS
-    for i in range(size):
-        now = system.increment[i]
-        further = now
-        if share > 0.0:
-            further = now + share * (now - system.increment[size + i])
-        system.increment[size + i] = now
-        system.increment[2 * size + i] = further
-        system.increment[i] = further
+def clear(touching: ti.template(), system: ti.template(), island):
+    """d = 0 in an island, now and in what is kept of earlier sweeps."""
+    stride = system.stiffness.shape[0]
+    for component in range(ti.static(INCREMENTS * touching.kinds.block)):
+        for k in range(first_node(touching, island), first_node(touching, island + 1)):
+            system.increment[component * stride + k] = 0.0
 
 
 @ti.func
-def turned(system: ti.template()):
+def go_on(touching: ti.template(), system: ti.template(), island, share):
+    """Before an accelerated sweep: d goes on along its last step."""
+    stride = system.stiffness.shape[0]
+    size = stride * ti.static(touching.kinds.block)
+    for component in range(ti.static(touching.kinds.block)):
+        for k in range(first_node(touching, island), first_node(touching, island + 1)):
+            i = component * stride + k
+            now = system.increment[i]
+            further = now
+            if share > 0.0:
+                further = now + share * (now - system.increment[size + i])
+            system.increment[size + i] = now
+            system.increment[2 * size + i] = further
+            system.increment[i] = further
+
+
+@ti.func
+def turned(touching: ti.template(), system: ti.template(), island):
     """Whether the last sweep went back."""
-    size = system.increment.shape[0] // INCREMENTS
+    stride = system.stiffness.shape[0]
+    size = stride * ti.static(touching.kinds.block)
     total = 0.0
-    for i in range(size):
-        now = system.increment[i]
-        total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
+    for component in range(ti.static(touching.kinds.block)):
+        for k in range(first_node(touching, island), first_node(touching, island + 1)):
+            i = component * stride + k
+            now = system.increment[i]
+            total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
     return total < 0.0
 
 
 @ti.func
-def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
-    """Sweeps until the linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
+def sweep(touching: ti.template(), rows: ti.template(), system: ti.template(), island):
+    """Sweeps over an island until its linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
 
     Down to the tolerance a solve may take MOST_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where compression
     makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go on as long as
     they lower the residual: no unstable mode lets them.
     """
     stats, settings = ti.static(system.stats, system.settings)
-    for i in range(system.increment.shape[0] // INCREMENTS):
-        system.increment[i] = 0.0
-    if ti.static(slots == 1 and not touching.kinds.static_friction):
-        prepare(touching, system, block)
-    least, aim = settings[LEAST_SWEEPS], settings[AIM]
-    if settings[LINEAR] == 0.0:
-        if stats[TODO] == LAST_SWEEP:
-            least = ti.max(FEWEST, least - stats[SWEEPS])
+    at, its = island * STATS, island * SETTINGS
+    clear(touching, system, island)
+    if ti.static(touching.kinds.slots == 1 and not touching.kinds.static_friction):
+        prepare(touching, system, island, touching.kinds.block)
+    least, aim = settings[its + LEAST_SWEEPS], settings[its + AIM]
+    if settings[its + LINEAR] == 0.0:
+        if stats[at + TODO] == LAST_SWEEP:
+            least = ti.max(FEWEST, least - stats[at + SWEEPS])
         else:
-            least = ti.select(stats[SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
-            aim = ti.max(aim, FORCING * stats[CONTRACTION] * stats[RESIDUAL])
-    bound = ti.max(settings[TOLERANCE], stats[ROUNDING])
+            least = ti.select(stats[at + SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
+            aim = ti.max(aim, FORCING * stats[at + CONTRACTION] * stats[at + RESIDUAL])
+    bound = ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
     done, residual, stalled = 0.0, 1e300, 0
-    relaxation = settings[RELAXATION]
-    most = settings[MOST_SWEEPS]
+    relaxation = settings[its + RELAXATION]
+    most = settings[its + MOST_SWEEPS]
     slow, marked, mark, backward, share, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
     while (
         done < least
-        or (done < settings[POLISHING_SWEEPS] and residual > aim and stalled == 0)
+        or (done < settings[its + POLISHING_SWEEPS] and residual > aim and stalled == 0)
         or (done < most and residual > bound)
     ):
         before = residual
@@ -233,33 +251,34 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
                 slow = 1
                 relaxation = 1.0  # over-relaxed sweeps turn about the solution: no direction to go on along
             if slow == 1 and residual < mark:
-                most = ti.min(ti.max(most, done + FURTHER), settings[MOST_IN_ALL])
+                most = ti.min(ti.max(most, done + FURTHER), settings[its + MOST_IN_ALL])
             marked, mark = done, residual
         if slow == 1 and backward == 0:
-            go_on(system, share)
-        residual = sweep_once(touching, system, relaxation, backward, block, slots) / stats[F_REF]
+            go_on(touching, system, island, share)
+        residual = sweep_once(touching, rows, system, island, relaxation, backward) / stats[at + F_REF]
         done += 1.0
         if slow == 1:
             if backward == 1:
-                straight = ti.select(turned(system), 0.0, straight + 1.0)
+                straight = ti.select(turned(touching, system, island), 0.0, straight + 1.0)
                 share = straight / (straight + 3.0)
             backward = 1 - backward
-        if residual > STALLED * before and residual <= stats[ROUNDING]:
+        if residual > STALLED * before and residual <= stats[at + ROUNDING]:
             stalled = 1
-    stats[SWEEPS] = stats[SWEEPS] + done
-    if settings[LINEAR] == 1.0:
-        stats[BEFORE], stats[RESIDUAL] = stats[RESIDUAL], residual
+    stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if settings[its + LINEAR] == 1.0:
+        stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
 
 
 @ti.func
-def move(u: ti.template(), touching: ti.template(), system: ti.template(), block: ti.template()):
-    """x_K += B d; no node further than the reach: from gaps >= 0 a part of a feasible increment is feasible."""
+def move(u: ti.template(), touching: ti.template(), system: ti.template(), island):
+    """x_K += B d in an island; no node further than the reach: from gaps >= 0 a part of a feasible d is feasible."""
+    block = ti.static(touching.kinds.block)
     stride = system.stiffness.shape[0]
     longest = 0.0
-    for k in range(touching.nodes.shape[0]):
+    for k in range(first_node(touching, island), first_node(touching, island + 1)):
         longest = ti.max(longest, entries(system.increment, k, stride, 0, block).norm())
-    part = ti.min(1.0, system.settings[REACH] / ti.max(longest, 1e-300))
-    for k in range(touching.nodes.shape[0]):
+    part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
+    for k in range(first_node(touching, island), first_node(touching, island + 1)):
         step = part * (basis_of(touching.basis, k, block) @ entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
             place = 3 * touching.nodes[k] + j

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .friction_models import FrictionLayer, FrictionModel
-from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
+from .kernels.lanes import FRICTION_NODE, ISLAND, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
 from .packing import WIDTHS, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
@@ -106,7 +106,9 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
     contact = body.contact
     if contact is not None:
         slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
-        size = count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
+        known = count if len(plan.scene.obstacles) <= slots else 0  # whose smallest gap is that of a row
+        size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + 2 * ISLAND * WHOLE
+        size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, body)
         size += _obstacles(plan, body)
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
@@ -121,11 +123,9 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
         result[plan.contact_term or "contact"] = size
         if body.viscous_cells and contact.graph is not None:
             lanes = -(-contact.graph.cells.size // WIDTHS[body.variant]) * WIDTHS[body.variant]
-            result["cell-viscosity"] = REAL * (8 + 6 * listed + lanes * (1 + 3 * body.cells.shape[1]))
+            result["cell-viscosity"] = REAL * (7 + 6 * listed + lanes * (1 + 3 * body.cells.shape[1]))
         if plan.scene.friction is not None and count:
-            stays = contact.graph is not None and contact.block > 1
-            per_slot = FRICTION_TRACE if stays else 1
-            size = REAL * (3 + count * (FRICTION_NODE + slots * per_slot))
+            size = REAL * (2 + count * FRICTION_NODE)
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
     return result
 
@@ -134,6 +134,17 @@ def _layered(plan: Plan, body: BodyPlan) -> bool:
     """Whether the body has friction layers, which take their step between the two parts of every row."""
     contact = body.contact
     return isinstance(plan.scene.friction, FrictionLayer) and contact is not None and len(contact.nodes) > 0
+
+
+def _row_width(plan: Plan, body: BodyPlan) -> int:
+    """Numbers of a constraint row."""
+    contact, scene = body.contact, plan.scene
+    assert contact is not None
+    massless, rubs = contact.graph is not None, scene.friction is not None
+    stays = massless and rubs and contact.block > 1
+    kicked = rubs and (not massless or bool(body.inverses[: len(contact.nodes)].any()))
+    now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
+    return 7 + massless + 2 * rubs + 3 * (now + (scene.moving and stays) + kicked + 3 * stays)
 
 
 def _obstacles(plan: Plan, body: BodyPlan) -> int:

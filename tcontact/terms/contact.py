@@ -12,6 +12,7 @@ from ..kernels.lanes import MOST_SLOTS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
+from .constraint_rows import ConstraintRows
 from .friction import Friction
 from .friction_layer import LayeredFriction, make_friction
 from .internal_force import InternalForce
@@ -41,23 +42,34 @@ class ContactTerm:
     def __init__(self, scene: Scene, plan: BodyPlan) -> None:
         assert plan.contact is not None
         contact: ContactPlan = plan.contact
+        count = len(contact.nodes)
         self.slots = min(len(scene.obstacles), MOST_SLOTS)
         centre = plan.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MOST_ROWS if plan.small else 1)
-        self.reference = arrays.put(plan.reference[contact.nodes] - centre)
-        self.all_reference = arrays.put(plan.reference[contact.all_nodes] - centre)
-        self.nodes = arrays.put(contact.nodes.astype(np.int32))
-        self.all_nodes = arrays.put(contact.all_nodes.astype(np.int32))
-        self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
+        # behind the contact nodes those of the contact set whose gaps no row knows: all where rows leave obstacles out
+        some = len(scene.obstacles) <= self.slots
+        others = np.setdiff1d(contact.all_nodes, contact.nodes) if some else contact.all_nodes
+        nodes = np.concatenate([contact.nodes, others])
+        self.nodes = arrays.put(nodes.astype(np.int32))
+        self.reference = arrays.put(plan.reference[nodes] - centre)
+        self.islands = arrays.put(np.array([[0, 0, 0, count], [count, 0, 0, len(nodes)]]))
+        self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
         self.give = arrays.zeros(1)
-        self.contact_force = arrays.zeros(3 * len(contact.nodes))
+        self.contact_force = arrays.zeros(3 * count)
         self.friction: Friction | None = None
+        self.rows: ConstraintRows | None = None
 
-    def rub(self, scene: Scene, plan: BodyPlan) -> None:
-        """Take the friction of the scene, if there is any."""
-        if scene.friction is not None and plan.contact is not None and len(plan.contact.nodes):
-            stays = self.kernel == "massless" and self.block > 1
-            self.friction = make_friction(scene, plan.contact, self.slots, stays)
+    def finish(self, scene: Scene, plan: BodyPlan) -> None:
+        """Take the friction of the scene, if there is any, and make the rows with what all of this asks of them."""
+        if plan.contact is None or not len(plan.contact.nodes):
+            return
+        count, coefficient = len(plan.contact.nodes), 0.0
+        stays = self.kernel == "massless" and self.block > 1
+        if scene.friction is not None:
+            self.friction, coefficient = make_friction(scene, plan.contact, stays), scene.friction.coefficient
+        self.rows = ConstraintRows(count, self.slots, self.kinds.row_places, coefficient)
+        if self.friction is not None:
+            self.friction.rows = self.rows
 
     @property
     def kinds(self) -> Kinds:
@@ -66,6 +78,7 @@ class ContactTerm:
 
         obstacles, friction = self.obstacles, self.friction
         return Kinds(
+            self.kernel,
             self.block,
             self.slots,
             obstacles.shapes,
@@ -91,25 +104,31 @@ class ContactTerm:
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/bundles.Touching; what it does not have is left out."""
-        obstacles, friction = self.obstacles, self.friction
+        friction = self.friction
         arguments = {
             "nodes": self.nodes,
-            "obstacles": obstacles.records,
-            "motion": obstacles.motion,
-            "near": self.near,
+            "islands": self.islands,
             "reference": self.reference,
-            "all_nodes": self.all_nodes,
-            "all_reference": self.all_reference,
             "give": self.give,
             "force": self.contact_force,
         }
         if friction is not None:
-            arguments |= {"friction": friction.data, "traces": friction.traces}
+            arguments |= {"friction": friction.data}
         return arguments
+
+    def obstacle_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Obstacles."""
+        obstacles = self.obstacles
+        return {"records": obstacles.records, "motion": obstacles.motion, "candidates": self.candidates}
+
+    def row_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Rows."""
+        return {} if self.rows is None else {"values": self.rows.values}
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [*self.obstacles.owned(), *(item for item in vars(self).values() if hasattr(item, "shape"))]
+        own = (item for item in vars(self).values() if hasattr(item, "shape"))
+        return [*self.obstacles.owned(), *own, *([] if self.rows is None else [self.rows.values])]
 
 
 class PenaltyContactTerm(ContactTerm):
@@ -155,5 +174,5 @@ def make_contact(
         term = ImpulseContactTerm(scene, plan)
     else:
         raise InputError("Scene.contact", scene.contact, "unknown contact model")
-    term.rub(scene, plan)
+    term.finish(scene, plan)
     return term

@@ -24,19 +24,19 @@ SLIDES = 1e-6  # of the largest friction work that a step did: above it a node s
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
 
 
-def make_friction(scene: Scene, contact: ContactPlan, slots: int, stays: bool) -> Friction:
+def make_friction(scene: Scene, contact: ContactPlan, stays: bool) -> Friction:
     """The friction of one body."""
     assert scene.friction is not None
     if isinstance(scene.friction, FrictionLayer):
-        return LayeredFriction(scene.friction, contact.areas, slots, stays)
-    return Friction(scene.friction, len(contact.nodes), slots, stays)
+        return LayeredFriction(scene.friction, contact.areas, stays)
+    return Friction(scene.friction, len(contact.nodes), stays)
 
 
 class LayeredFriction(Friction):
     """Layers of the contact nodes [k]; areas [k] [m^2]."""
 
-    def __init__(self, model: FrictionLayer, areas: np.ndarray, slots: int, stays: bool) -> None:
-        super().__init__(model, len(areas), slots, stays)
+    def __init__(self, model: FrictionLayer, areas: np.ndarray, stays: bool) -> None:
+        super().__init__(model, len(areas), stays)
         self.model, self.areas = model, areas
         self.layer = Layer(
             (model.material,),
@@ -74,7 +74,7 @@ class LayeredFriction(Friction):
 
         before, after [s]: the steps that end and start at the present level.
         """
-        pressure = self.pressing() / self.areas
+        pressure = self.rows.pressing() / self.areas
         pressed = pressure > 0.0
         if (pressed & ~self._pressed).any():
             self.span = 1

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..kernels.lanes import ISLAND
 from ..plan import BodyPlan
 from ..scene import Scene
 from .cell_viscosity import CellViscosity
@@ -39,6 +40,9 @@ class MasslessContactTerm(ContactTerm):
         start, rows = plan.heirs
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
         self.static_solve = StaticSolve(scene, plan, force, self.slots)
+        ends = arrays.get(self.islands).reshape(-1, ISLAND).copy()
+        ends[1, 1:3] = self.static_solve.packs, self.static_solve.cells
+        self.islands = arrays.put(ends)
         self.viscous = plan.viscous_cells
         self.cell_viscosity = CellViscosity(plan, force) if self.viscous else None
 
@@ -54,7 +58,7 @@ class MasslessContactTerm(ContactTerm):
 
     def displacement(self, u: arrays.Array) -> np.ndarray:
         """Massless components [k, block] of the displacement."""
-        moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)]
+        moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)[: len(self.massless)]]
         return np.einsum("kic,ki->kc", self.massless, moved)
 
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray:

@@ -29,7 +29,7 @@ class SerialStep:
     ) -> None:
         from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
-        from ..kernels.bundles import Kinds, Launch, Listed, Pairs, Supported, System, Touching
+        from ..kernels.bundles import Kinds, Launch, Listed, Obstacles, Pairs, Rows, Supported, System, Touching
         from ..kernels.signatures import arguments, signature_of
         from .massless_contact import MasslessContactTerm
 
@@ -50,6 +50,8 @@ class SerialStep:
             "body": force.bundle(),
             "listed": Listed(sums=self.sums) if listed is None else Listed(**listed.arguments(), sums=self.sums),
             "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
+            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Touching(**({} if contact is None else contact.arguments()), sums=self.sums),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),

@@ -61,6 +61,7 @@ class StaticSolve:
             "entry_pairs": graph.entry_pairs,
             "entry_place": order.entry_place,
         }
+        self.packs, self.cells = len(order.pack_start) - 1, len(cells)
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         width = cells.shape[1]
         start, corners = graph.corner_start, force.surface.rows(graph.corners // width, graph.corners % width)
