@@ -86,16 +86,17 @@ class Obstacles(NamedTuple):
 class RowPlaces(NamedTuple):
     """Places of the numbers of a constraint row in `values` [rows, width]; -1: no term of the scene asks for it.
 
-    gap [m]; rounding [m] of it; normal (3) into the body; velocity (3) [m/s] of the partner where the node touches it,
-    now, and mean_velocity (3) over the step that led here; force (3) [N] on the node, without kick_friction (3) [N],
-    which comes with a kick. Friction: its coefficient; pressing [N]: lambda; in the static solve traction (3) [N] now
-    and traction_before (3) a step ago, slip (3) [m] since then at the last measure.
+    gap [m]; size_squared [m^2] of the lengths that it is a difference of; normal (3) into the body; velocity (3) [m/s]
+    of the partner where the node touches it, now, and mean_velocity (3) over the step that led here; force (3) [N] on
+    the node, without kick_friction (3) [N], which comes with a kick. Friction: its coefficient; pressing [N]: lambda;
+    in the static solve traction (3) [N] now and traction_before (3) a step ago, slip (3) [m] since then at the last
+    measure.
     """
 
     gap: int
     normal: int
     force: int
-    rounding: int
+    size_squared: int
     velocity: int
     mean_velocity: int
     coefficient: int
@@ -155,7 +156,7 @@ class Kinds(NamedTuple):
             "gap": 1,
             "normal": 3,
             "force": 3,
-            "rounding": self.model == "massless",
+            "size_squared": self.model == "massless",
             "velocity": 3 * (self.moving and (kicked or self.model == "impulse")),
             "mean_velocity": 3 * (self.moving and stays),
             "coefficient": rubs,

@@ -3,10 +3,11 @@
     g_r + n_r . d >= 0,   lambda_r >= 0,   (g_r + n_r . d) lambda_r = 0,   F_r = lambda_r n_r + t_r on the node
 
 Row r = k * slots + p is constraint p of contact node k. A search fills the rows at the present positions: the gap g
-(open positive), the unit normal n into the body, the rounding of g, the velocity of the partner where it is touched;
-obstacle_rows.py does it for rigid obstacles, whose rows have one node of weight 1. Normal and full removal, penalty,
-impulses, prediction, static solve and friction read rows and nothing else. They leave the force of every row, and
-`hand_over` gives it to the node: to know what a partner feels, its search reads the forces of the rows it has filled.
+(open positive), the unit normal n into the body, the size of what g is a difference of (for its rounding), the velocity
+of the partner where it is touched; obstacle_rows.py does it for rigid obstacles, whose rows have one node of weight 1.
+Normal and full removal, penalty, impulses, prediction, static solve and friction read rows and nothing else. They leave
+the force of every row, and `hand_over` gives it to the node: to know what a partner feels, its search reads the forces
+of the rows it has filled.
 
 Rows of pairs of deformable bodies get masters beside their node: weights P in lists (row_start [rows+1], masters,
 weights), absent as long as no pair exists. Their search fills gap n.(x_s - P x_m), normal and the velocities P v_m of

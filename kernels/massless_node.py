@@ -7,7 +7,7 @@ in the massless components of a node, x = x_0 + B d with B = basis [3, block]; u
 
 import taichi as ti
 
-from .constraint_rows import normal_of, number_of
+from .constraint_rows import EPSILON, normal_of, number_of
 from .local_contact import multipliers
 
 SHORT = 1e-6  # a row whose normal is shorter than this in the massless components cannot push the node
@@ -97,7 +97,10 @@ def off_the_obstacles(touching: ti.template(), rows: ti.template(), k, gaps, pre
     result = 0.0
     if touching.give[k] == 0.0:
         for p in ti.static(range(slots)):
-            result = ti.max(result, violated(gaps[p], pressing[p]) - number_of(rows, k * slots + p, rows.at.rounding))
+            missed = violated(gaps[p], pressing[p])
+            if missed > 0.0:
+                size = ti.sqrt(number_of(rows, k * slots + p, rows.at.size_squared))
+                result = ti.max(result, missed - EPSILON * size)
     return result
 
 

@@ -7,7 +7,7 @@ these are the nearest ones.
 import taichi as ti
 
 from .boundary_nodes import row
-from .constraint_rows import EPSILON, number_of, set_number, set_vector, vector_of
+from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_node, first_other, island_count, node_count, sums_of
 from .lanes import CONTACT_AT, LOADS_AT, MOST_SLOTS, TRACKED
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, vector, velocity_at
@@ -26,9 +26,9 @@ def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
     gap, normal = gap_and_normal(obstacles, p, x)
     set_number(rows, r, rows.at.gap, gap)
     set_vector(rows, r, rows.at.normal, normal)
-    if ti.static(rows.at.rounding >= 0):
+    if ti.static(rows.at.size_squared >= 0):
         away = x - vector(obstacles.records, RECORD * p + POINT)
-        set_number(rows, r, rows.at.rounding, EPSILON * ti.max(x.norm(), away.norm()))
+        set_number(rows, r, rows.at.size_squared, ti.max(x.norm_sqr(), away.norm_sqr()))
     if ti.static(rows.at.velocity >= 0):
         set_vector(rows, r, rows.at.velocity, velocity_at(obstacles, p, x, VELOCITY))
     if ti.static(rows.at.mean_velocity >= 0):

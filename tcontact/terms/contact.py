@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import arrays
 from ..errors import InputError
+from ..islands import island_starts, islands_of, nodes_without_rows
 from ..kernels.lanes import MOST_SLOTS
 from ..plan import BodyPlan, ContactPlan
 from ..scene import Scene
@@ -46,13 +47,12 @@ class ContactTerm:
         self.slots = min(len(scene.obstacles), MOST_SLOTS)
         centre = plan.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MOST_ROWS if plan.small else 1)
-        # behind the contact nodes those of the contact set whose gaps no row knows: all where rows leave obstacles out
-        some = len(scene.obstacles) <= self.slots
-        others = np.setdiff1d(contact.all_nodes, contact.nodes) if some else contact.all_nodes
-        nodes = np.concatenate([contact.nodes, others])
+        self.islands = islands_of(plan)
+        self.others = nodes_without_rows(plan, self.islands, len(scene.obstacles))
+        nodes = np.concatenate([contact.nodes, *self.others])
         self.nodes = arrays.put(nodes.astype(np.int32))
         self.reference = arrays.put(plan.reference[nodes] - centre)
-        self.islands = arrays.put(np.array([[0, 0, 0, count], [count, 0, 0, len(nodes)]]))
+        self.starts = arrays.put(island_starts(self.islands, self.others, None))
         self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
         self.give = arrays.zeros(1)
         self.contact_force = arrays.zeros(3 * count)
@@ -107,7 +107,7 @@ class ContactTerm:
         friction = self.friction
         arguments = {
             "nodes": self.nodes,
-            "islands": self.islands,
+            "islands": self.starts,
             "reference": self.reference,
             "give": self.give,
             "force": self.contact_force,

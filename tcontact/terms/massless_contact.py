@@ -6,9 +6,10 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
-from ..kernels.lanes import ISLAND
+from ..islands import island_starts
 from ..plan import BodyPlan
 from ..scene import Scene
+from ..sweep_order import sweep_order
 from .cell_viscosity import CellViscosity
 from .contact import ContactTerm
 from .internal_force import InternalForce
@@ -27,6 +28,7 @@ class MasslessContactTerm(ContactTerm):
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.basis is not None
+        assert contact.graph is not None
         self.block = contact.block
         self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
         self.exact = model.penalty is None
@@ -39,10 +41,9 @@ class MasslessContactTerm(ContactTerm):
         self.last = arrays.zeros(len(contact.nodes) * self.block)
         start, rows = plan.heirs
         self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
-        self.static_solve = StaticSolve(scene, plan, force, self.slots)
-        ends = arrays.get(self.islands).reshape(-1, ISLAND).copy()
-        ends[1, 1:3] = self.static_solve.packs, self.static_solve.cells
-        self.islands = arrays.put(ends)
+        order = sweep_order(contact.graph, self.block)
+        self.starts = arrays.put(island_starts(self.islands, self.others, order))
+        self.static_solve = StaticSolve(scene, plan, force, order, self.islands, self.slots)
         self.viscous = plan.viscous_cells
         self.cell_viscosity = CellViscosity(plan, force) if self.viscous else None
 

@@ -38,7 +38,7 @@ class SerialStep:
         self.contact = contact
         self.kinds = Kinds() if contact is None else contact.kinds
         loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
-        self.sums = arrays.zeros(LOADS_AT + loads)
+        self.sums = arrays.zeros((LOADS_AT + loads) * (1 if contact is None else len(contact.islands)))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
         self.rows_at_once = MOST_ROWS if plan.small and not self.kinds.layered else 1

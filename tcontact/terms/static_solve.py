@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..islands import Island
 from ..kernels.lanes import SWEEP_LANES
 from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
 from ..scene import Scene
-from ..sweep_order import sweep_order
+from ..sweep_order import SweepOrder
 from .cell_viscosity import corner_lists
 from .internal_force import InternalForce
 
@@ -28,23 +31,29 @@ LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mea
 
 
 class StaticSolve:
-    """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
+    """Arrays of the solve; `stats` [islands, STATS] and `settings` are numbered in kernels/static_control.py."""
 
-    def __init__(self, scene: Scene, plan: BodyPlan, force: InternalForce, slots: int) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        plan: BodyPlan,
+        force: InternalForce,
+        order: SweepOrder,
+        islands: Sequence[Island],
+        slots: int,
+    ) -> None:
         from ..kernels import static_control as names
 
-        contact, material, model = plan.contact, plan.body.material, scene.contact
+        contact, model = plan.contact, scene.contact
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.graph is not None
         assert force.surface is not None
         graph, block = contact.graph, contact.block
         self.names = names
-        self.law, self.removal = material.law, contact.removal
+        self.islands = islands
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
-        self.poisson = material.poisson if plan.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        order = sweep_order(graph, block)
         room = len(contact.nodes) + SWEEP_LANES - 1
         cells = plan.cells[graph.cells]
         _values, gradients, weights = shape_functions(plan.body.mesh.kind)
@@ -61,7 +70,6 @@ class StaticSolve:
             "entry_pairs": graph.entry_pairs,
             "entry_place": order.entry_place,
         }
-        self.packs, self.cells = len(order.pack_start) - 1, len(cells)
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         width = cells.shape[1]
         start, corners = graph.corner_start, force.surface.rows(graph.corners // width, graph.corners % width)
@@ -81,18 +89,20 @@ class StaticSolve:
             "normals": arrays.zeros(room * slots * block),
             "push": arrays.zeros(room * (block + 1)),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(self._settings(scene, plan, model, graph.cells)),
+            "settings": arrays.put(np.stack([self._settings(scene, plan, island) for island in islands])),
             "stats": self.stats,
         }
 
     def _start(self) -> np.ndarray:
-        stats = np.zeros(self.names.STATS)
-        stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
+        stats = np.zeros((len(self.islands), self.names.STATS))
+        stats[:, [self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, scene: Scene, plan: BodyPlan, model: MasslessContact, cells: np.ndarray) -> np.ndarray:
-        material, names = plan.body.material, self.names
-        assert plan.contact is not None
+    def _settings(self, scene: Scene, plan: BodyPlan, island: Island) -> np.ndarray:
+        contact, model, material, names = plan.contact, scene.contact, island.material, self.names
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
+        assert contact.graph is not None
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
@@ -105,34 +115,36 @@ class StaticSolve:
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         if not linear:
-            settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
-        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(plan.contact.areas.mean())
+            cells = plan.cells[contact.graph.cells[island.cells]]
+            settings[names.REACH] = REACH * shortest_edge(plan.reference, cells)
+        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.RELAXATION] = 1.0
         if model.penalty is None and scene.friction is None:
-            settings[names.RELAXATION] = RELAXATION.get((plan.body.mesh.kind, str(self.removal)), 1.0)
+            settings[names.RELAXATION] = RELAXATION.get((island.kind, str(island.removal)), 1.0)
         return settings
-
-    def _stat(self, number: int) -> float:
-        return float(arrays.get(self.stats)[number])
 
     @property
     def trouble(self) -> str | None:
-        """Why the last solve did not converge; None if it did."""
-        if self._stat(self.names.CONVERGED) == 1.0:
+        """Why the last solve did not converge; None if it did. With several islands the first one in trouble."""
+        stats = arrays.get(self.stats).reshape(-1, self.names.STATS)
+        wrong = np.flatnonzero(stats[:, self.names.CONVERGED] != 1.0)
+        if not len(wrong):
             return None
-        residual = self._stat(self.names.RESIDUAL)
-        text = "the static solve of the contact nodes stopped at a residual of"
-        text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
-        if not self._stat(self.names.PIVOT) > 0.0:
-            text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
-            if self.law == "st_venant_kirchhoff":
+        island, numbers = self.islands[wrong[0]], stats[wrong[0]]
+        whose = "" if len(self.islands) == 1 else f" of {island.label}"
+        text = f"the static solve of the contact nodes{whose} stopped at a residual of"
+        text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
+        if not numbers[self.names.PIVOT] > 0.0:
+            text += f"; the tangent of the law {island.material.law} is not positive definite in strong compression"
+            if island.material.law == "st_venant_kirchhoff":
                 text += ": StVenantKirchhoff loses ellipticity there, use NeoHookean"
             return text
-        if self.poisson > MOST_POISSON:
-            text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
+        poisson = island.material.poisson if island.formulation == "mean-dilatation" else 0.0
+        if poisson > MOST_POISSON:
+            text += f"; poisson {poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
-        removal = "" if self.removal == "normal" else "removal='normal', "
+        removal = "" if island.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
             removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
