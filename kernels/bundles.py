@@ -48,30 +48,32 @@ class Supported(NamedTuple):
     sums: Shared = None
 
 
-class Touching(NamedTuple):
+class Contact(NamedTuple):
     """Contact nodes k and what acts on them; nothing here knows what they touch (constraint_rows.py does).
 
     nodes [k + m]: the contact nodes, and behind them the m other nodes of the contact set, whose gaps no row knows;
-    reference [k + m, 3] [m]: their positions at rest, from a point among them; islands: islands.py; give [k]: penalty
-    stiffness kappa A_k, or its inverse for massless nodes (0 = exact); force [k, 3]: the contact force; active [k]: bit
-    mask of the rows that hold a massless node; basis [k, 3, block]: its massless components; last [k, block]: their
-    displacement one level back; heirs: boundary nodes that take what the static solve leaves unbalanced, those of node
-    k at heirs[k] .. heirs[k + 1]; friction: as in friction.py, its settings and what it keeps for every node; kinds:
-    what the kernel was made for.
+    reference [k + m, 3] [m]: their positions at rest, from a point among them; islands: islands.py; force [k, 3] [N]:
+    the contact force; penalty_stiffness [k] [N/m]: kappa A_k of nodes with mass; compliance [k] [m/N]: its inverse for
+    massless nodes, 0 for the exact constraint. Massless nodes also have active [k]: bit mask of the rows that hold
+    them; basis [k, 3, block]: their massless components; displacement_before [k, block]: of these, one level back;
+    residual_receivers: boundary nodes that take what the static solve leaves unbalanced, those of node k at
+    residual_receivers[k] .. residual_receivers[k + 1]. friction: settings and numbers of every node (friction.py);
+    options: what the kernel is made for.
     """
 
     nodes: Index = None
     islands: Index = None
     reference: Array = None
-    give: Array = None
+    compliance: Array = None
+    penalty_stiffness: Array = None
     force: Array = None
     sums: Shared = None
     basis: Array = None
     active: Index = None
-    last: Array = None
-    heirs: Index = None
+    displacement_before: Array = None
+    residual_receivers: Index = None
     friction: Array = None
-    kinds: Any = None
+    options: Any = None
 
 
 class Obstacles(NamedTuple):
@@ -80,7 +82,7 @@ class Obstacles(NamedTuple):
     records: Array = None
     motion: Array = None
     candidates: Index = None
-    kinds: Any = None
+    options: Any = None
 
 
 class RowPlaces(NamedTuple):
@@ -112,12 +114,12 @@ class Rows(NamedTuple):
     """Constraint rows r = k * slots + p of the contact nodes (constraint_rows.py): values [rows, width]."""
 
     values: Array = None
-    kinds: Any = None
+    options: Any = None
 
     @property
     def at(self) -> RowPlaces:
         """Where the numbers of a row stand."""
-        return self.kinds.row_places
+        return self.options.row_places
 
     @property
     def exist(self) -> bool:
@@ -125,7 +127,7 @@ class Rows(NamedTuple):
         return self.values is not None
 
 
-class Kinds(NamedTuple):
+class ContactOptions(NamedTuple):
     """Compile-time choices of contact: model ("massless", "penalty", "impulse", "gaps" or ""), block (massless
     components a node), slots (obstacles that can hold one at a time), shapes of the obstacles, whether they move,
     whether their loads are summed up, friction ("", "coulomb" or "regularized"), layered: whether friction layers limit
@@ -180,8 +182,8 @@ class System(NamedTuple):
     cells of every boundary node, of which the contact nodes are the first; pack_start [packs+1]: nodes of a pack;
     lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
-    gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
-    with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
+    gaps [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single
+    row, with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
     sweeps. The node comes last, so that the lanes of a pack are neighbours, and there is room for LANES - 1 more.
     settings and stats [islands, ..]: static_control.py.
     """
@@ -196,7 +198,7 @@ class System(NamedTuple):
     right: Array = None
     gaps: Array = None
     normals: Array = None
-    push: Array = None
+    response: Array = None
     increment: Array = None
     settings: Array = None
     stats: Array = None

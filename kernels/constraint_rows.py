@@ -69,7 +69,7 @@ def velocity_of(rows: ti.template(), r, place: ti.template()):
 @ti.func
 def sum_of_rows(rows: ti.template(), k, place: ti.template()):
     """Sum three numbers of every row of node k."""
-    slots = ti.static(rows.kinds.slots)
+    slots = ti.static(rows.options.slots)
     total = ti.Vector.zero(ti.f64, 3)
     for p in ti.static(range(slots)):
         total += vector_of(rows, k * slots + p, place)

@@ -17,7 +17,7 @@ from .local_contact import multipliers
 
 @ti.func
 def penalty_load(contact: ti.template(), rows: ti.template()):
-    """Row forces of a penalty; give [k] = kappa A_k [N/m]."""
+    """Set the row forces of a penalty and sum up its energy."""
     for island in range(island_count(contact)):
         energy = 0.0
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
@@ -27,31 +27,37 @@ def penalty_load(contact: ti.template(), rows: ti.template()):
 
 @ti.func
 def penalty_node(contact: ti.template(), rows: ti.template(), k):
-    """Row forces of node k; returns their energy [J]."""
-    slots = ti.static(rows.kinds.slots)
+    """Set the row forces of node k; returns their energy [J]."""
+    slots = ti.static(rows.options.slots)
     energy = 0.0
     for p in ti.static(range(slots)):
         r = k * slots + p
         overlap = ti.max(0.0, 0.0 - number_of(rows, r, rows.at.gap))
-        energy += 0.5 * contact.give[k] * overlap * overlap
-        put_force(rows, k, p, contact.give[k] * overlap, contact.give[k] * overlap * normal_of(rows, r))
+        energy += 0.5 * contact.penalty_stiffness[k] * overlap * overlap
+        put_force(
+            rows,
+            k,
+            p,
+            contact.penalty_stiffness[k] * overlap,
+            contact.penalty_stiffness[k] * overlap * normal_of(rows, r),
+        )
     return energy
 
 
 @ti.func
-def impulse_load(body: ti.template(), listed: ti.template(), contact: ti.template(), rows: ti.template(), span):
-    """Row forces of the impulses; span: time they are spread over [s]; 0 where no step was or will be done."""
+def impulse_load(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span):
+    """Set the row forces of impulses; span: time [s] they are spread over, 0 where no step was or will be done."""
     for k in range(node_count(contact)):
-        impulse_node(body, listed, contact, rows, span, k)
+        impulse_node(body, boundary, contact, rows, span, k)
 
 
 @ti.func
-def impulse_node(body: ti.template(), listed: ti.template(), contact: ti.template(), rows: ti.template(), span, k):
-    """Row forces of node k."""
-    slots = ti.static(rows.kinds.slots)
+def impulse_node(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span, k):
+    """Set the row forces of the impulses on node k."""
+    slots = ti.static(rows.options.slots)
     time = ti.max(span, 1e-300)
-    flexible = symmetric(listed.inverse_mass, k)
-    net = row(listed.load, k) - row(body.special_force, k)
+    flexible = symmetric(boundary.inverse_mass, k)
+    net = row(boundary.load, k) - row(body.special_force, k)
     free = row(body.v, contact.nodes[k]) + span * (flexible @ net)
     normals = ti.Matrix.zero(ti.f64, slots, 3)
     speeds = ti.Vector.one(ti.f64, slots)
@@ -70,8 +76,8 @@ def impulse_node(body: ti.template(), listed: ti.template(), contact: ti.templat
 
 @ti.func
 def put_force(rows: ti.template(), k, p: ti.template(), pressing, force):
-    """Set the force of row p of node k, and what presses there for its friction."""
-    r = k * ti.static(rows.kinds.slots) + p
+    """Set the force of row p of node k, and lambda where friction asks for it."""
+    r = k * ti.static(rows.options.slots) + p
     set_vector(rows, r, rows.at.force, force)
     if ti.static(rows.at.pressing >= 0):
         set_number(rows, r, rows.at.pressing, pressing)

@@ -39,7 +39,7 @@ def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
 def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template(), k):
     """Fill the rows of contact node k."""
     x = position(contact.reference, k, u, contact.nodes[k])
-    slots = ti.static(rows.kinds.slots)
+    slots = ti.static(rows.options.slots)
     for p in range(slots):
         fill_row(obstacles, rows, k * slots + p, x)
 
@@ -100,7 +100,7 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
     for island in range(island_count(contact)):
         smallest = 1e300
         if ti.static(rows.exist):
-            slots = ti.static(rows.kinds.slots)
+            slots = ti.static(rows.options.slots)
             for r in range(slots * first_node(contact, island), slots * first_node(contact, island + 1)):
                 smallest = ti.min(smallest, number_of(rows, r, rows.at.gap))
         for k in range(first_other(contact, island), first_other(contact, island + 1)):
@@ -117,7 +117,7 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
 
     An obstacle feels the opposite of the force on the node, where the node is.
     """
-    slots = ti.static(rows.kinds.slots)
+    slots = ti.static(rows.options.slots)
     width = contact.sums.shape[0] // island_count(contact)
     for island in range(island_count(contact)):
         first = sums_of(contact, island) + LOADS_AT

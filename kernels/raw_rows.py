@@ -57,7 +57,7 @@ def log_row(
     for j in range(FRICTION_AT):
         raw[place + j] = sums[j]
     place += FRICTION_AT
-    if ti.static(viscous or touching.kinds.viscous):
+    if ti.static(viscous or touching.options.viscous):
         power, fastest = cell_power, 0.0
         if ti.static(viscous):
             for chunk in range(CHUNKS):
@@ -65,11 +65,11 @@ def log_row(
                 fastest = ti.max(fastest, body.cell_sums[VISCOUS_START + chunk * VISCOUS_SUMS + 1])
         raw[place], raw[place + 1] = power, fastest
         place += VISCOUS_SUMS
-    if ti.static(touching.kinds.friction != ""):
+    if ti.static(touching.options.friction != ""):
         for j in range(FRICTION_AT, LOADS_AT):
             raw[place + j - FRICTION_AT] = sums[j]
         place += FRICTION_SUMS
-    if ti.static(touching.kinds.tracked):
+    if ti.static(touching.options.tracked):
         for j in range(LOADS_AT, sums.shape[0]):
             raw[place + j - LOADS_AT] = sums[j]
 
@@ -77,8 +77,8 @@ def log_row(
 @ti.func
 def row_width(touching: ti.template(), viscous: ti.template()):
     """Numbers of a raw row."""
-    fixed = ti.static(row_places(viscous or touching.kinds.viscous, touching.kinds.friction != "", 0)[3])
+    fixed = ti.static(row_places(viscous or touching.options.viscous, touching.options.friction != "", 0)[3])
     width = 0
-    if ti.static(touching.kinds.tracked):
+    if ti.static(touching.options.tracked):
         width = touching.sums.shape[0] - LOADS_AT
     return fixed + width

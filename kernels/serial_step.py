@@ -19,7 +19,7 @@ import functools
 
 import taichi as ti
 
-from .bundles import Kinds
+from .bundles import ContactOptions
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from .lanes import CELL_SUMS, CHUNKS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
@@ -54,7 +54,7 @@ def make_serial_step(
     kind: str,
     law: str,
     contact: str | None,
-    kinds: Kinds,
+    kinds: ContactOptions,
     plain: bool,
     listed_nodes: bool,
     supports: bool,
@@ -83,7 +83,7 @@ def make_serial_step(
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
-    clear_work = kick_friction = slide = remember = sliding_work = STEP = None
+    clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
         from .boundary_nodes import kick_and_drift, support_reactions
@@ -98,10 +98,10 @@ def make_serial_step(
     if rubs:
         from .friction import clear_work
     if kicked:
-        from .kick_friction import kick_friction, slide
+        from .kick_friction import kick_friction, layer_slip
     if sticks_still:
         from .friction import STEP
-        from .static_friction import remember, sliding_work
+        from .static_friction import restart_slip, sliding_work
     if contact in ("penalty", "impulse"):
         from .contact_load import impulse_load, penalty_load
     if resists:
@@ -139,7 +139,7 @@ def make_serial_step(
         if ti.static(sticks_still):
             sliding_work(body, touching, rows)
         if ti.static(kicked and kinds.layered and not sticks_still):
-            slide(body, listed, touching, rows, damped)
+            layer_slip(body, listed, touching, rows, damped)
 
     @ti.func
     def kick(
@@ -184,7 +184,7 @@ def make_serial_step(
         if ti.static(sticks_still):
             touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
-                remember(body, touching)
+                restart_slip(body, touching)
         predict(body, touching, ratio, time * ti.Vector([body.params[3], body.params[4], body.params[5]]))
         if control[EXACT] == 1.0:
             fill_rows(obstacles, rows, touching, body.u)
@@ -275,4 +275,4 @@ def make_serial_step(
 
     # with friction or several obstacles the compilation would outlast many a run; else the loop over cells is worth it
     hasty = LEAVE_TO_LLVM if rubs or slots > 1 or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, kinds=kinds), **KEEP_VECTORS, **hasty)
+    return compiled_with(kernel_of(serial_step, signature, options=kinds), **KEEP_VECTORS, **hasty)

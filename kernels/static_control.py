@@ -15,8 +15,8 @@ BEFORE, CONTRACTION, STALE, TODO, NEXT, CONVERGED = 6, 7, 8, 9, 10, 11
 VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent has of viscous contact cells
 STATS = 13
 # numbers of `settings` [islands, SETTINGS]
-LEAST_SWEEPS, POLISHING_SWEEPS, MOST_SWEEPS, AIM, TOLERANCE, LEFT, REACH, LEAST_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
-LINEAR, RELAXATION, MOST_IN_ALL = 8, 9, 10
+MINIMUM_SWEEPS, POLISHING_SWEEPS, MAXIMUM_SWEEPS, AIM, TOLERANCE, LEFT, REACH, MINIMUM_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
+LINEAR, RELAXATION, MAXIMUM_IN_ALL = 8, 9, 10
 SETTINGS = 11
 # values of stats[TODO] and stats[NEXT]
 DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
@@ -27,7 +27,7 @@ SLOW = 0.5  # a linearisation that leaves more than this share of a residual bel
 
 @ti.func
 def judge(stats: ti.template(), settings: ti.template(), island, first):
-    """stats[TODO] of an island from the residual just measured; `first` measure of this step or not."""
+    """Decide what an island does next, stats[TODO], from the residual just measured; first: 1 at the first one."""
     at, its = island * STATS, island * SETTINGS
     residual = stats[at + RESIDUAL]
     aim, left = settings[its + AIM], settings[its + LEFT]
@@ -48,9 +48,9 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
             enough = residual <= ti.max(aim, stats[at + ROUNDING])
             slow = contraction > SLOW and left > 0.0
             if enough or slow or contraction * residual <= left:
-                end = (slow or residual <= aim) and stats[at + SWEEPS] >= settings[its + LEAST_SWEEPS]
+                end = (slow or residual <= aim) and stats[at + SWEEPS] >= settings[its + MINIMUM_SWEEPS]
                 stats[at + TODO] = ti.select(end, DONE, LAST_SWEEP)
-        elif not residual < 1e300 or stats[at + SWEEPS] >= settings[its + MOST_IN_ALL]:
+        elif not residual < 1e300 or stats[at + SWEEPS] >= settings[its + MAXIMUM_IN_ALL]:
             stats[at + TODO] = DONE
 
 

@@ -22,9 +22,9 @@ from .massless_node import (
     balance,
     basis_of,
     block_of,
+    constraint_violation,
     constraints,
     largest,
-    off_the_obstacles,
     unbalanced,
 )
 from .reduced_tangent import make_reduced_tangent
@@ -33,8 +33,8 @@ from .static_control import (
     CONVERGED,
     DONE,
     F_REF,
-    LEAST_FORCE,
     MEASURE,
+    MINIMUM_FORCE,
     NEXT,
     PIVOT,
     RESIDUAL,
@@ -49,7 +49,7 @@ from .static_control import (
     VISCOUS_RATE,
     judge,
 )
-from .static_friction import note_slip
+from .static_friction import measure_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
 
@@ -57,25 +57,25 @@ from .sweeps import move, sweep
 @ti.func
 def assemble(
     body: ti.template(),
-    listed: ti.template(),
-    touching: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
     rows: ti.template(),
     system: ti.template(),
     viscous: ti.template(),
     island,
 ):
-    """Right sides, constraints and static residual of an island; clears the force rows it reads."""
+    """Set right sides and constraints of an island and measure its static residual; clears the force rows it reads."""
     stats = ti.static(system.stats)
     at = island * STATS
-    scale = system.settings[island * SETTINGS + LEAST_FORCE]
+    scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
     residual = 0.0
     rounding = 0.0
-    for k in range(first_node(touching, island), first_node(touching, island + 1)):
-        moved = row(body.u, touching.nodes[k]).norm() * stats[at + STIFFEST]
-        if touching.give[k] > 0.0:
-            moved += (row(touching.reference, k) + row(body.u, touching.nodes[k])).norm() / touching.give[k]
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        moved = row(body.u, contact.nodes[k]).norm() * stats[at + STIFFEST]
+        if contact.compliance[k] > 0.0:
+            moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
         rounding = ti.max(rounding, EPSILON * moved)
-        left, magnitude = assemble_node(body, listed, touching, rows, system, viscous, k)
+        left, magnitude = assemble_node(body, boundary, contact, rows, system, viscous, k)
         residual = ti.max(residual, left)
         scale = ti.max(scale, magnitude)
     stats[at + F_REF] = scale
@@ -87,33 +87,33 @@ def assemble(
 @ti.func
 def assemble_node(
     body: ti.template(),
-    listed: ti.template(),
-    touching: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
     rows: ti.template(),
     system: ti.template(),
     viscous: ti.template(),
     k,
 ):
-    """Right side B^t (f_ext - f) and constraints of node k; returns what is unbalanced and sum |f_cell| [N]."""
-    block, slots = ti.static(touching.kinds.block, touching.kinds.slots)
+    """Set right side B^t (f_ext - f) and constraints of node k; returns its unbalanced force and sum |f_cell|."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     force, magnitude = collect(body, system, k)
-    if ti.static(touching.kinds.viscous):
+    if ti.static(contact.options.viscous):
         force += viscous_force(system, viscous, k)
-    b = basis_of(touching.basis, k, block)
-    right = b.transpose() @ (row(listed.load, k) - force)
+    b = basis_of(contact.basis, k, block)
+    right = b.transpose() @ (row(boundary.load, k) - force)
     normals, gaps = constraints(rows, k, b, block, slots)
     out_of_balance = 0.0 - right
     residual = 0.0
-    if ti.static(touching.kinds.static_friction):
+    if ti.static(contact.options.static_friction):
         out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
-        pressing, _rest = balance(out_of_balance, normals, touching.active[k], block, slots)
-        residual = note_slip(body, touching, rows, k, pressing)
-    rest = unbalanced(out_of_balance, normals, gaps, touching.active[k], touching.give[k], block, slots)
+        pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
+        residual = measure_slip(body, contact, rows, k, pressing)
+    rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
     residual = ti.max(residual, largest(rest))
     # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
-    closed = ti.Vector([(touching.active[k] >> p) & 1 for p in ti.static(range(slots))])
-    residual = ti.max(residual, system.stiffness[k] * off_the_obstacles(touching, rows, k, gaps, closed, slots))
+    closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
+    residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
     for j in ti.static(range(block)):
         system.right[j * stride + k] = right[j]
     for p in ti.static(range(slots)):
@@ -139,7 +139,7 @@ def collect(body: ti.template(), system: ti.template(), k):
 
 @ti.func
 def summed(pairs: ti.template(), e, block: ti.template()):
-    """Entry e of K_KK."""
+    """Sum up entry e of K_KK [block, block] over the cells that share it."""
     total = ti.Matrix.zero(ti.f64, block, block)
     for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
         pair = pairs.entry_pairs[i]
@@ -151,11 +151,11 @@ def summed(pairs: ti.template(), e, block: ti.template()):
 
 
 @ti.func
-def blocks(pairs: ti.template(), touching: ti.template(), system: ti.template(), island, block: ti.template()):
-    """K_KK of an island from the pair stiffnesses of its cells, in the order of the sweeps."""
+def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()):
+    """Assemble K_KK of an island from the stiffnesses of its cells, in the order of the sweeps."""
     weakest = 1.0
     stiffest = 0.0
-    for k in range(first_node(touching, island), first_node(touching, island + 1)):
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
         trace, pivot = blocks_of_node(pairs, system, k, block)
         stiffest = ti.max(stiffest, trace)
         weakest = ti.min(weakest, pivot / trace)
@@ -165,7 +165,7 @@ def blocks(pairs: ti.template(), touching: ti.template(), system: ti.template(),
 
 @ti.func
 def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.template()):
-    """Block row of node k and its inverted diagonal block; returns the trace of that and its smallest pivot.
+    """Assemble the row of node k and invert its diagonal block; returns trace and smallest pivot of that block.
 
     The first entry of a row is the diagonal; an unused component gets the trace as its stiffness.
     """
@@ -195,7 +195,7 @@ def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.tem
 
 @functools.cache
 def make_resolve(kind: str, law: str, block: int, plain: bool):
-    """resolve(body, listed, touching, rows, pairs, system, viscous, first): what follows a measure.
+    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first), to be called after every measure.
 
     The rows are those of the present state; stats[NEXT] asks for more; viscous: data of viscous contact cells
     (cell_viscosity.py).
@@ -207,8 +207,8 @@ def make_resolve(kind: str, law: str, block: int, plain: bool):
     @ti.func
     def resolve_island(
         body: ti.template(),
-        listed: ti.template(),
-        touching: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
         rows: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
@@ -218,23 +218,23 @@ def make_resolve(kind: str, law: str, block: int, plain: bool):
     ):
         stats = ti.static(system.stats)
         at = island * STATS
-        assemble(body, listed, touching, rows, system, viscous, island)
-        if ti.static(touching.kinds.viscous):
+        assemble(body, boundary, contact, rows, system, viscous, island)
+        if ti.static(contact.options.viscous):
             if viscous[RATE] != stats[at + VISCOUS_RATE]:
                 stats[at + STALE] = 1.0
         judge(stats, system.settings, island, first)
         stats[at + NEXT] = DONE
         if stats[at + TODO] != DONE:
             if stats[at + STALE] == 1.0:
-                cell, end = first_cell(touching, island), first_cell(touching, island + 1)
-                tangent(body, touching.basis, pairs, cell, end)
-                if ti.static(touching.kinds.viscous):
+                cell, end = first_cell(contact, island), first_cell(contact, island + 1)
+                tangent(body, contact.basis, pairs, cell, end)
+                if ti.static(contact.options.viscous):
                     stiffen(pairs, viscous, block, cell, end)
                     stats[at + VISCOUS_RATE] = viscous[RATE]
-                blocks(pairs, touching, system, island, block)
+                blocks(pairs, contact, system, island, block)
                 stats[at + STALE] = 0.0
-            sweep(touching, rows, system, island)
-            move(body.u, touching, system, island)
+            sweep(contact, rows, system, island)
+            move(body.u, contact, system, island)
             if stats[at + TODO] == SWEEP:
                 stats[at + NEXT] = MEASURE
         stats[at + CONVERGED] = 0.0
@@ -246,19 +246,19 @@ def make_resolve(kind: str, law: str, block: int, plain: bool):
     @ti.func
     def resolve(
         body: ti.template(),
-        listed: ti.template(),
-        touching: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
         rows: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         viscous: ti.template(),
         first,
     ):
-        for island in range(island_count(touching)):
+        for island in range(island_count(contact)):
             if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
-                resolve_island(body, listed, touching, rows, pairs, system, viscous, island, first)
+                resolve_island(body, boundary, contact, rows, pairs, system, viscous, island, first)
             else:  # it has ended: what the measure of the others gave it is of no use
-                for k in range(first_node(touching, island), first_node(touching, island + 1)):
+                for k in range(first_node(contact, island), first_node(contact, island + 1)):
                     collect(body, system, k)
 
     return resolve

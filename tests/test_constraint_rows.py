@@ -11,7 +11,7 @@ from test_static_solve import pressed, problem
 
 import tcontact as tc
 from tcontact import arrays, contact_graph, islands
-from tcontact.kernels.bundles import Listed, Pairs, Rows, System, Touching
+from tcontact.kernels.bundles import Contact, Listed, Pairs, Rows, System
 from tcontact.kernels.signatures import arguments, kernel_of, signature_of
 from tcontact.kernels.static_solve import make_resolve
 from tcontact.state import BodyState
@@ -23,7 +23,7 @@ def resolve_once(state):
     bundles = {
         "body": state.internal_force.bundle()._replace(u=state.u, v=state.v),
         "listed": Listed(**state.listed.arguments()),
-        "contact": Touching(**term.arguments(), sums=state.serial.sums),
+        "contact": Contact(**term.arguments(), sums=state.serial.sums),
         "rows": Rows(**term.row_arguments()),
         "pairs": Pairs(**solve.pairs),
         "system": System(**solve.system),
@@ -36,7 +36,7 @@ def resolve_once(state):
         resolve(body, listed, contact, rows, pairs, system, None, 1)
 
     state.internal_force.measure_surface(state.u, state.v)
-    kernel_of(resolve_rows, signature_of(bundles), kinds=term.kinds)(*arguments(bundles))
+    kernel_of(resolve_rows, signature_of(bundles), options=term.options)(*arguments(bundles))
 
 
 def test_rows_that_nothing_has_searched_for_are_resolved():

@@ -7,16 +7,16 @@ import taichi as ti
 from tcontact import arrays
 from tcontact.kernels import obstacle_rows, obstacles
 from tcontact.kernels.arguments import ARRAY, INDEX
-from tcontact.kernels.bundles import Kinds, Obstacles, Touching
+from tcontact.kernels.bundles import Contact, ContactOptions, Obstacles
 from tcontact.kernels.lanes import MOST_SLOTS
 
-KINDS = Kinds(slots=MOST_SLOTS)
+OPTIONS = ContactOptions(slots=MOST_SLOTS)
 
 
 @ti.kernel
 def choose(nodes: INDEX, islands: INDEX, records: ARRAY, candidates: INDEX, reference: ARRAY, u: ARRAY):
-    contact = ti.static(Touching(nodes=nodes, islands=islands, reference=reference, kinds=KINDS))
-    known = ti.static(Obstacles(records=records, motion=records, candidates=candidates, kinds=KINDS))
+    contact = ti.static(Contact(nodes=nodes, islands=islands, reference=reference, options=OPTIONS))
+    known = ti.static(Obstacles(records=records, motion=records, candidates=candidates, options=OPTIONS))
     obstacle_rows.choose_candidates(known, contact, u)
 
 

@@ -20,7 +20,7 @@ from .internal_force import InternalForce
 from .obstacles import Obstacles
 
 if TYPE_CHECKING:
-    from ..kernels.bundles import Kinds
+    from ..kernels.bundles import ContactOptions
 
 MOST_ROWS = 256  # in one launch of a small body
 
@@ -54,7 +54,6 @@ class ContactTerm:
         self.reference = arrays.put(plan.reference[nodes] - centre)
         self.starts = arrays.put(island_starts(self.islands, self.others, None))
         self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
-        self.give = arrays.zeros(1)
         self.contact_force = arrays.zeros(3 * count)
         self.friction: Friction | None = None
         self.rows: ConstraintRows | None = None
@@ -67,17 +66,17 @@ class ContactTerm:
         stays = self.kernel == "massless" and self.block > 1
         if scene.friction is not None:
             self.friction, coefficient = make_friction(scene, plan.contact, stays), scene.friction.coefficient
-        self.rows = ConstraintRows(count, self.slots, self.kinds.row_places, coefficient)
+        self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
         if self.friction is not None:
             self.friction.rows = self.rows
 
     @property
-    def kinds(self) -> Kinds:
+    def options(self) -> ContactOptions:
         """What its kernels are made for."""
-        from ..kernels.bundles import Kinds
+        from ..kernels.bundles import ContactOptions
 
         obstacles, friction = self.obstacles, self.friction
-        return Kinds(
+        return ContactOptions(
             self.kernel,
             self.block,
             self.slots,
@@ -103,13 +102,12 @@ class ContactTerm:
         return None
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/bundles.Touching; what it does not have is left out."""
+        """Arrays by the names of kernels/bundles.Contact; what it does not have is left out."""
         friction = self.friction
         arguments = {
             "nodes": self.nodes,
             "islands": self.starts,
             "reference": self.reference,
-            "give": self.give,
             "force": self.contact_force,
         }
         if friction is not None:
@@ -143,7 +141,11 @@ class PenaltyContactTerm(ContactTerm):
         super().__init__(scene, plan)
         assert isinstance(scene.contact, PenaltyContact)
         assert plan.contact is not None
-        self.give = arrays.put(scene.contact.stiffness * plan.contact.areas)
+        self.penalty_stiffness = arrays.put(scene.contact.stiffness * plan.contact.areas)
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Contact."""
+        return super().arguments() | {"penalty_stiffness": self.penalty_stiffness}
 
 
 class ImpulseContactTerm(ContactTerm):

@@ -109,7 +109,7 @@ class LayeredFriction(Friction):
 
     def _note_onset(self) -> None:
         """Nodes that start to slide end the long layer steps that sticking ones allowed."""
-        work = self.node(self.names.RUBBED) / self.areas
+        work = self.node(self.names.WORK) / self.areas
         self._most = max(self._most, float(work.max()))
         slides = work > SLIDES * self._most
         if (slides & ~self._slid).any():
@@ -154,11 +154,11 @@ class LayeredFriction(Friction):
 
     def _pending(self) -> np.ndarray:
         """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
-        return np.asarray(self.node(self.names.RUBBED) / self.areas - self._given)
+        return np.asarray(self.node(self.names.WORK) / self.areas - self._given)
 
     def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
         """Take note of what friction did in the last kick or step of length dt [s]; friction [k] [N], pressure [Pa]."""
-        self._waiting += self.node(self.names.RUBBED) / self.areas
+        self._waiting += self.node(self.names.WORK) / self.areas
         self._push += force / self.areas * dt
         self._load += pressure * dt
         self._elapsed += dt

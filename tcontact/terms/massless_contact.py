@@ -36,11 +36,11 @@ class MasslessContactTerm(ContactTerm):
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.massless = contact.basis[:, :, : self.block]
         self.basis = arrays.put(self.massless)
-        self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
+        self.compliance = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
-        self.last = arrays.zeros(len(contact.nodes) * self.block)
+        self.displacement_before = arrays.zeros(len(contact.nodes) * self.block)
         start, rows = plan.heirs
-        self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
+        self.residual_receivers = arrays.put(np.concatenate([start + len(start), rows]))
         order = sweep_order(contact.graph, self.block)
         self.starts = arrays.put(island_starts(self.islands, self.others, order))
         self.static_solve = StaticSolve(scene, plan, force, order, self.islands, self.slots)
@@ -55,7 +55,7 @@ class MasslessContactTerm(ContactTerm):
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """The first prediction goes on with the given velocity [k, 3] of K."""
         now = self.displacement(u)
-        arrays.set_values(self.last, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
+        arrays.set_values(self.displacement_before, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
 
     def displacement(self, u: arrays.Array) -> np.ndarray:
         """Massless components [k, block] of the displacement."""
@@ -65,15 +65,18 @@ class MasslessContactTerm(ContactTerm):
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray:
         """Position difference over the last step, massless components only [k, 3] [m/s]."""
         now = self.displacement(u)
-        return np.einsum("kic,kc->ki", self.massless, (now - arrays.get(self.last).reshape(now.shape)) / dt)
+        return np.einsum(
+            "kic,kc->ki", self.massless, (now - arrays.get(self.displacement_before).reshape(now.shape)) / dt
+        )
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """By the names of kernels/bundles.Touching."""
+        """By the names of kernels/bundles.Contact."""
         return super().arguments() | {
             "basis": self.basis,
+            "compliance": self.compliance,
             "active": self.active,
-            "last": self.last,
-            "heirs": self.heirs,
+            "displacement_before": self.displacement_before,
+            "residual_receivers": self.residual_receivers,
         }
 
     def owned(self) -> list[arrays.Array]:

@@ -29,14 +29,14 @@ class SerialStep:
     ) -> None:
         from ..kernels import raw_rows
         from ..kernels import serial_step as kernels
-        from ..kernels.bundles import Kinds, Launch, Listed, Obstacles, Pairs, Rows, Supported, System, Touching
+        from ..kernels.bundles import Contact, ContactOptions, Launch, Listed, Obstacles, Pairs, Rows, Supported, System
         from ..kernels.signatures import arguments, signature_of
         from .massless_contact import MasslessContactTerm
 
         self.names = kernels
         self.force = force
         self.contact = contact
-        self.kinds = Kinds() if contact is None else contact.kinds
+        self.kinds = ContactOptions() if contact is None else contact.options
         loads = raw_rows.loads_of(len(contact.obstacles.obstacles)) if contact is not None and self.kinds.tracked else 0
         self.sums = arrays.zeros((LOADS_AT + loads) * (1 if contact is None else len(contact.islands)))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
@@ -52,7 +52,7 @@ class SerialStep:
             "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
-            "contact": Touching(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
             "launch": Launch(

@@ -87,7 +87,7 @@ class StaticSolve:
             "right": arrays.zeros(room * block),
             "gaps": arrays.zeros(room * slots),
             "normals": arrays.zeros(room * slots * block),
-            "push": arrays.zeros(room * (block + 1)),
+            "response": arrays.zeros(room * (block + 1)),
             "increment": arrays.zeros(3 * room * block),
             "settings": arrays.put(np.stack([self._settings(scene, plan, island) for island in islands])),
             "stats": self.stats,
@@ -106,10 +106,10 @@ class StaticSolve:
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
-        settings[names.LEAST_SWEEPS] = model.sweeps
+        settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
-        settings[names.MOST_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
-        settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.MAXIMUM_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
+        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
@@ -117,7 +117,7 @@ class StaticSolve:
         if not linear:
             cells = plan.cells[contact.graph.cells[island.cells]]
             settings[names.REACH] = REACH * shortest_edge(plan.reference, cells)
-        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
+        settings[names.MINIMUM_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.RELAXATION] = 1.0
         if model.penalty is None and scene.friction is None:
