@@ -39,7 +39,7 @@ def put(system: ti.template(), values: ti.template(), node, count, first: ti.tem
 def into_motion(system: ti.template(), node, vector, block: ti.template()):
     """d = T z."""
     at = ti.static(PLACES[block])
-    basis = part(system, system.push, node, at.basis, block * block)
+    basis = part(system, system.response, node, at.basis, block * block)
     return combined(basis, 1, block, vector, block)
 
 
@@ -47,7 +47,7 @@ def into_motion(system: ti.template(), node, vector, block: ti.template()):
 def into_basis(system: ti.template(), node, force, block: ti.template()):
     """T^t f."""
     at = ti.static(PLACES[block])
-    basis = part(system, system.push, node, at.basis, block * block)
+    basis = part(system, system.response, node, at.basis, block * block)
     return combined(basis, block, 1, force, block)
 
 
@@ -55,7 +55,7 @@ def into_basis(system: ti.template(), node, force, block: ti.template()):
 def into_force(system: ti.template(), node, gradient, block: ti.template()):
     """f = T^-t gradient [N]."""
     at = ti.static(PLACES[block])
-    inverse = part(system, system.push, node, at.inverse, block * block)
+    inverse = part(system, system.response, node, at.inverse, block * block)
     return combined(inverse, 1, block, gradient, block)
 
 
@@ -121,6 +121,6 @@ def set_basis(system: ti.template(), node, count, block: ti.template()):
         basis[i * block + j] = basis[i * block + j] - reflected[i] * across[j]
     gap = load(system.gaps, node, LANES)
     bound = [ti.select(length > 0.0, (zero - gap) / ti.max(length, 1e-300), zero + UNBOUNDED)]
-    put(system, system.push, node, count, at.basis, block * block, basis)
-    put(system, system.push, node, count, at.inverse, block * block, inverse_transposed(basis, block))
-    put(system, system.push, node, count, at.bound, 1, bound)
+    put(system, system.response, node, count, at.basis, block * block, basis)
+    put(system, system.response, node, count, at.inverse, block * block, inverse_transposed(basis, block))
+    put(system, system.response, node, count, at.bound, 1, bound)
