@@ -18,7 +18,7 @@ import taichi as ti
 
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lanes import GRAIN, WIDTHS
+from .lanes import GRAIN, WIDTH
 from .materials import LAWS
 from .node_phase import node_phase
 from .signatures import Signature, kernel_of
@@ -32,11 +32,11 @@ def make_step(
 
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
     first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`, packed `width` wide
-    (default WIDTHS[kind]). With a law that has state `commit` comes after `ranges`: whether the points keep what it
+    (default WIDTH). With a law that has state `commit` comes after `ranges`: whether the points keep what it
     becomes.
     damped: with mass-proportional damping; viscous: with bulk viscosity.
     """
-    cell_phase = make_cell_phase(kind, law, width or WIDTHS[kind], viscous)
+    cell_phase = make_cell_phase(kind, law, width or WIDTH, viscous)
 
     @ti.func
     def step_and_commit(first, end, ranges, commit, body: ti.template()):

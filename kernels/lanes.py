@@ -2,9 +2,7 @@
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in so many does the work
 CHUNKS = 8  # fixed number of force rows: the same bits at any thread count
-WIDTHS = dict.fromkeys(  # lanes of a pack
-    ("hex8", "hex8-affine", "hex8-reduced", "hex8-mean-dilatation", "hex8-mean-dilatation-affine", "tet4"), 8
-)
+WIDTH = 8  # lanes of a pack
 TABLE = 5  # numbers per chunk in chunk_table: first pack, end pack, row base, end of its cells, 1 if they own rows
 # numbers that kernels sum up, and of all of them side by side in a raw row
 NODE_SUMS = 10  # kinetic, momentum (3), angular momentum (3), sum m u (3)

@@ -22,7 +22,7 @@ import taichi as ti
 from .bundles import Kinds
 from .cell_phase import make_cell_phase
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
-from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTHS
+from .lanes import CELL_SUMS, CHUNKS, CONTACT_AT, FRICTION_AT, FRICTION_SUMS, MOST_SLOTS, NODE_SUMS, RAW, WIDTH
 from .node_phase import node_phase
 from .raw_rows import log_row, row_width
 from .signatures import Signature, kernel_of
@@ -78,7 +78,7 @@ def make_serial_step(
     kicked = rubs and kinds.kicked
     sticks_still = contact == "massless" and kinds.static_friction
     resists = contact == "massless" and kinds.viscous
-    cell_phase = make_cell_phase(kind, law, WIDTHS[kind], viscous) if passes or measures else None
+    cell_phase = make_cell_phase(kind, law, WIDTH, viscous) if passes or measures else None
     # only what the scene needs is imported; Taichi wants the other names too
     kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
@@ -102,7 +102,7 @@ def make_serial_step(
     if resists:
         from .cell_viscosity import POWER, RATE, make_viscous_phase, viscous_load
 
-        viscous_phase = make_viscous_phase(kind, law, WIDTHS[kind]) if passes or measures else None
+        viscous_phase = make_viscous_phase(kind, law, WIDTH) if passes or measures else None
     if contact == "massless":
         from .massless_contact import massless_load, predict
         from .static_control import CONVERGED, MEASURE, NEXT

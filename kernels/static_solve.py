@@ -16,7 +16,7 @@ from .boundary_nodes import row
 from .cell_viscosity import RATE, TANGENT_RATE, stiffen, viscous_force
 from .friction import held
 from .lanes import SWEEP_LANES as LANES
-from .lanes import WIDTHS
+from .lanes import WIDTH
 from .massless_node import (
     EPSILON,
     balance,
@@ -174,9 +174,9 @@ def make_resolve(kind: str, law: str, block: int, slots: int, plain: bool):
     """
     integration = elements.FUNCTIONS[kind].tangent
     if integration == "reduced":
-        tangent = make_reduced_tangent(law, block, WIDTHS[kind])
+        tangent = make_reduced_tangent(law, block, WIDTH)
     else:
-        tangent = make_surface_tangent(law, block, plain, integration == "mean-dilatation", WIDTHS[kind])
+        tangent = make_surface_tangent(law, block, plain, integration == "mean-dilatation", WIDTH)
     refuses = LAWS[law].refusal != ""
 
     @ti.func

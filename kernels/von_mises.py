@@ -14,7 +14,7 @@ from .arguments import ARRAY, INDEX
 from .bundles import Body
 from .cell_phase import gather
 from .compile_options import KEEP_VECTORS, compiled_with
-from .lanes import WIDTHS
+from .lanes import WIDTH
 from .materials import LAWS
 
 
@@ -42,11 +42,11 @@ def equivalent(stress):
 def make_von_mises(kind: str, law: str):
     """Kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
-    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTHS[kind] wide as (pack, corner,
+    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTH wide as (pack, corner,
     lane); position, u [3n]; stress_out [packs * width] [Pa].
     """
     corners, gradient_of = elements.CORNERS[kind], elements.FUNCTIONS[kind].gradient
-    width, law_of, count = WIDTHS[kind], LAWS[law].update, len(LAWS[law].parameters)
+    width, law_of, count = WIDTH, LAWS[law].update, len(LAWS[law].parameters)
     stress_of = small if LAWS[law].linear else cauchy
 
     @ti.kernel

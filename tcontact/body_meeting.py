@@ -152,8 +152,11 @@ def _met(first: str, second: str, time: float, at_start: bool) -> Stop:
 
 
 def _triangles(faces: np.ndarray) -> np.ndarray:
-    """Triangles [m, 3] of triangles or of quadrilaterals [k, 4]."""
-    return faces if faces.shape[1] == 3 else np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    """Triangles [m, 3] of faces [k, 4|3]."""
+    if faces.shape[1] == 3:
+        return faces
+    second = faces[faces[:, 3] != faces[:, 2]]
+    return np.concatenate([faces[:, [0, 1, 2]], second[:, [0, 2, 3]]])
 
 
 def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[np.ndarray]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
 from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE, RAW, VISCOUS_HELD, VISCOUS_SUMS
-from .packing import WIDTHS, append_own_rows, pack_cells
+from .packing import WIDTH, append_own_rows, pack_cells
 from .plan import FRICTION_TERMS
 from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
@@ -32,7 +33,8 @@ def describe(plan: Plan) -> str:
 def _body(body: BodyPlan) -> str:
     mesh = body.body.mesh
     line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
-    line += f" ({GEOMETRY[body.variant]})"
+    way = FORMULATIONS[body.element]
+    line += f" ({way.integration if body.variant == body.element else way.affine})"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -44,16 +46,6 @@ def _body(body: BodyPlan) -> str:
                 f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours)"
             )
     return line
-
-
-GEOMETRY = {
-    "hex8": "Jacobian of every Gauss point recomputed",
-    "hex8-affine": "one Jacobian per cell, recomputed",
-    "hex8-mean-dilatation": "Jacobian of every Gauss point recomputed, one volume change per cell",
-    "hex8-mean-dilatation-affine": "one Jacobian per cell, recomputed, one volume change per cell",
-    "hex8-reduced": "mean gradient recomputed",
-    "tet4": "one Jacobian per cell, recomputed",
-}
 
 
 def kernels(plan: Plan, body: BodyPlan) -> list[str]:
@@ -120,7 +112,7 @@ def memory(plan: Plan, body: BodyPlan) -> dict[str, int]:
             size += 8 * body.cells.shape[1] * 3 * REAL
         result[plan.contact_term or "contact"] = size
         if body.viscous_cells and contact.graph is not None:
-            lanes = -(-contact.graph.cells.size // WIDTHS[body.variant]) * WIDTHS[body.variant]
+            lanes = -(-contact.graph.cells.size // WIDTH) * WIDTH
             result["cell-viscosity"] = REAL * (8 + 6 * listed + lanes * (1 + 3 * body.cells.shape[1]))
         if plan.scene.friction is not None and count:
             stays = contact.graph is not None and contact.block > 1
@@ -156,7 +148,7 @@ def _layers(friction: FrictionModel, count: int) -> int:
 
 
 def _force_pass(body: BodyPlan, nodes: int, layered: bool) -> int:
-    packs = pack_cells(body.cells, nodes, WIDTHS[body.variant])
+    packs = pack_cells(body.cells, nodes, WIDTH)
     if body.contact is not None and body.contact.graph is not None:
         packs = append_own_rows(packs, body.cells[body.contact.graph.cells]).packs
     rows = 0

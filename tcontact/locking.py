@@ -7,21 +7,21 @@ with formulation="mean-dilatation" 99 %.
 
 from __future__ import annotations
 
+from .elements import FORMULATIONS
 from .scene import Body
 
-LOCKS = {"tet4": 0.4, "hex8": 0.45}  # Poisson's ratio above which an element locks, by `Body.element`
 ROUNDING = 1e-9  # of a Poisson's ratio that is computed from other moduli
 
 
 def locking(body: Body, label: str) -> str | None:
     """Warn of a body whose cells lock, or None; the Poisson's ratio is that of the law at small strains."""
     poisson = body.material.poisson
-    if not poisson > LOCKS.get(body.element, 1.0) + ROUNDING:
+    if not poisson > FORMULATIONS[body.element].locks + ROUNDING:
         return None
-    if body.element == "tet4":
-        cells, remedy = "linear tetrahedra", "mesh the body with hex8 and give formulation='mean-dilatation'"
-    else:
-        cells, remedy = "hexahedra with full integration", "give formulation='mean-dilatation'"
+    element, remedy = body.mesh.element, "give formulation='mean-dilatation'"
+    cells = f"{element.plural} with full integration" if len(element.weights) > 1 else f"linear {element.plural}"
+    if "mean-dilatation" not in element.formulations:
+        remedy = f"mesh the body with hex8 and {remedy}"
     if not body.material.volumetric:
         remedy += f" with NeoHookean, as {type(body.material).__name__} does not have it"
     return f"{label} has poisson {poisson:.5g}: {cells} lock there and come out too stiff; {remedy}"

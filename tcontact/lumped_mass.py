@@ -4,29 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .elements import GAUSS, HEX_CORNERS, shape_functions
 from .mesh import Mesh
 
-# corners of the reference hexahedron [-1, 1]^3 and quadrilateral [-1, 1]^2, VTK order
-HEX_CORNERS = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
-)
-QUAD_CORNERS = HEX_CORNERS[:4, :2]
-GAUSS = 1.0 / np.sqrt(3.0)
-
-
-def shape_functions(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values [q, corners], reference gradients [q, corners, 3] and weights [q] at the integration points of a cell."""
-    if kind == "tet4":
-        gradients = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
-        return np.full((1, 4), 0.25), gradients[None], np.array([1.0 / 6.0])
-    points = GAUSS * HEX_CORNERS
-    factors = 1.0 + points[:, None, :] * HEX_CORNERS[None]  # [q, a, 3]
-    values = factors.prod(axis=2) / 8.0
-    gradients = np.empty((8, 8, 3))
-    for axis in range(3):
-        one, two = [other for other in range(3) if other != axis]
-        gradients[:, :, axis] = HEX_CORNERS[:, axis] * factors[:, :, one] * factors[:, :, two] / 8.0
-    return values, gradients, np.ones(8)
+QUAD_CORNERS = HEX_CORNERS[:4, :2]  # of the reference quadrilateral [-1, 1]^2, in VTK's order
 
 
 def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
@@ -41,7 +22,10 @@ def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
 
 
 def node_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state."""
+    """Area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
+
+    Among quadrilaterals a triangle is one with its last corner twice: the points integrate that exactly too.
+    """
     areas = np.zeros(len(nodes))
     if faces.shape[1] == 3:
         normal = np.cross(nodes[faces[:, 1]] - nodes[faces[:, 0]], nodes[faces[:, 2]] - nodes[faces[:, 0]])

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from . import mesh_checks as checks
+from .elements import ELEMENTS, Element
 from .errors import InputError
-from .mesh_geometry import CORNERS, FloatArray, IntArray, Surface, cell_volumes, surface
+from .mesh_geometry import FloatArray, IntArray, Surface, cell_volumes, surface
 from .mesh_rotation import rotation_matrix
 from .validate import choice, number, vector
 
@@ -21,8 +22,10 @@ from .validate import choice, number, vector
 class Mesh:
     """An unstructured mesh of one kind of cells.
 
-    nodes: [n, 3] coordinates [m]; cells: [m, 8|4] node ids, corners in VTK order; kind: "hex8" or "tet4".
-    node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation.
+    nodes: [n, 3] coordinates [m]; cells: [m, 8|4|6] node ids, corners in VTK order; kind: "hex8", "tet4" or "wedge6"
+    (VTK's prism, whose first triangle looks outward; in gmsh and Abaqus it looks inward).
+    node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation;
+    a triangle among quadrilaterals has one of its corners twice.
     A name may stand in both: its faces are then those of the face set, its nodes those of both.
 
     The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
@@ -30,7 +33,7 @@ class Mesh:
 
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
     twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
-    empty sets. A hex8 must have a positive Jacobian at its 2x2x2 points of integration; at a corner it may be zero
+    empty sets. A cell must have a positive Jacobian at its points of integration; at a corner it may be zero
     (wedge-like hexes with a flat corner), not negative.
     """
 
@@ -41,7 +44,7 @@ class Mesh:
     face_sets: Mapping[str, IntArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kind = choice("kind", self.kind, CORNERS)
+        kind = choice("kind", self.kind, ELEMENTS)
         nodes = checks.checked_nodes(self.nodes)
         cells = checks.checked_cells(self.cells, kind, len(nodes))
         checks.check_shapes(nodes, cells, kind)
@@ -49,6 +52,11 @@ class Mesh:
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
         face_sets = checks.checked_face_sets(self.face_sets, cells, kind, len(nodes), skin)
         self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets), _surface=skin)
+
+    @property
+    def element(self) -> Element:
+        """Facts of the kind of its cells."""
+        return ELEMENTS[self.kind]
 
     @property
     def node_count(self) -> int:
@@ -76,7 +84,10 @@ class Mesh:
         return self._volumes
 
     def boundary_faces(self) -> IntArray:
-        """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside."""
+        """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside.
+
+        With a kind of cells that has both, a triangle has its last corner twice: [a, b, c, c].
+        """
         return self._surface.faces
 
     def faces_of(self, names: str | Iterable[str]) -> IntArray:

@@ -13,15 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from .elements import ELEMENTS
 from .mesh_file import FileMesh, MeshFileError, MeshWarning
 from .mesh_geometry import FloatArray, IntArray
 
 # element type pattern -> (meshio's word, corners)
 _TYPES = [
-    (r"D?C3D4[A-Z]*", "tetra", 4),
-    (r"D?C3D5[A-Z]*", "pyramid", 5),
-    (r"D?C3D6[A-Z]*", "wedge", 6),
-    (r"D?C3D8[A-Z]*", "hexahedron", 8),
+    *((f"D?{element.abaqus}[A-Z]*", element.meshio, element.corners) for element in ELEMENTS.values()),
     (r"D?C3D10[A-Z]*", "tetra10", 10),
     (r"D?C3D15[A-Z]*", "wedge15", 15),
     (r"D?C3D20[A-Z]*", "hexahedron20", 20),
@@ -29,10 +27,8 @@ _TYPES = [
     (r"(S|R3D|M3D|SFM3D|CPS|CPE|DS)4[A-Z0-9]*", "quad", 4),
     (r"T[23]D2[A-Z]*|B[23]1[A-Z]*", "line", 2),
 ]
-_FACES = {
-    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),  # S1 .. S6
-    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
-}
+_FACES = {element.meshio: element.abaqus_faces for element in ELEMENTS.values()}
+_SOLIDS = ", ".join(sorted(element.abaqus for element in ELEMENTS.values()))
 MOST_IDS = 2**28  # of a generated set
 _UNKNOWN = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE"}
 
@@ -202,7 +198,7 @@ def _elements(section: _Section) -> _Block | None:
     if not found:
         solid = "3D" in name and not name.startswith(("R", "M", "SF", "T", "CONN", "SPRING"))
         if solid or name.startswith(("SC6", "SC8", "CSS", "CCL")):
-            raise MeshFileError(f"elements of type {name}; mesh with C3D4 alone or C3D8 alone")
+            raise MeshFileError(f"elements of type {name}; mesh with one of {_SOLIDS} alone")
         return None
     word, corners = found[0]
     numbers = np.array([int(w) for row in section.rows for w in row if w], dtype=np.int64)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import permutations
 from typing import Any
 
 import numpy as np
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh import Mesh
-from .mesh_geometry import CORNERS, FloatArray, IntArray, surface
+from .mesh_geometry import FloatArray, IntArray, surface
 from .validate import choice, vector, whole
 
 NODE_LIMIT = 2**31 // 24  # 24 numbers per hex8 must count in 32 bits
@@ -21,14 +21,15 @@ def box_mesh(
 ) -> Mesh:
     """A box of equal cells with its edges along the axes.
 
-    size: edge lengths [m]; cells: number of hexes along each axis; kind: "hex8", or "tet4" with six tetrahedra per hex
-    (Freudenthal's division about one diagonal, conforming and repeating from hex to hex, so opposite faces match);
+    size: edge lengths [m]; cells: number of hexes along each axis; kind: "hex8"; "tet4" with six tetrahedra per hex
+    (Freudenthal's division about one diagonal, conforming and repeating from hex to hex, so opposite faces match); or
+    "wedge6" with two prisms per hex that stand along z;
     origin: the corner with the lowest coordinates [m]. Node ids run along x first, then y, then z.
     Face sets xmin xmax ymin ymax zmin zmax; end coordinates are exact.
 
     Raises `InputError` for sizes that are not positive, counts that are no whole numbers of at least 1, NaN.
     """
-    kind = choice("kind", kind, CORNERS)
+    kind = choice("kind", kind, ELEMENTS)
     edges, corner = vector("size", size), vector("origin", origin)
     if (edges <= 0.0).any():
         raise InputError("size", size, "give three positive edge lengths in metres")
@@ -36,8 +37,8 @@ def box_mesh(
     lines = [_line(corner[k], edges[k], counts[k]) for k in range(3)]
     z, y, x = np.meshgrid(lines[2], lines[1], lines[0], indexing="ij")
     nodes = np.stack([x.reshape(-1), y.reshape(-1), z.reshape(-1)], axis=1)
-    hexes = _hexes(counts)
-    corners = hexes if kind == "hex8" else _tetrahedra(hexes)
+    element = ELEMENTS[kind]
+    corners = _hexes(counts)[:, np.array(element.in_box)].reshape(-1, element.corners)
     return Mesh.trusted(nodes, corners, kind, {}, _sides(corners, kind, counts))
 
 
@@ -72,17 +73,6 @@ def _hexes(counts: list[int]) -> IntArray:
     first = (i + row * j + layer * k).reshape(-1).astype(np.int64)
     bottom = np.array([0, 1, row + 1, row])
     return first[:, None] + np.concatenate([bottom, bottom + layer])
-
-
-def _tetrahedra(hexes: IntArray) -> IntArray:
-    """Six tetrahedra per hex: the paths along three edges from corner 0 to corner 6."""
-    paths = []
-    for path in permutations(range(3)):
-        steps = np.cumsum([np.zeros(3, dtype=int), *np.eye(3, dtype=int)[list(path)]], axis=0)
-        a, b, c, d = (4 * z + (0, 1, 3, 2)[x + 2 * y] for x, y, z in steps)
-        even = np.linalg.det(np.eye(3)[list(path)]) > 0.0
-        paths.append((a, b, c, d) if even else (a, b, d, c))
-    return hexes[:, np.array(paths)].reshape(-1, 4)
 
 
 def _sides(cells: IntArray, kind: str, counts: list[int]) -> dict[str, IntArray]:

@@ -7,17 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh_geometry import (
-    CORNER_GRADIENT,
-    CORNERS,
-    FACES,
-    GAUSS_GRADIENT,
     FloatArray,
     IntArray,
     Surface,
     cell_face_keys,
     face_keys,
+    in_face_table,
     jacobians,
     surface,
 )
@@ -40,8 +38,8 @@ def checked_nodes(nodes: Any) -> FloatArray:
 
 
 def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
-    """Corner ids [m, 8|4] as a read-only int64 copy; in range, no doubles within or between cells, no unused node."""
-    corners = CORNERS[kind]
+    """Corner ids [m, a] as a read-only int64 copy; in range, no doubles within or between cells, no unused node."""
+    corners = ELEMENTS[kind].corners
     array = _ids("cells", cells, f"give an integer array [m, {corners}] of node ids, corners in VTK order")
     if array.size == 0:
         raise InputError("cells", "empty array", "a mesh needs at least one cell")
@@ -80,20 +78,22 @@ def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
 def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
     """Refuse cells without volume and inverted cells.
 
-    A cell must have a positive Jacobian at every point of integration. A hex8 corner may be flat (wedge-like hexes), so
+    A cell must have a positive Jacobian at every point of integration. A corner may be flat (wedge-like hexes), so
     corners are refused only when clearly negative; see `FLAT` and `CORNER`.
     """
+    element = ELEMENTS[kind]
+    gradients = element.rule[1]
     flat = np.zeros(len(cells), dtype=bool)
     inverted = np.zeros(len(cells), dtype=bool)
-    for part, det, edges in jacobians(nodes, cells, GAUSS_GRADIENT[kind]):
+    for part, det, edges in jacobians(nodes, cells, gradients):
         if not np.isfinite(edges).all():
             raise InputError(
                 "nodes", float(np.abs(nodes).max()), "coordinates this large overflow; use metres near the origin"
             )
         flat[part] = (np.abs(det) <= FLAT * edges).any(axis=0)
         inverted[part] = (det < -FLAT * edges).any(axis=0)
-    if kind == "hex8":
-        for part, det, edges in jacobians(nodes, cells, CORNER_GRADIENT[kind]):
+    if len(gradients) > 1:  # else the Jacobian is the same everywhere
+        for part, det, edges in jacobians(nodes, cells, element.shape(element.reference)[1]):
             inverted[part] |= (det < -CORNER * edges).any(axis=0)
     bad = np.flatnonzero(inverted)
     if len(bad):
@@ -137,17 +137,19 @@ def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
 
 def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, skin: Surface) -> dict[str, IntArray]:
     """Named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
-    corners = len(FACES[kind][0])
+    lengths = sorted({len(face) for face in ELEMENTS[kind].faces})
+    corners = " or ".join(map(str, lengths))
     checked = {}
     for name, faces in _named("face_sets", sets).items():
         field = f"face_sets[{name!r}]"
         array = _ids(field, faces, f"give an integer array [k, {corners}] of node ids")
-        if array.ndim != 2 or array.shape[1] != corners or array.size == 0:
+        if array.ndim != 2 or array.shape[1] not in lengths or array.size == 0:
             raise InputError(
                 field,
                 f"array of shape {array.shape}",
                 f"faces of {kind} cells have {corners} corners: shape [k, {corners}], k >= 1",
             )
+        array = in_face_table(array, kind)
         bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
         if len(bad):
             raise InputError(

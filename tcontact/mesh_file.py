@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh import Mesh
-from .mesh_geometry import CORNER_GRADIENT, FACES, GAUSS_GRADIENT, MIRROR, FloatArray, IntArray, jacobians
+from .mesh_geometry import FloatArray, IntArray, in_face_table, jacobians
 
-KINDS = {"hexahedron": "hex8", "tetra": "tet4"}
+KINDS = {element.meshio: element.kind for element in ELEMENTS.values()}
 ORDINARY = {"vertex", "line", "triangle", "quad", *KINDS}
 
 
@@ -46,6 +47,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     cells = np.concatenate([rows for name, rows in content.blocks if KINDS.get(name) == found]).astype(np.int64)
     if cells.min() < 0 or cells.max() >= len(content.points):
         raise MeshFileError("cells refer to nodes that the file does not hold; save it again, complete")
+    cells = cells if ELEMENTS[found].file_order is None else cells[:, ELEMENTS[found].file_order]
     points = np.asarray(content.points, dtype=np.float64) * scale
     cells = _turned(points, cells, found)
 
@@ -74,7 +76,8 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
             f"second-order cells ({', '.join(strange)}); mesh with first order (gmsh: Mesh.ElementOrder=1)"
         )
     if strange:
-        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with tetrahedra alone or hexahedra alone")
+        one = ", ".join(element.plural for element in ELEMENTS.values())
+        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with one of {one} alone")
     kinds = [KINDS[name] for name in sorted(types) if name in KINDS]
     if not kinds:
         held = ", ".join(sorted(types)) or "nothing"
@@ -84,37 +87,41 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
     if len(kinds) > 1:
         if wanted in kinds:
             return str(wanted)
-        raise MeshFileError("hexahedra mixed with tetrahedra; take one of them with kind=, a body of each, or remesh")
+        mixed = " mixed with ".join(ELEMENTS[kind].plural for kind in kinds)
+        raise MeshFileError(f"{mixed}; take one of them with kind=, a body of each, or remesh")
     if wanted is not None and kinds[0] != wanted:
         raise InputError("kind", wanted, f"the file holds {kinds[0]} cells; leave kind out or mesh anew")
     return kinds[0]
 
 
 def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
-    """Cells with the corners of mirrored ones reordered; a hex counts as mirrored if negative throughout."""
+    """Cells with the corners of mirrored ones reordered; a cell counts as mirrored if negative throughout."""
+    element = ELEMENTS[kind]
+    gradients = np.concatenate([element.rule[1], element.shape(element.reference)[1]])
     mirrored = np.zeros(len(cells), dtype=bool)
-    for part, det, edges in jacobians(points, cells, np.concatenate([GAUSS_GRADIENT[kind], CORNER_GRADIENT[kind]])):
+    for part, det, edges in jacobians(points, cells, gradients):
         mirrored[part] = (det <= 0.0).all(axis=0) & (det < -1e-12 * edges).any(axis=0)
     if mirrored.any():
         cells = cells.copy()
-        cells[mirrored] = cells[mirrored][:, MIRROR[kind]]
+        cells[mirrored] = cells[mirrored][:, element.mirror]
         warnings.warn(f"corners of {mirrored.sum()} inverted {kind} cells were reordered", MeshWarning, 4)
     return cells
 
 
 def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
-    """Of the faces in a file with both kinds of cells those that the chosen cells can have."""
-    fitting = [faces for faces in arrays if faces.shape[1] == len(FACES[kind][0])]
+    """Return those faces of a file with several kinds of cells that the chosen cells can have."""
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    fitting = [faces for faces in arrays if faces.shape[1] in lengths]
     kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
     return [faces for faces in kept if len(faces)]
 
 
 def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:
     """Faces of a set in the new numbering, each once."""
-    corners = len(FACES[kind][0])
-    if any(faces.shape[1] != corners for faces in arrays):
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    if any(faces.shape[1] not in lengths for faces in arrays):
         raise MeshFileError(f"surface {name!r} has faces that are no faces of {kind} cells; mesh it with the volume")
-    faces = np.concatenate(arrays)
+    faces = np.concatenate([in_face_table(faces, kind) for faces in arrays])
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     faces = number[faces[np.sort(first)]]
     if (faces < 0).any():

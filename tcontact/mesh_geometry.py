@@ -1,87 +1,51 @@
-"""Geometry and topology of hex8 and tet4 cells: corner order, faces, Jacobians, volumes, boundary. Plain numpy.
-
-Corner order is VTK's. Faces are listed so that their corners turn counter-clockwise seen from outside a positively
-oriented cell: the normal points outward.
-"""
+"""Geometry and topology of cells: Jacobians, heights, volumes, boundary. Plain numpy; elements.py knows the kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from .elements import BY_CORNERS, ELEMENTS, FloatArray
+
 IntArray = npt.NDArray[np.int64]
 KeyArray = npt.NDArray[np.uint64]
 
-CORNERS = {"hex8": 8, "tet4": 4}
-FACES: dict[str, tuple[tuple[int, ...], ...]] = {
-    "hex8": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
-    "tet4": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
-}
-MIRROR = {"hex8": (4, 5, 6, 7, 0, 1, 2, 3), "tet4": (0, 1, 3, 2)}  # the same cell with the opposite orientation
-
 _CHUNK = 4096  # cells at a time: temporaries stay in cache and small beside the mesh
-_HEX_CORNERS = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
-)
-_TET_GRADIENT = np.array([[[-1, 1, 0, 0], [-1, 0, 1, 0], [-1, 0, 0, 1]]], dtype=float)
 
 
-def _hex_gradient(points: FloatArray) -> FloatArray:
-    """dN_a/dxi_d of the trilinear shape functions at reference points [p, 3] in [-1, 1]^3 -> [p, 3, 8]."""
-    factor = 1.0 + points[:, None, :] * _HEX_CORNERS
-    gradient = np.empty((len(points), 3, 8))
-    for d, (e, f) in enumerate(((1, 2), (0, 2), (0, 1))):
-        gradient[:, d] = 0.125 * _HEX_CORNERS[:, d] * factor[:, :, e] * factor[:, :, f]
-    return gradient
-
-
-# Reference gradients: at the points of integration, and at the corners (a tet4 has one Jacobian everywhere).
-GAUSS_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS / np.sqrt(3.0)), "tet4": _TET_GRADIENT}
-CORNER_GRADIENT = {"hex8": _hex_gradient(_HEX_CORNERS), "tet4": _TET_GRADIENT}
-_WEIGHT = {"hex8": 1.0, "tet4": 1.0 / 6.0}
-
-
-def spanned_heights(kind: str, corners: FloatArray) -> FloatArray:
-    """Shortest height [m] of the parallelepiped with the face centres of a hex or three edges of a tetrahedron.
-
-    corners [m, 8|4, 3] [m].
-    """
-    if kind == "tet4":
-        axes = corners[:, 1:] - corners[:, :1]
-    else:
-        axes = np.stack(
-            [
-                corners[:, [1, 2, 5, 6]].mean(axis=1) - corners[:, [0, 3, 4, 7]].mean(axis=1),
-                corners[:, [2, 3, 6, 7]].mean(axis=1) - corners[:, [0, 1, 4, 5]].mean(axis=1),
-                corners[:, 4:].mean(axis=1) - corners[:, :4].mean(axis=1),
-            ],
-            axis=1,
-        )
+def spanned_heights(kind: str, corners: FloatArray, span: int = 0) -> FloatArray:
+    """Shortest height [m] of the parallelepiped that a cell spans (`Element.spans`); corners [m, a, 3] [m]."""
+    axes = np.stack(
+        [
+            corners[:, list(there)].mean(axis=1) - corners[:, list(here)].mean(axis=1)
+            for there, here in ELEMENTS[kind].spans[span]
+        ],
+        axis=1,
+    )
     areas = np.cross(axes[:, [0, 1, 2]], axes[:, [1, 2, 0]])
     return np.asarray(np.abs(np.linalg.det(axes)) / np.linalg.norm(areas, axis=2).max(axis=1))
 
 
 def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
-    """Return the shortest height [m] of cells: that of `spanned_heights` for hexes, of all four for tetrahedra."""
-    if kind == "hex8":
-        return spanned_heights(kind, corners)
-    return np.minimum(spanned_heights(kind, corners), spanned_heights(kind, corners[:, ::-1]))
+    """Return the shortest height [m] of cells, of all that they have; corners [m, a, 3] [m]."""
+    spans = range(len(ELEMENTS[kind].spans))
+    return reduce(np.minimum, (spanned_heights(kind, corners, span) for span in spans))
 
 
 def jacobians(
     nodes: FloatArray, cells: IntArray, gradient: FloatArray
 ) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
-    """Yield (cells, det [p, c], edges [p, c]) for chunks of c cells at the p points of `gradient` [p, 3, corners].
+    """Yield (cells, det [p, c], edges [p, c]) for chunks of c cells at p points with shape gradients [p, corners, 3].
 
     det is the determinant of J = dx/dxi [m^3], edges the product of the lengths of its three rows: |det| <= edges, and
     det / edges judges the shape of a cell whatever its size and aspect ratio.
     """
-    points, _, corners = gradient.shape
-    operator = gradient.reshape(points * 3, corners)
+    points, corners, _ = gradient.shape
+    operator = np.ascontiguousarray(gradient.transpose(0, 2, 1)).reshape(points * 3, corners)
     axes = [np.ascontiguousarray(nodes[:, k]) for k in range(3)]
     for start in range(0, len(cells), _CHUNK):
         part = slice(start, min(start + _CHUNK, len(cells)))
@@ -103,17 +67,18 @@ def jacobians(
 
 
 def cell_volumes(nodes: FloatArray, cells: IntArray, kind: str) -> FloatArray:
-    """Volume [m^3] of each cell [m]; exact for hex8 (the Jacobian has degree 2 per axis, the rule takes 3)."""
+    """Volume [m^3] of each cell [m]; exact, as every kind integrates the determinant of its Jacobian exactly."""
     volumes = np.empty(len(cells))
-    for part, det, _ in jacobians(nodes, cells, GAUSS_GRADIENT[kind]):
-        volumes[part] = _WEIGHT[kind] * det.sum(axis=0)
+    _values, gradients, weights = ELEMENTS[kind].rule
+    for part, det, _ in jacobians(nodes, cells, gradients):
+        volumes[part] = (weights[:, None] * det).sum(axis=0)
     return volumes
 
 
 class Surface(NamedTuple):
     """The faces with one cell, ready for look-up."""
 
-    faces: IntArray  # [k, 4|3] node ids, outward, in the order of the cells
+    faces: IntArray  # [k, 4|3] node ids, outward, in the order of the cells; see `Mesh.boundary_faces`
     keys: KeyArray  # [k] sorted keys of those faces
     order: IntArray  # [k] face of each sorted key
     crowded: IntArray  # [j, 4|3] faces with more than two cells, each once; empty in a sound mesh
@@ -127,7 +92,7 @@ class Surface(NamedTuple):
 
 def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
     """Faces with one cell."""
-    table = np.array(FACES[kind])
+    table = ELEMENTS[kind].face_table
     keys = cell_face_keys(cells, kind, node_count)
     order = np.argsort(keys)
     ranked = keys[order]
@@ -147,8 +112,9 @@ def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
 def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
     """Keys of all faces of all cells [m * faces per cell], cell by cell."""
     marks = _node_marks(node_count)
-    keys = np.empty((len(cells), len(FACES[kind])), dtype=np.uint64)
-    for f, face in enumerate(FACES[kind]):
+    faces = ELEMENTS[kind].faces
+    keys = np.empty((len(cells), len(faces)), dtype=np.uint64)
+    for f, face in enumerate(faces):
         keys[:, f] = marks[cells[:, face[0]]]
         for corner in face[1:]:
             keys[:, f] += marks[cells[:, corner]]
@@ -158,10 +124,28 @@ def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
 def face_keys(faces: IntArray, node_count: int) -> KeyArray:
     """Key of each face or cell [k, corners]: the sum of well-mixed 64-bit marks of its nodes.
 
-    The sum does not depend on the order of the corners, so nothing needs sorting by rows. Two different faces share a
-    key with probability 2^-64: about 1e-6 for any pair among ten million faces.
+    The sum does not depend on the order of the corners, so nothing needs sorting by rows; a last corner that repeats
+    the one before does not count. Two different faces share a key with probability 2^-64: about 1e-6 for any pair among
+    ten million faces.
     """
-    return np.asarray(_node_marks(node_count)[faces].sum(axis=1, dtype=np.uint64))
+    marks = _node_marks(node_count)[faces]
+    marks[faces[:, -1] == faces[:, -2], -1] = 0
+    return np.asarray(marks.sum(axis=1, dtype=np.uint64))
+
+
+def in_face_table(faces: IntArray, kind: str) -> IntArray:
+    """Return faces [k, 4|3] as rows of one length: a triangle among quadrilaterals has its last corner twice.
+
+    A row of four that has another corner twice is turned until it is the last.
+    """
+    width = ELEMENTS[kind].face_table.shape[1]
+    if len({len(face) for face in ELEMENTS[kind].faces}) == 1:
+        return faces
+    result = np.concatenate([faces, np.repeat(faces[:, -1:], width - faces.shape[1], axis=1)], axis=1)
+    for turn in range(1, width):
+        turned = np.roll(result, turn, axis=1)
+        result = np.where((turned[:, -1] == turned[:, -2])[:, None], turned, result)
+    return result
 
 
 def _node_marks(count: int) -> KeyArray:
@@ -172,15 +156,9 @@ def _node_marks(count: int) -> KeyArray:
     return mark ^ (mark >> np.uint64(31))
 
 
-EDGES = {
-    8: ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)),
-    4: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-}
-
-
 def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
-    """Length of the shortest edge [m] of the cells [m, 8|4]."""
-    edges = EDGES[cells.shape[1]]
+    """Length of the shortest edge [m] of the cells [m, corners]."""
+    edges = BY_CORNERS[cells.shape[1]].edges
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
 
 

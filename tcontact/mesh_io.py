@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 from typing import Any
 
+from .elements import ELEMENTS
 from .errors import InputError
 from .mesh import Mesh
 from .mesh_abaqus import read_abaqus
 from .mesh_file import MeshFileError, mesh_from_file
-from .mesh_geometry import CORNERS
 from .mesh_meshio import read_gmsh, read_vtu
 from .validate import choice, number
 
@@ -18,22 +18,22 @@ _READERS = {".msh": read_gmsh, ".inp": read_abaqus, ".vtu": read_vtu}
 
 
 def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None = None) -> Mesh:
-    """Read a mesh of hexahedra or of tetrahedra.
+    """Read a mesh of hexahedra, of tetrahedra or of prisms.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind: "hex8" or "tet4" if the file must hold that kind, None for either; of a
-    file with both, the cells of that kind with the sets on them (two calls, two bodies).
+    file in millimetres. kind: "hex8", "tet4" or "wedge6" if the file must hold that kind, None for any; of
+    a file with several, the cells of that kind with the sets on them (two calls, two bodies).
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the
     others renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
 
-    Raises `InputError` for a file that is missing, broken or unknown, for second-order cells, pyramids, wedges or a
-    mixture, and for everything `Mesh` refuses.
+    Raises `InputError` for a file that is missing, broken or unknown, for second-order cells, pyramids or a mixture,
+    and for everything `Mesh` refuses.
     """
     factor = number("scale", scale, low=0.0)
     if kind is not None:
-        choice("kind", kind, CORNERS)
+        choice("kind", kind, ELEMENTS)
     if not isinstance(path, (str, os.PathLike)):
         raise InputError("path", path, "give the name of a mesh file")
     file = Path(path)

@@ -12,11 +12,11 @@ from unittest import mock
 
 import numpy as np
 
-from .mesh_file import FileMesh, MeshFileError
+from .mesh_file import KINDS, FileMesh, MeshFileError
 from .mesh_geometry import IntArray, face_keys
 from .mesh_guard import guarded
 
-_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
+_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
 _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # gmsh's own words in its exports
 
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .kernels.lanes import CHUNKS, TABLE, WIDTHS
+from .kernels.lanes import CHUNKS, TABLE, WIDTH
 
-__all__ = ["CHUNKS", "TABLE", "WIDTHS", "CellPacks", "OwnRows", "append_own_rows", "pack_cells", "slab_order"]
+__all__ = ["CHUNKS", "TABLE", "WIDTH", "CellPacks", "OwnRows", "append_own_rows", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
 
@@ -66,7 +66,7 @@ class CellPacks:
 def pack_cells(connectivity: NDArray[np.integer], node_count: int, width: int, chunks: int = CHUNKS) -> CellPacks:
     """Pack cells [m, corners] of renumbered nodes (see `slab_order`) for the step kernel.
 
-    width: lanes per pack (`WIDTHS[kind]`); chunks: at most 16. Any order works, a local one keeps the rows short.
+    width: lanes per pack (`WIDTH`); chunks: at most 16. Any order works, a local one keeps the rows short.
     Raises `InputError` for an empty or out-of-range connectivity, width < 1 or chunks not in 1..16.
     """
     cells = np.asarray(connectivity)

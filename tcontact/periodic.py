@@ -164,8 +164,8 @@ def _partners(mesh: Mesh, axis: int, tolerance: float) -> np.ndarray | None:
     return partner if len(here) and _corner_sets(here) == _corner_sets(partner[there]) else None
 
 
-def _corner_sets(faces: np.ndarray) -> set[tuple[int, ...]]:
-    return {tuple(corners) for corners in np.sort(faces, axis=1).tolist()}
+def _corner_sets(faces: np.ndarray) -> set[frozenset[int]]:
+    return {frozenset(corners) for corners in faces.tolist()}
 
 
 def _faces_within(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 from .contact_graph import ContactGraph, contact_graph, heirs
 from .contact_models import ImpulseContact, MasslessContact
 from .dissipation import BulkViscosity, MassDamping
+from .elements import FORMULATIONS
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, RegularizedCoulomb, cell_viscosity
 from .lumped_mass import cell_masses, node_areas
@@ -25,9 +26,8 @@ from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
 
-# up to so many cells one thread does the work, for a body many steps per launch: a pass takes it about 0.35 ms then,
-# and to wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save
-SMALL = {"hex8": 4096, "hex8-mean-dilatation": 4096, "hex8-reduced": 8192, "tet4": 20000}
+# up to so many cells one thread does the work, for a body many steps per launch
+SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
 
 
 FRICTION_TERMS: dict[type, str] = {
@@ -130,9 +130,9 @@ class BodyPlan:
 
     @cached_property
     def variant(self) -> str:
-        """The element with what its kernels may use: "-affine" for hexes of 8 points that are all parallelepipeds."""
-        several = self.element in ("hex8", "hex8-mean-dilatation")
-        return self.element + "-affine" if several and parallelepipeds(self.reference, self.cells) else self.element
+        """The element with what its kernels may use: "-affine" where it helps that all cells are parallelepipeds."""
+        differ = FORMULATIONS[self.element].affine is not None
+        return self.element + "-affine" if differ and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
     def options(self) -> dict[str, bool]:

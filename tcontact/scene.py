@@ -13,6 +13,7 @@ import numpy as np
 from . import validate
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, MassDamping
+from .elements import ELEMENTS
 from .errors import InputError
 from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
 from .materials import Material
@@ -92,11 +93,12 @@ class Body:
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         if not isinstance(self.material, Material):
             raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
-        validate.choice("Body.formulation", self.formulation, ("full", "reduced", "mean-dilatation"))
-        if self.formulation != "full" and self.mesh.kind != "hex8":
-            remedy = f"a {self.mesh.kind} has one point already; leave it at 'full'"
-            if self.formulation == "mean-dilatation":
-                remedy += ", or mesh the body with hex8"
+        known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
+        validate.choice("Body.formulation", self.formulation, known)
+        if self.formulation not in self.mesh.element.formulations:
+            there = [kind for kind, element in ELEMENTS.items() if self.formulation in element.formulations]
+            remedy = f"{self.mesh.kind} cells have {', '.join(map(repr, self.mesh.element.formulations))} alone;"
+            remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
             raise InputError("Body.formulation", self.formulation, remedy)
         if self.formulation == "mean-dilatation" and not self.material.volumetric:
             raise InputError(
@@ -148,7 +150,7 @@ class Body:
     def contact_faces(self) -> np.ndarray:
         """Faces [k, 4|3] that can touch an obstacle, oriented outward; with "auto" only in a scene's own bodies."""
         if self.contact is None or self.finds_contact:
-            return np.zeros((0, 4 if self.mesh.kind == "hex8" else 3), dtype=np.int64)
+            return np.zeros((0, self.mesh.element.face_table.shape[1]), dtype=np.int64)
         return self.mesh.faces_of(list(self.contact))
 
     @cached_property

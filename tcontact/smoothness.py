@@ -67,13 +67,14 @@ def checkerboard(pressure: np.ndarray, areas: np.ndarray, lines: np.ndarray) -> 
 
 
 def grid_lines(faces: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Three nodes in a row [m, 3], as places in `nodes`, from quadrilateral faces [f, 4]; none from triangles.
+    """Three nodes in a row [m, 3], as places in `nodes`, from quadrilaterals among faces [f, 4|3].
 
     The middle node has two faces (on an edge of the set) or four; two of its neighbours stand opposite if no face holds
     both.
     """
     if len(faces) == 0 or faces.shape[1] != 4:
         return np.zeros((0, 3), dtype=np.int64)
+    faces = faces[faces[:, 3] != faces[:, 2]]
     around: dict[int, list[int]] = {}
     for number, face in enumerate(faces.tolist()):
         for node in face:

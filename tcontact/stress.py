@@ -7,7 +7,7 @@ import numpy as np
 from . import arrays
 from .errors import InputError
 from .launch import Prepared
-from .packing import WIDTHS, pack_cells
+from .packing import WIDTH, pack_cells
 from .scene import Body
 
 
@@ -29,7 +29,7 @@ class VonMises:
         if LAWS[law].state:
             raise InputError("material.law", law, "its stress depends on what the points keep; draw something else")
         kind = body.element
-        packs = pack_cells(mesh.cells, mesh.node_count, WIDTHS[kind])
+        packs = pack_cells(mesh.cells, mesh.node_count, WIDTH)
         self._count = mesh.cell_count
         self._kernel = Prepared(make_von_mises(kind, law))
         self._connectivity = arrays.put(packs.connectivity)

@@ -22,10 +22,11 @@ import h5py
 import numpy as np
 
 from .atomic_file import AtomicFile
+from .elements import ELEMENTS
 from .errors import InputError
-from .vtkhdf_reader import CHECK, DAMAGED, FORMAT, NODES_PER_CELL, VTK_TYPE, Frame, ResultData, checksum
+from .vtkhdf_reader import CHECK, DAMAGED, FORMAT, Frame, ResultData, checksum
 
-__all__ = ["VTK_TYPE", "Frame", "ResultData", "ResultFile"]
+__all__ = ["Frame", "ResultData", "ResultFile"]
 
 VERSION = (2, 0)  # the first VTKHDF version with time steps: every later reader accepts it
 _STEP_ROWS = 512  # rows in a chunk of the per-step arrays
@@ -72,7 +73,7 @@ class ResultFile:
     ) -> ResultFile:
         """Start a new file at `path` (an older one is replaced) and write the mesh.
 
-        points: reference positions [n,3] [m]; blocks: (kind, connectivity [m,k]) with kind "hex8" or "tet4", cells in
+        points: reference positions [n,3] [m]; blocks: (kind, connectivity [m,k]) with a kind of `ELEMENTS`, cells in
         VTK node order; attributes: anything JSON can say; static_cell_data: fields that never change, e.g. {"body":
         [cells]}.
         Raises `InputError` for wrong shapes, unknown kinds and node numbers outside the mesh, before the file is
@@ -97,7 +98,7 @@ class ResultFile:
             root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
             root.attrs.create("Type", np.bytes_("UnstructuredGrid"), dtype=h5py.string_dtype("ascii", 16))
             sizes = np.concatenate([np.full(len(cells), cells.shape[1], dtype=np.int64) for _, cells in checked])
-            types = [np.full(len(cells), VTK_TYPE[kind], dtype=np.uint8) for kind, cells in checked]
+            types = [np.full(len(cells), ELEMENTS[kind].vtk, dtype=np.uint8) for kind, cells in checked]
             mesh = {
                 "NumberOfPoints": np.array([len(points)], dtype=np.int64),
                 "NumberOfCells": np.array([count], dtype=np.int64),
@@ -340,11 +341,11 @@ class _Column:
 
 
 def _checked_block(index: int, kind: str, cells: np.ndarray, points: int) -> tuple[str, np.ndarray]:
-    if kind not in VTK_TYPE:
-        raise InputError(f"blocks[{index}] kind", kind, f"use one of {', '.join(VTK_TYPE)}")
+    if kind not in ELEMENTS:
+        raise InputError(f"blocks[{index}] kind", kind, f"use one of {', '.join(ELEMENTS)}")
     cells = np.ascontiguousarray(cells, dtype=np.int64)
-    if cells.ndim != 2 or cells.shape[1] != NODES_PER_CELL[kind]:
-        raise InputError(f"blocks[{index}]", cells.shape, f"{kind} needs connectivity [m,{NODES_PER_CELL[kind]}]")
+    if cells.ndim != 2 or cells.shape[1] != ELEMENTS[kind].corners:
+        raise InputError(f"blocks[{index}]", cells.shape, f"{kind} needs connectivity [m,{ELEMENTS[kind].corners}]")
     if cells.size and (cells.min() < 0 or cells.max() >= points):
         raise InputError(
             f"blocks[{index}]", (int(cells.min()), int(cells.max())), f"node numbers must lie in 0..{points - 1}"

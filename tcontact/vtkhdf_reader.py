@@ -16,13 +16,12 @@ import numpy as np
 
 from . import validate
 from .atomic_file import AtomicFile, read_undo
+from .elements import ELEMENTS
 from .errors import InputError
 
-VTK_TYPE = {"tet4": 10, "hex8": 12}
-NODES_PER_CELL = {"tet4": 4, "hex8": 8}
 FORMAT = 2  # of what stands in /tcontact; 1 had no checksums
 CHECK = "crc32"  # attribute of an array that is stored as a whole
-_KIND = {number: kind for kind, number in VTK_TYPE.items()}
+_KIND = {element.vtk: element for element in ELEMENTS.values()}
 
 DAMAGED = (
     KeyError,
@@ -198,8 +197,8 @@ def _blocks(types: np.ndarray, offsets: np.ndarray, connectivity: np.ndarray) ->
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(types)) + 1, [len(types)]])
     blocks = []
     for first, last in pairwise(cuts):
-        kind = _KIND[int(types[first])]
-        blocks.append((kind, connectivity[offsets[first] : offsets[last]].reshape(-1, NODES_PER_CELL[kind])))
+        element = _KIND[int(types[first])]
+        blocks.append((element.kind, connectivity[offsets[first] : offsets[last]].reshape(-1, element.corners)))
     return blocks
 
 

@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from .atomic_file import unlinked
-from .vtkhdf import VTK_TYPE
+from .elements import ELEMENTS
 
 TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 
@@ -27,7 +27,9 @@ class VtuWriter:
         self.cells = {
             "connectivity": np.concatenate([cells.ravel() for _, cells in blocks]).astype(np.int64),
             "offsets": np.cumsum(sizes),
-            "types": np.concatenate([np.full(len(cells), VTK_TYPE[kind], dtype=np.uint8) for kind, cells in blocks]),
+            "types": np.concatenate(
+                [np.full(len(cells), ELEMENTS[kind].vtk, dtype=np.uint8) for kind, cells in blocks]
+            ),
         }
 
     def write(self, path: Path, point_data: Mapping[str, np.ndarray], cell_data: Mapping[str, np.ndarray]) -> None:

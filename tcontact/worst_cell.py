@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lumped_mass import shape_functions
+from .elements import shape_functions
 from .mesh import Mesh
 
 

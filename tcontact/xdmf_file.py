@@ -13,9 +13,9 @@ import h5py
 import numpy as np
 
 from .atomic_file import unlinked
+from .elements import ELEMENTS
 from .vtkhdf import Frame
 
-TOPOLOGY = {"hex8": ("Hexahedron", 9), "tet4": ("Tetrahedron", 6)}
 RANK = {1: "Scalar", 3: "Vector"}
 
 
@@ -67,9 +67,9 @@ def _topology(blocks: Sequence[tuple[str, np.ndarray]], item: object) -> list[st
     count = sum(len(cells) for _, cells in blocks)
     if len({kind for kind, _ in blocks}) == 1:
         cells = np.concatenate([cells for _, cells in blocks])
-        name = TOPOLOGY[blocks[0][0]][0]
+        name = ELEMENTS[blocks[0][0]].xdmf[0]
         listed = item("cells", cells)
         return [f'<Topology TopologyType="{name}" NumberOfElements="{count}">{listed}</Topology>']
-    rows = [np.insert(cells, 0, TOPOLOGY[kind][1], axis=1).ravel() for kind, cells in blocks]
+    rows = [np.insert(cells, 0, ELEMENTS[kind].xdmf[1], axis=1).ravel() for kind, cells in blocks]
     listed = item("cells", np.concatenate(rows))
     return [f'<Topology TopologyType="Mixed" NumberOfElements="{count}">{listed}</Topology>']

@@ -8,8 +8,16 @@ import numpy as np
 
 from tcontact.mesh_box import box_mesh
 
-TYPES = {"point": (15, 0), "line": (1, 1), "triangle": (2, 2), "quad": (3, 2), "tet4": (4, 3), "hex8": (5, 3)}
-FACE = {"hex8": "quad", "tet4": "triangle"}
+TYPES = {
+    "point": (15, 0),
+    "line": (1, 1),
+    "triangle": (2, 2),
+    "quad": (3, 2),
+    "tet4": (4, 3),
+    "hex8": (5, 3),
+    "wedge6": (6, 3),
+}
+GMSH_WEDGE = [0, 2, 1, 3, 5, 4]  # VTK lists the corners of a prism the other way round
 NAMES = {
     (2, 1): "left",
     (2, 2): "both ends",
@@ -25,6 +33,13 @@ def box(kind):
     return box_mesh((1.0, 2.0, 3.0), (3, 2, 2), kind, origin=(-1.0, 0.5, 0.0))
 
 
+def faces(entity, physicals, rows):
+    """A block of faces, all triangles or all quadrilaterals: a triangle with four corners has one of them twice."""
+    flat = rows[:, 0] == rows[:, 1] if rows.shape[1] == 4 else np.ones(len(rows), bool)
+    assert flat.all() or not flat.any()
+    return ("triangle", entity, physicals, rows[:, -3:]) if flat.all() else ("quad", entity, physicals, rows)
+
+
 def gmsh_content(kind, ungrouped=False):
     """A box behind an orphan point: overlapping surface groups, one without a name, one name in two dimensions."""
     mesh = box(kind)
@@ -35,14 +50,14 @@ def gmsh_content(kind, ungrouped=False):
         ("point", 1, [4], [[row[7]]]),
         ("point", 2, [4], [[3]]),
         ("line", 1, [1], [[row[0], row[1]], [row[1], row[2]]]),
-        (FACE[kind], 1, [1, 2], sides["xmin"]),
-        (FACE[kind], 2, [2], sides["xmax"]),
-        (FACE[kind], 3, [9], sides["ymin"]),
-        (FACE[kind], 4, [5], sides["zmax"]),
-        (kind, 1, [1, 3], row[mesh.cells]),
+        faces(1, [1, 2], sides["xmin"]),
+        faces(2, [2], sides["xmax"]),
+        faces(3, [9], sides["ymin"]),
+        faces(4, [5], sides["zmax"]),
+        (kind, 1, [1, 3], row[mesh.cells][:, GMSH_WEDGE if kind == "wedge6" else slice(None)]),
     ]
     if ungrouped:
-        blocks.insert(4, (FACE[kind], 5, [], sides["ymax"]))
+        blocks.insert(4, faces(5, [], sides["ymax"]))
     return points, blocks
 
 

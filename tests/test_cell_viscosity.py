@@ -52,7 +52,7 @@ def displaced(mesh, share, seed=4):
     return share * size * np.random.default_rng(seed).uniform(-1.0, 1.0, mesh.nodes.shape)
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_force_is_the_stress_of_the_rate_of_greens_strain(kind):
     """sigma = eta C : F^-t (E - E_before) F^-1 with steps as large as the cells deform, on present positions."""
     scene = rubbing(kind=kind)

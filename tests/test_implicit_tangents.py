@@ -44,6 +44,7 @@ def check_cells(rule, law, kind, formulation):
 QUICK = [
     *((rule, "neo", "hex8", "full") for rule in RULES),
     *(("discrete", law, kind, "full") for law in ("linear", "svk", "mooney") for kind in ("hex8", "tet4")),
+    ("discrete", "neo", "wedge6", "full"),
     ("discrete", "neo", "hex8", "reduced"),
     ("discrete", "neo", "hex8", "mean-dilatation"),
     ("discrete", "linear", "hex8", "mean-dilatation"),

@@ -15,7 +15,7 @@ def test_area_weight_of_a_corner_of_a_triangle_is_a_third_of_its_area():
     assert node_areas(nodes, np.array([[0, 1, 2]])) == pytest.approx([2.0, 2.0, 2.0, 0.0], rel=1e-14)
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_area_weights_integrate_what_is_linear_over_plane_faces(kind):
     """The sum of A_k is the area, the sum of A_k x_k the integral of x."""
     mesh = tc.box_mesh((0.3, 0.5, 0.7), (2, 3, 4), kind)
@@ -25,7 +25,7 @@ def test_area_weights_integrate_what_is_linear_over_plane_faces(kind):
     assert not np.delete(areas, mesh.nodes_of("zmin")).any()
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_area_weights_of_a_curved_skin_are_those_of_the_oracle(kind):
     mesh = block(kind, 3, turn=meshes.rotation(8))
     generator = np.random.default_rng(2)
@@ -34,7 +34,7 @@ def test_area_weights_of_a_curved_skin_are_those_of_the_oracle(kind):
     assert node_areas(nodes, faces) == pytest.approx(oracle.face_area_weights(nodes, np.array(faces)), rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_masses_of_cells_have_the_mass_and_the_centre_of_the_body(kind):
     mesh = tc.box_mesh((0.3, 0.5, 0.7), (2, 3, 4), kind)
     masses = cell_masses(mesh, 7.0)

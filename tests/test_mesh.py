@@ -10,11 +10,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from tcontact.elements import ELEMENTS
 from tcontact.mesh import Mesh
 from tcontact.mesh_box import box_mesh
-from tcontact.mesh_geometry import FACES
 
-KINDS = ("hex8", "tet4")
+KINDS = ("hex8", "tet4", "wedge6")
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
 
 
@@ -37,7 +37,7 @@ def bent(kind, cells=(4, 3, 5)):
 @pytest.mark.parametrize("kind", KINDS)
 def test_volumes_of_a_box_add_up_exactly_and_are_equal(kind):
     mesh = box_mesh((0.1, 0.2, 0.3), (3, 4, 5), kind, origin=(-1.0, 2.0, 7.0))
-    cells = 60 * (1 if kind == "hex8" else 6)
+    cells = 60 * {"hex8": 1, "tet4": 6, "wedge6": 2}[kind]
     assert mesh.cell_volumes() == pytest.approx(np.full(cells, 0.006 / cells), rel=1e-12)
 
 
@@ -67,10 +67,12 @@ def test_boundary_is_closed_and_points_outward(kind):
     areas = vector_areas(mesh.nodes, mesh.boundary_faces())
     assert np.abs(areas.sum(axis=0)).max() < 1e-13
     cell_of = {
-        tuple(sorted(cell[list(face)])): mesh.nodes[cell].mean(axis=0) for cell in mesh.cells for face in FACES[kind]
+        frozenset(cell[list(face)].tolist()): mesh.nodes[cell].mean(axis=0)
+        for cell in mesh.cells
+        for face in ELEMENTS[kind].faces
     }
     for face, area in zip(mesh.boundary_faces(), areas, strict=True):
-        assert area @ (mesh.nodes[face].mean(axis=0) - cell_of[tuple(sorted(face))]) > 0.0
+        assert area @ (mesh.nodes[face].mean(axis=0) - cell_of[frozenset(face.tolist())]) > 0.0
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -92,13 +94,13 @@ def test_side_sets_have_the_area_and_the_normal_of_the_side(kind):
 def test_every_face_has_one_or_two_cells_and_euler_holds(kind, cells):
     """Brute force over sets of corners: conformity, the boundary, and V - E + F - C = 1 for a ball."""
     mesh = box_mesh((1.0, 1.0, 1.0), cells, kind)
-    faces = Counter(frozenset(cell[list(face)].tolist()) for cell in mesh.cells for face in FACES[kind])
+    faces = Counter(frozenset(cell[list(face)].tolist()) for cell in mesh.cells for face in ELEMENTS[kind].faces)
     assert set(faces.values()) <= {1, 2}
     outer = {face for face, count in faces.items() if count == 1}
     assert outer == {frozenset(face.tolist()) for face in mesh.boundary_faces()}
-    per_side = 2 * (cells[0] * cells[1] + cells[1] * cells[2] + cells[0] * cells[2])
-    assert len(outer) == per_side * (1 if kind == "hex8" else 2)
-    corners = [(face, face[1:] + face[:1]) for face in FACES[kind]]
+    ends, sides = 2 * cells[0] * cells[1], 2 * (cells[0] + cells[1]) * cells[2]  # across z, and around it
+    assert len(outer) == {"hex8": ends + sides, "tet4": 2 * (ends + sides), "wedge6": 2 * ends + sides}[kind]
+    corners = [(face, face[1:] + face[:1]) for face in ELEMENTS[kind].faces]
     edges = {
         frozenset((cell[a], cell[b]))
         for cell in mesh.cells.tolist()
@@ -169,9 +171,10 @@ def test_union_of_sets_has_no_doubles():
 @pytest.mark.parametrize("kind", KINDS)
 def test_faces_of_a_set_are_turned_outward_and_inner_faces_left_out(kind):
     box = box_mesh((1.0, 1.0, 1.0), (2, 2, 2), kind)
-    outer = {tuple(sorted(face)) for face in box.boundary_faces().tolist()}
-    all_faces = box.cells[:, np.array(FACES[kind])].reshape(-1, len(FACES[kind][0]))
-    inner = np.array([face for face in all_faces if tuple(sorted(face.tolist())) not in outer])
+    outer = {frozenset(face) for face in box.boundary_faces().tolist()}
+    table = np.array([face + face[2:] * (kind == "wedge6" and len(face) == 3) for face in ELEMENTS[kind].faces])
+    all_faces = box.cells[:, table].reshape(-1, table.shape[1])
+    inner = np.array([face for face in all_faces if frozenset(face.tolist()) not in outer])
     mesh = box.with_sets(face_sets={"mixed": np.concatenate([inner, box.face_sets["zmax"][:, ::-1]])})
     assert np.array_equal(mesh.faces_of("mixed"), box.faces_of("zmax"))
 

@@ -128,7 +128,7 @@ BAD = {
     "generated nodes": (HEXES + "*NGEN\n1, 9\n", "written out"),
     "cylindrical": ("*NODE, SYSTEM=C\n1, 0., 0., 0.\n", "rectangular"),
     "second order": (HEXES.replace("type=C3D8R", "type=C3D20R"), "other than 20 nodes"),
-    "wedge": ("*NODE\n1, 0.\n*ELEMENT, TYPE=C3D6\n1, 1, 1, 1, 1, 1, 1\n", "wedge"),
+    "pyramid": ("*NODE\n1, 0.\n*ELEMENT, TYPE=C3D5\n1, 1, 1, 1, 1, 1\n", "C3D5"),
     "unknown solid": (HEXES.replace("C3D8R", "COH3D8"), "C3D8"),
     "continuum shell": (HEXES.replace("C3D8R", "SC8R"), "C3D8"),
     "mixed": (HEXES + "*ELEMENT, TYPE=C3D4\n100, 10, 20, 40, 50\n", "mixed"),

@@ -8,19 +8,19 @@ import sys
 import meshio
 import numpy as np
 import pytest
-from mesh_files import FACE, NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
+from mesh_files import GMSH_WEDGE, NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
 from tcontact.mesh_file import MeshWarning
 from tcontact.mesh_io import read_mesh
 
 
 def same_faces(a, b):
-    return sorted(map(sorted, a.tolist())) == sorted(map(sorted, b.tolist()))
+    return sorted(sorted(set(face)) for face in a.tolist()) == sorted(sorted(set(face)) for face in b.tolist())
 
 
 @pytest.mark.parametrize("version", ["2.2", "4.1"])
 @pytest.mark.parametrize("binary", [False, True])
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_gmsh_file_gives_the_mesh_and_its_groups(tmp_path, kind, version, binary):
     """Orphans go, numbering closes up, groups follow: the mesh is the box that was written."""
     points, blocks = gmsh_content(kind)
@@ -63,25 +63,26 @@ def test_gmsh_file_without_groups_gives_all_cells_and_no_sets(tmp_path, version,
     assert not read.face_sets
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_mirrored_cells_are_turned_and_reported(tmp_path, kind):
     mesh = box(kind)
     mirrored = mesh.nodes * [1.0, 1.0, -1.0]
-    blocks = [(kind, 1, [], mesh.cells)]
+    blocks = [(kind, 1, [], mesh.cells[:, GMSH_WEDGE] if kind == "wedge6" else mesh.cells)]
     write_gmsh22(tmp_path / "part.msh", mirrored, list(range(1, mesh.node_count + 1)), blocks, {}, False)
     with pytest.warns(MeshWarning, match=f"{mesh.cell_count} inverted {kind} cells"):
         read = read_mesh(tmp_path / "part.msh")
     assert read.cell_volumes() == pytest.approx(mesh.cell_volumes(), rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 @pytest.mark.parametrize("binary", [False, True])
 def test_vtu_file_gives_the_mesh_and_no_sets(tmp_path, kind, binary):
     mesh = box(kind)
-    word = {"hex8": "hexahedron", "tet4": "tetra"}[kind]
+    word, face = {"hex8": ("hexahedron", "quad"), "tet4": ("tetra", "triangle"), "wedge6": ("wedge", "quad")}[kind]
+    rows = mesh.cells[:, GMSH_WEDGE] if kind == "wedge6" else mesh.cells
     content = meshio.Mesh(
         np.r_[[[5.0, 5.0, 5.0]], mesh.nodes],
-        [(FACE[kind], mesh.face_sets["xmin"] + 1), (word, mesh.cells + 1)],
+        [(face, mesh.face_sets["xmin"] + 1), (word, rows + 1)],
         cell_data={"material": [np.ones(len(mesh.face_sets["xmin"]), int), np.ones(mesh.cell_count, int)]},
     )
     content.write(tmp_path / "part.vtu", binary=binary)

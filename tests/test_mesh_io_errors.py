@@ -79,7 +79,7 @@ def test_truncated_vtu_file(tmp_path):
         ([("tetra10", [list(range(10))])], "second-order"),
         ([("hexahedron20", [list(range(20))])], "ElementOrder=1"),
         ([("hexahedron", [list(range(8))]), ("quad8", [list(range(8))])], "second-order"),
-        ([("wedge", [[0, 1, 2, 3, 4, 5]])], "wedge"),
+        ([("wedge", [[0, 1, 2, 3, 4, 5]]), ("tetra", [[0, 1, 2, 3]])], "prisms"),
         ([("tetra", [[0, 1, 2, 3]]), ("pyramid", [[0, 1, 2, 3, 4]])], "pyramid"),
     ],
 )

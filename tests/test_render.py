@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from tcontact import render, runtime
+from tcontact.elements import ELEMENTS
 from tcontact.errors import InputError
-from tcontact.mesh_geometry import FACES
 from tcontact.render.animation import can_film
 from tcontact.render.labels import round_up
 from tcontact.render.studio import Studio
@@ -160,7 +160,7 @@ def test_faces_look_outward():
     points, cells = _box(1)
     for kind, mesh in (("hex8", cells), ("tet4", cells[:, TETS].reshape(-1, 4))):
         for cell in mesh:
-            for face in FACES[kind]:
+            for face in ELEMENTS[kind].faces:
                 a, b, c = points[cell[list(face[:3])]]
                 assert np.cross(b - a, c - b) @ (a - points[cell].mean(axis=0)) > 0
 

@@ -52,6 +52,7 @@ CASES = [
     ("tet4", "svk", "full", 1, 40.0),
     ("hex8", "neo", "full", 2, 1e3),
     ("hex8", "linear", "normal", 2, None),
+    ("wedge6", "neo", "full", 2, None),
 ]
 
 

@@ -29,6 +29,11 @@ def volumes(mesh, nodes):
         areas += 0.5 * weight * np.linalg.det(jacobian)[:, None, None] * np.linalg.inv(jacobian)  # rows: area vectors
     if mesh.kind == "hex8":
         return volume, volume / np.linalg.norm(areas, axis=2).max(axis=1)
+    if (
+        mesh.kind == "wedge6"
+    ):  # of the mean triangle, whose sides turn about the direction from end to end; and of the ends
+        sides = [2.0 * areas[:, 0], 2.0 * areas[:, 1], 2.0 * (areas[:, 0] + areas[:, 1]), areas[:, 2]]
+        return volume, 2.0 * volume / np.max([np.linalg.norm(2.0 * area, axis=1) for area in sides], axis=0)
     edges = corners[:, 1:] - corners[:, :1]
     faces = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
     size = [np.cross(corners[:, b] - corners[:, a], corners[:, c] - corners[:, a]) for a, b, c in faces]
@@ -58,7 +63,7 @@ def force(mesh, mat, velocity, viscosity):
 
 
 @pytest.mark.parametrize(("kind", "formulation"), [
-    ("hex8", "full"), ("tet4", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"),
+    ("hex8", "full"), ("tet4", "full"), ("wedge6", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"),
 ])  # fmt: skip
 def test_force_and_power_of_one_short_step(kind, formulation):
     """From a velocity field without strain: M dv/dt = q dV/dx, in compressed and in expanding cells."""

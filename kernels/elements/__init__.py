@@ -1,9 +1,11 @@
 """Kinds of cells by name, which a kernel factory takes as its `kind`: one file an element, with its `FUNCTIONS`."""
 
 from ..materials import LAWS
-from . import hex8, hex8_mean_dilatation, hex8_reduced, tet4
+from . import hex8, hex8_mean_dilatation, hex8_reduced, tet4, wedge6
 
-FUNCTIONS = hex8.FUNCTIONS | hex8_reduced.FUNCTIONS | hex8_mean_dilatation.FUNCTIONS | tet4.FUNCTIONS
+FUNCTIONS = {}
+for element in (hex8, hex8_reduced, hex8_mean_dilatation, tet4, wedge6):
+    FUNCTIONS |= element.FUNCTIONS
 CORNERS = {kind: functions.corners for kind, functions in FUNCTIONS.items()}
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from .. import runtime
 from ..launch import Prepared
-from ..packing import WIDTHS
+from ..packing import WIDTH
 from ..terms.internal_force import InternalForce
 
 
@@ -18,9 +18,7 @@ def without_energy(force: InternalForce, variant: str, law: str) -> InternalForc
     name = law + " without energy"
     LAWS.setdefault(name, LAWS[law]._replace(update=_bare(LAWS[law].update)))
     other = copy(force)
-    other.kernel = Prepared(
-        internal_force.make_step(variant, name, signature_of({"body": force.bundle()}), WIDTHS[variant])
-    )
+    other.kernel = Prepared(internal_force.make_step(variant, name, signature_of({"body": force.bundle()}), WIDTH))
     return other
 
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..elements import ELEMENTS
+
 KINDS = ("hex8", "hex8-distorted", "hex8-reduced", "hex8-mean-dilatation", "tet4")
 LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff", "mooney-rivlin")
 CONTACTS = ("none", "normal", "full")
@@ -34,7 +36,7 @@ class Configuration:
     @property
     def cells(self) -> int:
         """Number of cells."""
-        return self.size**3 * (6 if self.kind == "tet4" else 1)
+        return self.size**3 * len(ELEMENTS[self.kind.partition("-")[0]].in_box)
 
     def row(self, contact: str) -> dict[str, Any]:
         """The columns that name a row."""

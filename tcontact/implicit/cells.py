@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from .. import arrays
+from ..elements import HEX_CORNERS, shape_functions
 from ..launch import Prepared
-from ..lumped_mass import HEX_CORNERS, shape_functions
 from ..scene import Body
 from .sparsity import Sparsity, sparsity_of
 

@@ -27,9 +27,7 @@ def _body(body: BodyPlan, scheme: ImplicitScheme) -> list[str]:
     unknowns = 3 * mesh.node_count
     left, right = np.broadcast_arrays(mesh.cells[:, :, None], mesh.cells[:, None, :])
     blocks = len(np.unique(left.astype(np.int64) * mesh.node_count + right))
-    points = len(mesh.cells) * {"hex8": 8, "tet4": 1}[mesh.kind]
-    if body.body.formulation == "reduced":
-        points = len(mesh.cells)
+    points = len(mesh.cells) * (1 if body.body.formulation == "reduced" else len(mesh.element.weights))
     ratio = material.lame_lambda / material.lame_mu
     kind = choose(unknowns, ratio, scheme.solver)
     if scheme.solver != "auto":

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..lumped_mass import shape_functions
 from ..plan import BodyPlan
 from .sparsity import Sparsity
 
@@ -81,15 +80,11 @@ class ConsistentMass:
 def consistent_cells(plan: BodyPlan) -> np.ndarray:
     """Mass matrices [m, a, 3, b, 3] [kg] of the cells, redistributed."""
     body, cells = plan.body, plan.cells
-    values, slopes, weights = shape_functions(body.mesh.kind)
+    values, slopes, weights = body.mesh.element.product_rule
     corners = plan.reference[cells]
     jacobian = np.einsum("mad,qac->mqdc", corners - corners[:, :1], slopes, optimize=True)
     volumes = weights * np.linalg.det(jacobian)
-    if body.mesh.kind == "tet4":  # exact: one point is not enough for products
-        scalar = volumes.sum(axis=1)[:, None, None] * (np.ones((4, 4)) + np.eye(4)) / 20.0
-    else:
-        scalar = np.einsum("mq,qa,qb->mab", volumes, values, values, optimize=True)
-    scalar *= body.material.density
+    scalar = body.material.density * np.einsum("mq,qa,qb->mab", volumes, values, values, optimize=True)
     result = np.einsum("mab,ij->maibj", scalar, np.eye(3))
     contact = plan.contact
     if contact is None or contact.basis is None:

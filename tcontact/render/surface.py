@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import validate
+from ..elements import ELEMENTS
 from ..errors import InputError
-from ..mesh_geometry import FACES
 from ..obstacles.base import direction as unit_of
 
 
@@ -42,9 +42,11 @@ def boundary_surface(blocks: Sequence[tuple[str, np.ndarray]]) -> Surface:
     owners: dict[int, list[np.ndarray]] = {3: [], 4: []}
     first = 0
     for kind, cells in blocks:
-        local = np.array(FACES[kind])
-        found[local.shape[1]].append(cells[:, local].reshape(-1, local.shape[1]))
-        owners[local.shape[1]].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
+        for corners, listed in found.items():
+            local = [face for face in ELEMENTS[kind].faces if len(face) == corners]
+            if local:
+                listed.append(cells[:, local].reshape(-1, corners))
+                owners[corners].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
         first += len(cells)
     faces = {}
     for corners in (3, 4):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..elements import ELEMENTS
 from ..errors import InputError
 from ..mesh import Mesh
 from ..mesh_box import box_mesh
@@ -187,7 +188,7 @@ class Reader:
             if group in sets and label:
                 sets[group][label] = values
         mesh = Mesh(found["nodes"], found["cells"], str(found["kind"]), **sets)
-        if kind is not None and mesh.kind != choice("kind", kind, ("hex8", "tet4")):
+        if kind is not None and mesh.kind != choice("kind", kind, ELEMENTS):
             raise InputError("kind", kind, f"the file holds {mesh.kind} cells; leave kind out")
         return mesh if number("scale", scale, low=0.0) == 1.0 else mesh.scaled(scale)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..lumped_mass import shape_functions
+from ..elements import shape_functions
 
 if TYPE_CHECKING:
     from ..result import Result

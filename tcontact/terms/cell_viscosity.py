@@ -17,13 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-SPACING = {"hex8": 1.0, "tet4": 2.0**0.5}  # of nodes over the shortest height: six even tetrahedra make a cube
-
-
 class CellViscosity:
     """sigma_v = eta (lambda tr D I + 2 mu D) in the contact cells of a body, eta = beta h/c.
 
-    h: shortest height of a hex; of a tetrahedron times the square root of 2, so that a hex cut into six keeps its eta.
+    h: shortest height times `Element.spacing`, so that a hex cut into other cells keeps its eta.
 
     data: as in kernels/cell_viscosity.py; what it holds of a row goes on to the next one.
     """
@@ -48,7 +45,7 @@ class CellViscosity:
         numbers[[names.NODES, names.LANES, names.FIRST_ROW]] = nodes, lanes, surface.first_row
         eta = np.zeros(lanes)
         heights = shortest_heights(plan.body.mesh.kind, plan.reference[cells])
-        eta[:count] = contact.viscosity * SPACING[plan.body.mesh.kind] * heights / material.wave_speed
+        eta[:count] = contact.viscosity * plan.body.mesh.element.spacing * heights / material.wave_speed
         self.data = arrays.put(np.concatenate([numbers, np.zeros(6 * nodes), eta, np.zeros(3 * lanes * corners)]))
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
         self._rows = slice(names.NUMBERS + 6 * nodes + lanes, None)

@@ -11,7 +11,7 @@ import numpy as np
 from .. import arrays
 from ..kernels.lanes import CELL_SUMS, LAW_PARAMETERS, NODE_SUMS, VISCOUS_HELD, VISCOUS_START, VISCOUS_SUMS
 from ..launch import Prepared
-from ..packing import CHUNKS, WIDTHS, CellPacks, OwnRows, append_own_rows, pack_cells
+from ..packing import CHUNKS, WIDTH, CellPacks, OwnRows, append_own_rows, pack_cells
 from ..plan import BodyPlan
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class InternalForce:
         from ..kernels.signatures import signature_of
 
         kind, material = plan.variant, plan.body.material
-        packs = pack_cells(plan.cells, len(plan.reference), WIDTHS[kind])
+        packs = pack_cells(plan.cells, len(plan.reference), WIDTH)
         self.surface: OwnRows | None = None
         if plan.contact is not None and plan.contact.graph is not None:
             self.surface = append_own_rows(packs, plan.cells[plan.contact.graph.cells])

@@ -6,8 +6,8 @@ import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
+from ..elements import shape_functions
 from ..kernels.lanes import SWEEP_LANES
-from ..lumped_mass import shape_functions
 from ..mesh_geometry import shortest_edge
 from ..plan import BodyPlan
 from ..scene import Scene
@@ -22,7 +22,6 @@ POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per li
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-RELAXATION = {("hex8", "full"): 1.1, ("tet4", "full"): 1.3}  # measured best at nu = .3; else 1
 MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
@@ -108,9 +107,8 @@ class StaticSolve:
             settings[names.REACH] = REACH * shortest_edge(plan.reference, plan.cells[cells])
         settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(plan.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
-        settings[names.RELAXATION] = 1.0
-        if model.penalty is None and scene.friction is None:
-            settings[names.RELAXATION] = RELAXATION.get((plan.body.mesh.kind, str(self.removal)), 1.0)
+        exact = model.penalty is None and scene.friction is None and self.removal == "full"
+        settings[names.RELAXATION] = plan.body.mesh.element.relaxation if exact else 1.0
         return settings
 
     def _stat(self, number: int) -> float:

@@ -1,4 +1,4 @@
-"""hex8 (2x2x2 points) and tet4 cells in VTK order: internal force, energy, tangent stiffness, von Mises stress."""
+"""hex8 (2x2x2 points), wedge6 (3x2 points) and tet4 cells in VTK order: internal force, energy, tangent, von Mises."""
 
 from dataclasses import dataclass
 
@@ -35,6 +35,23 @@ def reference_points(kind, centre=False):
     if kind == "tet4":
         slope = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
         return np.full((1, 4), 0.25), slope[None], np.array([1 / 6])
+    if kind == "wedge6":
+        weights = (
+            np.full((1, 3), 1 / 3) if centre else np.full((3, 3), 1 / 6) + np.eye(3) / 2
+        )  # of the triangle's corners
+        levels = np.array([0.5]) if centre else 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+        shape, slope = [], []
+        for area in weights:
+            for level in levels:
+                shape.append([*((1 - level) * area), *(level * area)])
+                within = np.array(
+                    [[-1.0, -1], [0, 1], [1, 0]]
+                )  # corner 2 along the first axis, corner 1 along the second
+                lower, upper = [
+                    np.column_stack([part * within, sign * area]) for part, sign in ((1 - level, -1), (level, 1))
+                ]
+                slope.append(np.concatenate([lower, upper]))
+        return np.array(shape), np.array(slope), np.full(len(shape), 0.5 / len(shape))
     raise ValueError(kind)
 
 

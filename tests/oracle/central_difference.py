@@ -127,11 +127,16 @@ def stable_step(body, penalty=None, normals=()):
 
 
 def heights(nodes, cells):
-    """Return the shortest height [m]: of the parallelepiped of a hex, or of a tetrahedron times sqrt 2."""
+    """Return the shortest height [m]: of the parallelepiped of a hex, or of a tetrahedron or prism times sqrt 2."""
     corner = nodes[cells]
     if cells.shape[1] == 4:
         rows = np.linalg.inv(corner[:, 1:] - corner[:, :1])  # their columns: gradients of the shape functions
         every = np.concatenate([rows, -rows.sum(axis=2, keepdims=True)], axis=2)
+        return np.sqrt(2) / np.linalg.norm(every, axis=1).max(axis=1)
+    elif cells.shape[1] == 6:
+        middle, along = corner[:, :3] + corner[:, 3:], corner[:, 3:].mean(axis=1) - corner[:, :3].mean(axis=1)
+        rows = np.linalg.inv(np.stack([*(0.5 * (middle[:, k] - middle[:, 0]) for k in (1, 2)), along], axis=1))
+        every = np.concatenate([rows, -rows[:, :, :2].sum(axis=2, keepdims=True)], axis=2)
         return np.sqrt(2) / np.linalg.norm(every, axis=1).max(axis=1)
     else:
         faces = [((1, 2, 5, 6), (0, 3, 4, 7)), ((2, 3, 6, 7), (0, 1, 4, 5)), ((4, 5, 6, 7), (0, 1, 2, 3))]

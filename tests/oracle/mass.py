@@ -32,7 +32,10 @@ def lumped_cell_mass(quad, density):
 
 
 def face_area_weights(nodes, faces):
-    """A_k = integral of N_k over the faces in the reference state [n] [m^2]."""
+    """A_k = integral of N_k over the faces in the reference state [n] [m^2]; [a, b, c, c] is a triangle."""
+    if faces.shape[1] == 4 and (faces[:, 2] == faces[:, 3]).any():
+        flat = faces[:, 2] == faces[:, 3]
+        return face_area_weights(nodes, faces[flat, :3]) + face_area_weights(nodes, faces[~flat])
     corner = nodes[faces]
     if faces.shape[1] == 3:
         normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])

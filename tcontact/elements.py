@@ -1,0 +1,240 @@
+"""Kinds of cells: all that the program knows of one, in one record; its forces are in kernels/elements/.
+
+Corners are in VTK's order. The corners of a face turn counter-clockwise seen from outside a cell whose volume is
+positive, so that its normal points outward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import permutations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+Corners = tuple[int, ...]
+
+SLANTED = 2.0**0.5  # edge of a cube over the shortest height of the tetrahedra or prisms that it is cut into
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """A way to integrate the forces of a cell, besides its kernels.
+
+    integration: in words, for cells of any shape; affine: where all cells are parallelepipeds, if the kernels make use
+    of it; small: most cells for which one thread is faster than several: a pass takes it about 0.35 ms then, and to
+    wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save;
+    locks: Poisson's ratio above which the cells are too stiff (locking.py).
+    """
+
+    integration: str
+    small: int
+    affine: str | None = None
+    locks: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """A kind of cell.
+
+    kind: its name; plural: the word for messages; reference [a, 3]: corners of the reference cell; shape: from points
+    [q, 3] there to the shape functions [q, a] and their gradients [q, a, 3]; points [q, 3], weights [q]: the
+    integration points of force and mass; product_points, product_weights: those that integrate products of shape
+    functions, None for the same. faces, edges: their corners; mirror: the order of the corners of the same cell with
+    the opposite orientation; spans: three pairs of sets of corners, whose centres span a parallelepiped that is the
+    cell or has it as a part, with as many alternatives as it takes to see all heights of the cell; in_box: the cells
+    that a hexahedron is cut into. formulations: by name, "full" first; spacing: edge over shortest height of a cell of
+    even shape; relaxation: of the sweeps of the static solve, measured best at nu = .3.
+    Files: vtk: number of VTK's type; xdmf: name and number; meshio: name; abaqus: type, and abaqus_faces: S1, S2, ...;
+    file_order: where the corners of VTK's order stand in that of gmsh, meshio and Abaqus, to which abaqus_faces refer.
+    """
+
+    kind: str
+    plural: str
+    reference: FloatArray
+    shape: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    points: FloatArray
+    weights: FloatArray
+    faces: tuple[Corners, ...]
+    edges: tuple[tuple[int, int], ...]
+    mirror: Corners
+    spans: tuple[tuple[tuple[Corners, Corners], ...], ...]
+    in_box: tuple[Corners, ...]
+    formulations: Mapping[str, Formulation]
+    vtk: int
+    xdmf: tuple[str, int]
+    meshio: str
+    abaqus: str
+    abaqus_faces: tuple[Corners, ...]
+    spacing: float = 1.0
+    relaxation: float = 1.0
+    file_order: Corners | None = None
+    product_points: FloatArray | None = None
+    product_weights: FloatArray | None = None
+
+    @property
+    def corners(self) -> int:
+        """Number of corners."""
+        return len(self.reference)
+
+    @cached_property
+    def face_table(self) -> npt.NDArray[np.int64]:
+        """Corners [faces, 4|3] of the faces; a triangle among quadrilaterals repeats its last corner."""
+        width = max(map(len, self.faces))
+        return np.array([face + face[-1:] * (width - len(face)) for face in self.faces])
+
+    @cached_property
+    def rule(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Shape functions [q, a], their gradients [q, a, 3] and weights [q] at the integration points."""
+        return (*self.shape(self.points), self.weights)
+
+    @cached_property
+    def product_rule(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integration points, as `rule`, that are exact for products of two shape functions of an affine cell."""
+        if self.product_points is None or self.product_weights is None:
+            return self.rule
+        return (*self.shape(self.product_points), self.product_weights)
+
+
+def shape_functions(kind: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return values [q, corners], reference gradients [q, corners, 3], weights [q] at a cell's integration points."""
+    return ELEMENTS[kind].rule
+
+
+HEX_CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
+)
+GAUSS = 1.0 / np.sqrt(3.0)
+
+
+def _hex_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Trilinear functions on [-1, 1]^3."""
+    factors = 1.0 + points[:, None, :] * HEX_CORNERS[None]  # [q, a, 3]
+    gradients = np.empty((len(points), 8, 3))
+    for axis, (one, two) in enumerate(((1, 2), (0, 2), (0, 1))):
+        gradients[:, :, axis] = HEX_CORNERS[:, axis] * factors[:, :, one] * factors[:, :, two] / 8.0
+    return factors.prod(axis=2) / 8.0, gradients
+
+
+_EVERY_POINT = "Jacobian of every Gauss point recomputed"
+_ONE_JACOBIAN = "one Jacobian per cell, recomputed"
+_ONE_CHANGE = ", one volume change per cell"
+
+HEX8 = Element(
+    kind="hex8",
+    plural="hexahedra",
+    reference=HEX_CORNERS,
+    shape=_hex_shape,
+    points=GAUSS * HEX_CORNERS,
+    weights=np.ones(8),
+    faces=((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    edges=((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)),
+    mirror=(4, 5, 6, 7, 0, 1, 2, 3),
+    spans=((((1, 2, 5, 6), (0, 3, 4, 7)), ((2, 3, 6, 7), (0, 1, 4, 5)), ((4, 5, 6, 7), (0, 1, 2, 3))),),
+    in_box=((0, 1, 2, 3, 4, 5, 6, 7),),
+    formulations={
+        "full": Formulation(_EVERY_POINT, 4096, _ONE_JACOBIAN, locks=0.45),
+        "reduced": Formulation("mean gradient recomputed", 8192),
+        "mean-dilatation": Formulation(_EVERY_POINT + _ONE_CHANGE, 4096, _ONE_JACOBIAN + _ONE_CHANGE),
+    },
+    vtk=12,
+    xdmf=("Hexahedron", 9),
+    meshio="hexahedron",
+    abaqus="C3D8",
+    abaqus_faces=((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+    relaxation=1.1,
+)
+
+
+def _tet_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Linear functions on the tetrahedron with three unit edges at the origin."""
+    gradient = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    values = np.concatenate([1.0 - points.sum(axis=1, keepdims=True), points], axis=1)
+    return values, np.repeat(gradient[None], len(points), axis=0)
+
+
+def _freudenthal() -> tuple[Corners, ...]:
+    """Six tetrahedra in a hexahedron: the paths along three edges from corner 0 to corner 6."""
+    paths: list[Corners] = []
+    for path in permutations(range(3)):
+        steps = np.cumsum([np.zeros(3, dtype=int), *np.eye(3, dtype=int)[list(path)]], axis=0)
+        a, b, c, d = (int(4 * z + (0, 1, 3, 2)[x + 2 * y]) for x, y, z in steps)
+        even = np.linalg.det(np.eye(3)[list(path)]) > 0.0
+        paths.append((a, b, c, d) if even else (a, b, d, c))
+    return tuple(paths)
+
+
+TET4 = Element(
+    kind="tet4",
+    plural="tetrahedra",
+    reference=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float),
+    shape=_tet_shape,
+    points=np.full((1, 3), 0.25),
+    weights=np.array([1.0 / 6.0]),
+    product_points=np.full((4, 3), (5.0 - 5.0**0.5) / 20.0) + np.eye(4)[:, 1:] / 5.0**0.5,
+    product_weights=np.full(4, 1.0 / 24.0),
+    faces=((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    edges=((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    mirror=(0, 1, 3, 2),
+    spans=((((1,), (0,)), ((2,), (0,)), ((3,), (0,))), (((2,), (3,)), ((1,), (3,)), ((0,), (3,)))),
+    in_box=_freudenthal(),
+    formulations={"full": Formulation(_ONE_JACOBIAN, 20000, locks=0.4)},
+    spacing=SLANTED,
+    vtk=10,
+    xdmf=("Tetrahedron", 6),
+    meshio="tetra",
+    abaqus="C3D4",
+    abaqus_faces=((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    relaxation=1.3,
+)
+
+
+def _wedge_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Linear functions of the triangle (r, s), r towards corner 2 and s towards corner 1, times those of [-1, 1]."""
+    r, s, t = points.T
+    zero, one = np.zeros_like(r), np.ones_like(r)
+    triangle = np.stack([1.0 - r - s, s, r], axis=1)
+    slopes = np.stack([np.stack([-one, zero, one], axis=1), np.stack([-one, one, zero], axis=1)], axis=2)
+    values, gradients = [], []
+    for sign in (-1.0, 1.0):
+        share = 0.5 * (1.0 + sign * t)[:, None]
+        values.append(share * triangle)
+        gradients.append(np.concatenate([share[:, None] * slopes, 0.5 * sign * triangle[:, :, None]], axis=2))
+    return np.concatenate(values, axis=1), np.concatenate(gradients, axis=1)
+
+
+WEDGE6 = Element(  # the triangle 0, 1, 2 of VTK looks outward; in gmsh, meshio and Abaqus it looks inward
+    kind="wedge6",
+    plural="prisms",
+    reference=np.array([[0, 0, -1], [0, 1, -1], [1, 0, -1], [0, 0, 1], [0, 1, 1], [1, 0, 1]], dtype=float),
+    shape=_wedge_shape,
+    points=np.array([[r, s, t * GAUSS] for t in (-1, 1) for r, s in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3))]),
+    weights=np.full(6, 1.0 / 6.0),
+    faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    edges=((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    mirror=(3, 4, 5, 0, 1, 2),
+    spans=(
+        (((2, 5), (0, 3)), ((1, 4), (0, 3)), ((3, 4, 5), (0, 1, 2))),
+        (((0, 3), (1, 4)), ((2, 5), (1, 4)), ((3, 4, 5), (0, 1, 2))),
+    ),
+    in_box=((0, 2, 1, 4, 6, 5), (0, 3, 2, 4, 7, 6)),
+    formulations={"full": Formulation(_EVERY_POINT, 5000, locks=0.45)},
+    spacing=SLANTED,
+    vtk=13,
+    xdmf=("Wedge", 8),
+    meshio="wedge",
+    abaqus="C3D6",
+    abaqus_faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    file_order=(0, 2, 1, 3, 5, 4),
+)
+
+ELEMENTS = {element.kind: element for element in (HEX8, TET4, WEDGE6)}
+FORMULATIONS = {  # by the name that `Body.element` has
+    element.kind if name == "full" else f"{element.kind}-{name}": formulation
+    for element in ELEMENTS.values()
+    for name, formulation in element.formulations.items()
+}
+BY_CORNERS = {element.corners: element for element in ELEMENTS.values()}
