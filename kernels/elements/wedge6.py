@@ -65,14 +65,8 @@ def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
         for level in ti.static(range(2)):
             t = ti.static(LEVELS[level])
             shape = geometry([wedge_gradient(mode_x[c], r, s, t) for c in range(3)])
-            point = point_force(
-                [wedge_gradient(mode_u[c], r, s, t) for c in range(3)],
-                shape,
-                parameters,
-                law,
-                memory,
-                3 * level + place,
-            )
+            g = [wedge_gradient(mode_u[c], r, s, t) for c in range(3)]
+            point = point_force(g, shape, parameters, law, memory, 3 * level + place)
             energy += point[1]
             change = ti.min(change, point[2])
             for c in ti.static(range(3)):
@@ -83,7 +77,7 @@ def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
                 mode_f[c][3] += along[0] * t + along[2] * r
                 mode_f[c][4] += along[1] * t + along[2] * s
     share = weight * WEIGHT
-    force = [wedge_corner_forces([share * mode_f[c][k] for k in range(5)]) for c in range(3)]
+    force = [wedge_corner_forces([share * mode_f[c][m] for m in range(5)]) for c in range(3)]
     return [force, share * energy, change]
 
 
