@@ -21,7 +21,7 @@ class MasslessContact:
     for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products
     with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` says which and why).
     cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness C, the
-    strain rate D and eta = beta h/c (h: shortest height of a hex, that of a tetrahedron times 1.41; c: wave speed).
+    strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave speed).
     Without it what slides on nodes that keep their tangential mass flutters at the scale of the mesh. None means
     `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and
     a number is refused. History: `viscous_work` [J], dissipated so far.
