@@ -35,6 +35,7 @@ from .static_control import (
 from .vectors import MASK, load
 
 UNLIMITED = 1e300
+NOTHING = 1e-20  # of F_ref: a residual that changes no digit of any increment
 
 
 @ti.func
@@ -272,7 +273,7 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
             proportional = ti.select(chopped <= reduced, 1.0, 0.0)
             more = done < least or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
             more = more or (done < settings[its + MAXIMUM_SWEEPS] and residual > bound)
-            going = ti.select(more and reduced + chopped > 0.0, 1, 0)
+            going = ti.select(more and residual > NOTHING, 1, 0)
             if not reduced + chopped < UNLIMITED:  # not a number: the sweeps shall say so
                 definite, going = 0, 0
             if going == 1:

@@ -252,6 +252,7 @@ def test_a_body_of_a_law_that_loses_ellipticity_goes_on_with_sweeps():
     assert ends[1].time == pytest.approx(ends[0].time, rel=0.05)
 
 
+@pytest.mark.filterwarnings("ignore:block has poisson")
 def test_the_bench_compares_both_solvers():
     """Near poisson 1/2 products are fewer than sweeps; the table has a line for each."""
     from tcontact.bench import static_solvers
