@@ -19,6 +19,8 @@ from .dissipation import BulkViscosity, Damping
 from .materials import Material
 from .periodic import Images
 from .plan import SMALL, BodyPlan, ContactPlan
+from .scene import Scene
+from .static_solver import static_solver
 
 
 @dataclass(frozen=True)
@@ -304,6 +306,21 @@ def _starts(counts: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def domains_of(bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
-    """The bodies in groups that take their steps together."""
-    return tuple(Domain((body,), (number,)) for number, body in enumerate(bodies))
+def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
+    """The bodies in groups that take their steps together: one, where their contact is of one kind.
+
+    Bodies whose nodes have lost different numbers of mass components, or that need different solvers, make kernels of
+    different kinds; what cannot touch goes with the first group.
+    """
+    groups: dict[tuple[int, bool], list[int]] = {}
+    alone = []
+    for number, body in enumerate(bodies):
+        if body.contact is None or not len(body.contact.nodes):
+            alone.append(number)
+            continue
+        massless = body.contact.graph is not None
+        kind = body.contact.block if massless else 0, massless and static_solver(scene, body).projected
+        groups.setdefault(kind, []).append(number)
+    numbers = list(groups.values()) or [[]]
+    numbers[0] = sorted(numbers[0] + alone)
+    return tuple(Domain(tuple(bodies[number] for number in group), tuple(group)) for group in numbers)

@@ -185,7 +185,7 @@ class Plan:
         """The bodies in the groups that take their steps together."""
         from .domain import domains_of
 
-        return domains_of(self.bodies)
+        return domains_of(self.scene, self.bodies)
 
     @property
     def contact_term(self) -> str | None:
