@@ -28,8 +28,7 @@ class CellBlock:
     """Cells of one element and one law with its constants.
 
     variant: the element as its kernels know it; cells [m, corners]: nodes of the domain, the contact cells last;
-    contact [c]: numbers of these among the contact cells of the domain; viscosity: (c1, c2) of the bulk viscosity and
-    the largest mean over smallest corner mass of a cell, None without.
+    contact [c]: numbers of these among the contact cells of the domain.
     """
 
     body: BodyPlan
@@ -52,14 +51,16 @@ class CellBlock:
 class Domain:
     """Bodies in one numbering.
 
-    numbers: of the bodies in the scene; node_start, contact_start, cell_start [bodies + 1]: first node, contact node
-    and contact cell of every body;
+    numbers: of the bodies in the scene; chunks: of its cells (packing.py), None: as many as suit
+    the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of every
+    body;
     boundary_place: where the boundary nodes [s] of every body stand in those of the domain; the other attributes as in
     `BodyPlan`.
     """
 
     def __init__(self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,)) -> None:
         self.bodies, self.numbers = bodies, numbers
+        self.chunks: int | None = None
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import arrays
+from .. import arrays, runtime
 from ..domain import Domain
 from ..domain_packing import corner_lists, massless_count, material_numbers, pack_domain
 from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
 from ..launch import Prepared
 from ..measured import COMBINE
+from ..packing import chunks_for
 
 if TYPE_CHECKING:
     from ..kernels.bundles import Body
@@ -32,7 +33,7 @@ class InternalForce:
         from ..kernels.internal_force import make_step
         from ..kernels.signatures import signature_of
 
-        self.packs = packs = pack_domain(domain)
+        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()))
         self.chunks = packs.chunks
         self.gravity = domain.gravity
         self.connectivity = arrays.put(packs.connectivity)
