@@ -5,13 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from scenes import block
+from scenes import block, state_of
 from test_resume import split
 
 import tcontact as tc
 from tcontact import arrays, runtime
 from tcontact.packing import WIDTH
-from tcontact.state import BodyState
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,9 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
 
 def numbers_of(state):
     """What the points keep [cells and padding, points, 2]."""
-    points = {"tet4": 1, "hex8-reduced": 1}.get(state.plan.element, 8)
+    points = {"tet4": 1, "hex8-reduced": 1}.get(state.views[0].plan.element, 8)
     kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
-    return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.plan.cells)]
+    return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.views[0].plan.cells)]
 
 
 CASES = [("hex8", "full", 2), ("tet4", "full", 2), ("hex8", "reduced", 3), ("hex8", "mean-dilatation", 2)]
@@ -74,11 +73,11 @@ def test_only_the_step_pass_commits(kind, formulation, cells, path, request):
     scene = falling(kind, cells, formulation)
     plan = tc.plan(scene).bodies[0]
     start = np.array(scene.bodies[0].mesh.nodes) * np.array([0.0, 0.0, -0.05])
-    state = BodyState(scene, plan, start, np.zeros_like(start))
+    state = state_of(scene, plan, start)
     assert not numbers_of(state).any()
     state.begin_contact(1e-6)  # measures and solves
     out = arrays.zeros(start.size)
-    state.internal_force.without_special().minus_force(state.u, out)  # a Lanczos product
+    state.internal_force.without_boundary().minus_force(state.u, out)  # a Lanczos product
     assert np.abs(arrays.get(out)).max() > 0.0
     assert not numbers_of(state).any()
     for step in range(3):
@@ -113,8 +112,7 @@ def test_a_law_without_state_has_no_byte_of_it():
     sizes = []
     for one in (scene, plain):
         plan = tc.plan(one).bodies[0]
-        start = np.zeros((len(plan.reference), 3))
-        state = BodyState(one, plan, start, start)
+        state = state_of(one, plan)
         sizes.append(state.memory()["internal-force"])
     force = state.internal_force
     assert force.memory is None

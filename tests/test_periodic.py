@@ -5,13 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import material, simulate
+from scenes import force_of, material, simulate, stable_steps
 
 import tcontact as tc
 from tcontact.describe import memory
 from tcontact.plan import SMALL
-from tcontact.stable_step import StableStep
-from tcontact.terms.internal_force import InternalForce
 
 H, COUNT = 0.4, 40
 FLOOR = tc.Plane()
@@ -298,13 +296,12 @@ def test_a_search_that_goes_on_stays_in_the_tied_body():
     moved = planned.images.follow(noise * np.linspace(0.0, 1.0, len(noise))[:, None] / 10).reshape(-1)
     found = []
     for before, products in ((True, 8), (False, 80)):
-        estimator = StableStep(planned, InternalForce(planned), [], None)
+        estimator = stable_steps(planned, force_of(planned))
         if before:
             estimator.estimate(np.zeros_like(moved))
         found.append(estimator.estimate(moved, products=products))
-        assert np.allclose(
-            estimator.start, planned.images.follow(estimator.start.reshape(-1, 3)).reshape(-1), atol=1e-5
-        )
+        search = estimator.bodies[0]
+        assert np.allclose(search.start, planned.images.follow(search.start.reshape(-1, 3)).reshape(-1), atol=1e-5)
     assert 0.9 <= found[0] / found[1] <= 1.05
 
 
