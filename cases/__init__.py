@@ -15,6 +15,7 @@ import ast
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import Literal, get_args, get_origin
 
 from tcontact.errors import InputError
 
@@ -70,9 +71,10 @@ def load(name: str) -> ModuleType:
 
 def _aliases() -> dict[str, str]:
     """The words one may give for a named choice of `_choices.py`, such as choices.Kind."""
-    body = ast.parse((Path(__file__).parent / "_choices.py").read_text(encoding="utf-8")).body
-    named = [item for item in body if isinstance(item, ast.Assign) and isinstance(item.value, ast.Subscript)]
-    return {f"choices.{ast.unparse(item.targets[0])}": " | ".join(ast.literal_eval(item.value.slice)) for item in named}
+    choices = vars(importlib.import_module(f"{__name__}._choices"))
+    return {
+        f"choices.{name}": " | ".join(get_args(kind)) for name, kind in choices.items() if get_origin(kind) is Literal
+    }
 
 
 def _path(name: str) -> Path:

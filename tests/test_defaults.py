@@ -15,6 +15,7 @@ import pytest
 
 import tcontact as tc
 from tcontact import friction_layer, render
+from tcontact.elements import FORMULATIONS
 from tcontact.schemes.implicit import ImplicitScheme
 
 TEXT = (Path(__file__).resolve().parents[1] / "docs" / "DEFAULTS.md").read_text(encoding="utf-8")
@@ -54,6 +55,8 @@ def written(name: str) -> str:
 
 
 KNOWN = dict(defaults())
+KNOWN["Formulation.small"] = {name: way.small for name, way in FORMULATIONS.items()}
+KNOWN["Formulation.locks"] = {name: way.locks for name, way in FORMULATIONS.items() if way.locks < 1.0}
 
 
 @pytest.mark.parametrize("name", ROWS)

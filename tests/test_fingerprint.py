@@ -58,6 +58,10 @@ CHANGES = {
         tc.MooneyRivlin(1e6, 2e6, 3e7, 1200.0),
         {"c1": 1.1e6, "c2": 2.1e6, "bulk": 3.1e7, "density": 1e3},
     ),
+    tc.Ogden: (
+        tc.Ogden((1e6,), (2.0,), 0.3, 1200.0),
+        {"mu": (1.1e6,), "alpha": (2.1,), "poisson": 0.31, "density": 1201.0},
+    ),
     tc.Plane: (tc.Plane(), FAR | MOTION | {"normal": (0.0, 1e-3, 1.0)}),
     tc.Sphere: (
         tc.Sphere((0.0, 0.0, -2.0)),

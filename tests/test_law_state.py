@@ -117,9 +117,8 @@ def test_a_law_without_state_has_no_byte_of_it():
     force = state.internal_force
     assert force.memory is None
     assert force.bundle().memory is None
-    assert force.bundle().memory_start is None
-    points, lanes = 8, 8  # one pack of main cells, one of contact cells
-    assert sizes[0] - sizes[1] == 8 * 2 * points * lanes + 4 * 2 * lanes
+    packs, points = 2, 8  # a pack of ordinary cells, one of contact cells
+    assert sizes[0] - sizes[1] == packs * 8 * 2 * points * WIDTH
 
 
 def test_what_cannot_have_state_refuses_it():
