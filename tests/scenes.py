@@ -10,6 +10,7 @@ from oracle import meshes
 
 import tcontact as tc
 from tcontact.domain import Domain
+from tcontact.plan import Plan
 from tcontact.stable_step import StableStep, StableSteps
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -105,7 +106,7 @@ def state_of(scene, body_plan, displacement=None, velocity=None):
     from tcontact.state import DomainState
 
     start = [np.zeros_like(body_plan.reference) if one is None else one for one in (displacement, velocity)]
-    return DomainState(scene, domain_of(body_plan), *[[one] for one in start])
+    return DomainState(scene, domain_of(body_plan), *[[one] for one in start], Plan(scene, (body_plan,)).layout)
 
 
 def stable_steps(body_plan, force, obstacles=(), stiffness=None, viscous_force=None):
