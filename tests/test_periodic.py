@@ -310,7 +310,7 @@ def test_memory_and_plan_name_the_images_and_a_plain_body_has_none():
     planned = tc.plan(scene)
     assert "periodic" in planned.terms
     assert "periodic" in planned.describe()
-    taken, foreseen = simulate(scene).memory, memory(planned, planned.bodies[0])
+    taken, foreseen = simulate(scene).memory, memory(planned, planned.domains[0])
     assert set(taken) == set(foreseen)
     for term, size in taken.items():
         assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term
