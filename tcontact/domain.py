@@ -274,9 +274,9 @@ class Domain:
         return sum(counts) > 0 and self._share(counts) <= 1.0
 
     def _share(self, counts: list[int]) -> float:
-        """How many cells of every block there are, over what one thread is given."""
-        limits = [max(SMALL[block.body.element], 1e-9) for block in self.blocks]
-        return sum(count / limit for count, limit in zip(counts, limits, strict=True))
+        """How many cells of every block there are, over what one thread is given; infinite where it is given none."""
+        pairs = [(count, SMALL[block.body.element]) for count, block in zip(counts, self.blocks, strict=True) if count]
+        return sum(count / limit if limit else np.inf for count, limit in pairs)
 
     @property
     def several(self) -> float:

@@ -234,7 +234,7 @@ def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]
     Packs of all blocks are taken in the order of their lowest nodes, without changing that within a block, and divided
     so that every chunk has about as many corners.
     """
-    lowest = [np.maximum.accumulate(part.reshape(len(part), -1).min(axis=1, initial=2**31 - 1)) for part in parts]
+    lowest = [np.maximum.accumulate(part.min(axis=(1, 2), initial=2**31 - 1)) for part in parts]
     owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     order = np.argsort(np.concatenate(lowest), kind="stable")
     owner = owner[order]

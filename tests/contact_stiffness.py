@@ -4,36 +4,39 @@ from collections import namedtuple
 from functools import cache
 
 import numpy as np
+from scenes import domain_of, force_of
 
 import tcontact as tc
 from tcontact import arrays
-from tcontact.kernels.lanes import MATERIALS
-from tcontact.lumped_mass import shape_functions
+from tcontact.terms.static_solve import contact_blocks
 
-Bodies = namedtuple("Bodies", "params position u")
-Pairs = namedtuple("Pairs", "cell_nodes shape_gradients weights start corners nodes values")
+Bodies = namedtuple("Bodies", "params position u memory")
+Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients weights start corners nodes values")
 
 
 @cache
-def tangent_kernel(law, block, formulation, plain):
+def tangent_kernel(kind, law, block, plain):
     """The tangent of the static solve as a kernel of its own."""
     import taichi as ti
 
     from tcontact.kernels.arguments import ARRAY, INDEX
+    from tcontact.kernels.elements import FUNCTIONS
     from tcontact.kernels.reduced_tangent import make_reduced_tangent
     from tcontact.kernels.surface_tangent import make_surface_tangent
 
-    tangent = make_surface_tangent(law, block, plain, formulation == "mean-dilatation")
-    if formulation == "reduced":
-        tangent = make_reduced_tangent(law, block)
+    if FUNCTIONS[kind].tangent == "reduced":
+        tangent = make_reduced_tangent(kind, law, block)
+    else:
+        tangent = make_surface_tangent(kind, law, block, plain)
 
     @ti.kernel
     def kernel(
-        params: ARRAY, position: ARRAY, u: ARRAY, cell_nodes: INDEX, shape_gradients: ARRAY, weights: ARRAY,
-        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
+        params: ARRAY, position: ARRAY, u: ARRAY, blocks: INDEX, cell_nodes: INDEX, shape_gradients: ARRAY,
+        weights: ARRAY, start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
     ):  # fmt: skip
-        body = ti.static(Bodies(params, position, u))
-        tangent(body, basis, ti.static(Pairs(cell_nodes, shape_gradients, weights, start, corners, nodes, values)))
+        body = ti.static(Bodies(params, position, u, None))
+        lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, weights, start, corners, nodes, values))
+        tangent(body, basis, lists, 0)
 
     return kernel
 
@@ -45,14 +48,13 @@ def contact_stiffness(body, removal, u):
     graph, block, count = plan.contact.graph, plan.contact.block, len(plan.contact.nodes)
     basis = plan.contact.basis[:, :, :block]
     values = arrays.zeros(len(graph.pair_nodes) * block * block)
-    _, gradients, weights = shape_functions(body.mesh.kind)
-    params = np.array([0.0] * MATERIALS + [*body.material.parameters])
+    force = force_of(plan)
+    lists = contact_blocks(domain_of(plan), force)
     plain = bool((basis == np.eye(3)[:, :block]).all()) and block == 3
-    kernel = tangent_kernel(body.material.law, block, body.formulation, plain)
-    cell_nodes = plan.cells[graph.cells]
-    graph_lists = (graph.pair_start, graph.pair_corners, graph.pair_nodes)
-    before = (params, plan.reference, u[plan.node_order], cell_nodes, gradients, weights, *graph_lists)
-    kernel(*map(arrays.put, before), values, arrays.put(basis))
+    kernel = tangent_kernel(plan.variant, body.material.law, block, plain)
+    points = [lists[name] for name in ("blocks", "cell_nodes", "shape_gradients", "weights")]
+    before = (plan.reference, u[plan.node_order], *points, graph.pair_start, graph.pair_corners, graph.pair_nodes)
+    kernel(force.parameters, *map(arrays.put, before), values, arrays.put(basis))
     matrix = np.zeros((count, block, count, block))
     pair_values = np.array(arrays.get(values)).reshape(-1, block, block)
     for (row, column), corners, value in zip(graph.pair_nodes, graph.pair_corners, pair_values, strict=True):

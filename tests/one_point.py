@@ -3,11 +3,10 @@
 import numpy as np
 import oracle
 from oracle import meshes
-from scenes import TWINS, material
+from scenes import TWINS, force_of, material
 
 import tcontact as tc
 from tcontact import arrays
-from tcontact.terms.internal_force import InternalForce
 
 SIZE = (0.2, 0.22, 0.18)
 
@@ -39,7 +38,7 @@ class Force:
 
     def __init__(self, body):
         self.plan = tc.plan(tc.Scene(bodies=[body], duration=1.0)).bodies[0]
-        self.term = InternalForce(self.plan)
+        self.term = force_of(self.plan)
 
     def __call__(self, u):
         """dW/du [n, 3]; afterwards energy, jacobian and hourglass (energy) are those of u."""

@@ -6,13 +6,11 @@ import numpy as np
 import oracle
 import pytest
 from oracle.central_difference import free_inverse, heights
-from scenes import block, material, simulate, thrown, twin, twin_planes, wall
+from scenes import block, material, simulate, stable_steps, state_of, thrown, twin, twin_planes, wall
 
 import tcontact as tc
 from tcontact.cases import pressure_shear, sliding_block
 from tcontact.plan import SMALL
-from tcontact.stable_step import StableStep
-from tcontact.state import BodyState
 
 MU = 0.35
 NORMAL = tc.MasslessContact(removal="normal")
@@ -29,7 +27,7 @@ def rubbing(law="neo", kind="hex8", formulation="full", contact=NORMAL, cells=3,
 def force(scene, u, step):
     """The program's viscous force [n, 3] times the time of a step [n, 3] that ends at the displacement u [n, 3]."""
     planned = tc.plan(scene).bodies[0]
-    state = BodyState(scene, planned, np.zeros_like(u), np.zeros_like(u))
+    state = state_of(scene, planned)
     order = planned.node_order
     found = state.serial.viscous_force(u[order].reshape(-1), step[order].reshape(-1))
     return planned.to_user(found.reshape(-1, 3))
@@ -121,8 +119,8 @@ def limit(scene, beta):
     """The stable step by dense matrices: 4 M - dt^2 K - 2 dt C on what has mass, in units of the program's estimate."""
     planned = tc.plan(scene).bodies[0]
     zero = np.zeros_like(planned.reference)
-    state = BodyState(scene, planned, zero, zero)
-    estimator = StableStep(planned, state.internal_force, scene.obstacles, None, state.serial.viscous_force)
+    state = state_of(scene, planned)
+    estimator = stable_steps(planned, state.internal_force, scene.obstacles, None, state.serial.viscous_force)
     found = estimator.estimate(zero.reshape(-1))
     body = scene.bodies[0]
     there, mesh = twin(body), body.mesh
@@ -329,8 +327,7 @@ def test_a_column_that_sticks_or_slides_keeps_its_waves():
 def test_absent_it_leaves_nothing_behind(contact, friction):
     scene = dataclasses.replace(rubbing(contact=contact, duration=0.2), friction=friction)
     planned = tc.plan(scene)
-    zero = np.zeros_like(planned.bodies[0].reference)
-    state = BodyState(scene, planned.bodies[0], zero, zero)
+    state = state_of(scene, planned.bodies[0])
     assert "visco" not in planned.describe()
     assert planned.columns == ()
     assert not state.contact.options.viscous

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import oracle
 import pytest
-from scenes import material, python, simulate, thrown, twin, twin_planes
+from scenes import material, python, simulate, state_of, thrown, twin, twin_planes
 from scipy.optimize import brentq
 from test_central_difference import COLUMNS, contact_models, there_position
 
@@ -291,15 +291,12 @@ def test_the_ledger_closes_and_friction_never_gains(name):
 
 def test_friction_is_a_term_only_where_there_is_friction():
     """No array, no launch, no kernel file of the kick without it."""
-    from tcontact.state import BodyState
-
     with_it = sliding_block.scene(motion="slide", duration=1e-3)
     without = dataclasses.replace(with_it, friction=None)
     for scene, there in ((with_it, True), (without, False)):
         planned = tc.plan(scene)
         assert ("coulomb-friction" in planned.terms) is there
-        zero = np.zeros_like(planned.bodies[0].reference)
-        state = BodyState(scene, planned.bodies[0], zero, zero)
+        state = state_of(scene, planned.bodies[0])
         assert (state.contact.friction is not None) is there
         assert any("friction" in name for name in simulate(scene).memory) is there
 

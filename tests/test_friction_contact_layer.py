@@ -6,13 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import simulate
+from scenes import simulate, state_of
 
 import tcontact as tc
 from tcontact.cases import hot_slide
 from tcontact.friction_layer import COPPER
 from tcontact.kernels.columns import group_columns
-from tcontact.state import BodyState
 from tcontact.vtkhdf import ResultData
 
 LAYERS = [column.name for column in group_columns("layers")]
@@ -82,8 +81,7 @@ def test_layers_are_what_the_model_says():
     for given in ({"material": COPPER} | options, {}):
         scene = sliding(**given)
         body = tc.plan(scene).bodies[0]
-        zero = np.zeros_like(body.reference)
-        layer, wanted = BodyState(scene, body, zero, zero).contact.friction.layer, defaults | given
+        layer, wanted = state_of(scene, body).contact.friction.layer, defaults | given
         assert layer.metals == (wanted["material"],)
         for name in set(options) - {"grading"}:
             assert getattr(layer, name) == wanted[name], name

@@ -10,7 +10,9 @@ import pytest
 from scenes import python
 
 from tcontact import runtime
-from tcontact.packing import WIDTH, pack_cells
+from tcontact.kernels import lanes
+from tcontact.kernels.columns import CELL_SUMS, CELLS, NODE_SUMS
+from tcontact.packing import WIDTH, Block, pack_blocks
 
 KINDS = ("hex8", "tet4", "wedge6")
 LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin")
@@ -91,35 +93,70 @@ def numpy_force(kind, law, nodes, cells, u):
     return force, np.sum(volume * w), np.linalg.det(np.eye(3) + h).min()
 
 
-class Step:
-    """The kernel with its arrays; `special` nodes hand out their force."""
+def contact_corners(blocks):
+    """The nodes of the corners of all contact cells, block after block."""
+    return np.concatenate([block.cells[len(block.cells) - block.contact :].ravel() for block in blocks])
 
-    def __init__(self, kind, law, nodes, cells, special=(), chunks=8):
-        self.kind, self.law = kind, law
-        self.moduli = MODULI.get(law, (LAM, MU))
-        self.packs = pack_cells(cells, len(nodes), WIDTH, chunks)
-        self.info = self.packs.with_boundary(np.array(special, dtype=int))
+
+class Step:
+    """The kernel with its arrays for blocks of cells; the boundary nodes hand out their force."""
+
+    def __init__(self, kind, law, nodes, cells, boundary=(), chunks=8, contact=0):
+        self._prepare([(kind, law, cells, contact)], nodes, boundary, chunks)
+
+    @classmethod
+    def of_blocks(cls, blocks, nodes, boundary=(), chunks=8):
+        """blocks: (kind, law, cells, contact cells at their end) of each."""
+        step = cls.__new__(cls)
+        step._prepare(blocks, nodes, boundary, chunks)
+        return step
+
+    def _prepare(self, blocks, nodes, boundary, chunks):
+        self.kinds = tuple(dict.fromkeys((kind, law) for kind, law, _cells, _contact in blocks))
+        self.materials, packed = [], []
+        for kind, law, cells, contact in blocks:
+            at = lanes.MATERIALS + len(self.materials)
+            packed.append(Block(cells, WIDTH, self.kinds.index((kind, law)), at, contact))
+            moduli = MODULI.get(law, (LAM, MU))
+            self.materials += [*moduli, *[0.0] * (lanes.LAW_PARAMETERS - len(moduli))]
+        self.packs = packs = pack_blocks(packed, len(nodes), len(self.kinds), chunks)
+        self.info = packs.with_boundary(np.array(boundary, dtype=int))
+        self.corner_rows = None
+        if len(packs.corners):
+            place = np.argsort(boundary)[np.searchsorted(np.sort(boundary), contact_corners(packed))]
+            order = np.argsort(place, kind="stable")
+            starts = np.searchsorted(place[order], np.arange(len(boundary) + 1)) + len(boundary) + 1
+            self.corner_rows = np.concatenate([starts, packs.corners[order]]).astype(np.int32)
         self.nodes = nodes.ravel().copy()
         self.mass = np.random.default_rng(2).uniform(0.5, 2.0, len(nodes))
-        self.rows = np.zeros(3 * self.packs.row_count)
-        self.special_force = np.zeros(max(1, 3 * len(special)))
-        self.node_sums, self.cell_sums = np.zeros(10 * chunks), np.zeros(5 * chunks)
+        self.rows = np.zeros(3 * packs.row_count)
+        self.special_force = np.zeros(max(1, 3 * len(boundary)))
+        self.node_sums, self.cell_sums = np.zeros(NODE_SUMS * chunks), np.zeros(CELL_SUMS * packs.all_chunks)
 
-    def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0)):
+    def __call__(self, u, v, kick_before=0.0, kick_after=1.0, drift=0.0, gravity=(0.0, 0.0, 0.0), free=0.0):
         packs = self.packs
-        params = np.array([kick_before, kick_after, drift, *gravity, 0.0, 0.0, 0.0, packs.chunks, *self.moduli])
+        steps = [kick_before, kick_after, drift, *gravity]
+        damping = [0.0] * (lanes.FREE - lanes.DAMPING)
+        params = np.array([*steps, *damping, free, 0.0, packs.all_chunks, *self.materials])
         from tcontact.kernels.bundles import Body
         from tcontact.kernels.internal_force import make_step
         from tcontact.kernels.signatures import arguments, signature_of
 
         body = {
             "body": Body(
-                u, v, packs.connectivity, packs.chunk_table, packs.segments, None, self.info, self.nodes, self.mass,
-                params, self.rows, self.special_force, self.node_sums, self.cell_sums,
+                u=u, v=v, connectivity=packs.connectivity, chunk_table=packs.chunk_table, segments=packs.segments,
+                corner_rows=self.corner_rows, node_info=self.info, position=self.nodes, mass=self.mass, params=params,
+                rows=self.rows, special_force=self.special_force, node_sums=self.node_sums, cell_sums=self.cell_sums,
             )
         }  # fmt: skip
-        make_step(((self.kind, self.law),), signature_of(body))(0, packs.chunks, packs.chunks, *arguments(body))
-        assert not self.rows.any()
+        step = make_step(self.kinds, signature_of(body), cornered=self.corner_rows is not None)
+        step(0, packs.all_chunks, packs.chunks, *arguments(body))
+        assert not self.rows[: 3 * packs.first_corner_row].any()
+
+    def sums(self):
+        """Elastic energy and the smallest det F of the last pass."""
+        sums = self.cell_sums.reshape(-1, CELL_SUMS)
+        return sums[:, CELLS.elastic].sum(), sums[:, CELLS.jacobian_min].min()
 
     def force(self, u):
         """(dW/du [n, 3], W, smallest det F); u stays as it is, bit for bit."""
@@ -127,7 +164,7 @@ class Step:
         before = flat.tobytes()
         self(flat, v)
         assert flat.tobytes() == before
-        return -v.reshape(-1, 3) * self.mass[:, None], self.cell_sums[::5].sum(), self.cell_sums[1::5].min()
+        return -v.reshape(-1, 3) * self.mass[:, None], *self.sums()
 
 
 def both(law, kind):
@@ -162,7 +199,7 @@ def test_plain_kernel_adds_the_same_force(kind, law):
 
     nodes, cells, u, _step = both(law, kind)
     force = np.ones(u.size)
-    params = np.array([0.0, 0, 0, 0, 0, 0, *MODULI.get(law, (LAM, MU))])
+    params = np.array([0.0] * lanes.MATERIALS + [*MODULI.get(law, (LAM, MU))])
     connectivity = cells.astype(np.int32).ravel()
     make_plain_force(kind, law)(connectivity, nodes.ravel().copy(), params, u.ravel().copy(), force)
     exact = numpy_force(kind, law, nodes, cells, u)[0]
@@ -224,8 +261,55 @@ def test_inverted_and_flat_cells_give_finite_numbers_and_are_seen(kind):
         assert jacobian == pytest.approx(1.0 - squeeze, abs=1e-12)
 
 
+TWO_KINDS = [("hex8", "neo_hookean", "tet4", "mooney_rivlin"), ("wedge6", "linear_elastic", "hex8", "neo_hookean")]
+
+
+@pytest.mark.parametrize(("kind", "law", "other", "other_law"), TWO_KINDS)
+def test_two_kinds_of_cells_in_one_pass_match_numpy(kind, law, other, other_law):
+    """Cells of two kinds and laws, among them contact cells of both, whose corner forces stay in rows of their own."""
+    nodes, cells, _ = block(kind, (3, 2, 4))
+    _, cells_of_other, _ = block(other, (3, 2, 4))
+    half = [len(one) // 2 for one in (cells, cells_of_other)]
+    parts = [cells[: half[0]], cells_of_other[half[1] :]]
+    contact = [5, 3]
+    boundary = np.unique(np.concatenate([part[-count:].ravel() for part, count in zip(parts, contact, strict=True)]))
+    boundary = np.random.default_rng(7).permutation(boundary)
+    step = Step.of_blocks(
+        [(kind, law, parts[0], contact[0]), (other, other_law, parts[1], contact[1])], nodes, boundary
+    )
+    u, v = 0.1 * np.random.default_rng(1).uniform(-1, 1, nodes.shape), np.zeros(nodes.size)
+    first, second = numpy_force(kind, law, nodes, parts[0], u), numpy_force(other, other_law, nodes, parts[1], u)
+    force, energy = first[0] + second[0], first[1] + second[1]
+    jacobians = [one[2] for one, name in ((first, law), (second, other_law)) if name != "linear_elastic"]
+    kept = u.ravel().copy()
+    step(kept, v)
+    assert kept.tobytes() == u.tobytes()
+    ordinary = np.setdiff1d(np.arange(len(nodes)), boundary)
+    found = -v.reshape(-1, 3) * step.mass[:, None]
+    largest = np.abs(force).max()
+    assert np.abs(found - force)[ordinary].max() <= 1e-13 * largest
+    assert not found[boundary].any()
+    assert np.abs(step.special_force.reshape(-1, 3) - force[boundary]).max() <= 1e-13 * largest
+    sums = step.sums()
+    assert sums[0] == pytest.approx(energy, rel=1e-13)
+    assert sums[1] == pytest.approx(min(jacobians), rel=1e-13)  # beside others the linear law has no limit
+    for number, (part, count) in enumerate(zip(parts, contact, strict=True)):
+        own = numpy_corners([(kind, law), (other, other_law)][number], nodes, part[-count:], u)
+        start, end = step.packs.corner_start[number : number + 2]
+        rows = step.rows.reshape(-1, 3)[step.packs.corners[start:end]]
+        assert np.abs(rows - own.reshape(-1, 3)).max() <= 1e-13 * largest
+    v[:] = 0.0
+    step(kept, v, free=1.0)  # a product: every node is an ordinary one
+    assert np.abs(-v.reshape(-1, 3) * step.mass[:, None] - force).max() <= 1e-13 * largest
+
+
+def numpy_corners(cell, nodes, cells, u):
+    """Corner forces [m, corners, 3] of every cell by itself."""
+    return np.array([numpy_force(*cell, nodes, one[None], u)[0][one] for one in cells])
+
+
 @pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1, 1), (1, 1, 33)])
-@pytest.mark.parametrize("chunks", [1, 8, 16])
+@pytest.mark.parametrize("chunks", [1, 8, 31])
 def test_few_cells_and_any_chunks(counts, chunks):
     for kind in KINDS:
         nodes, cells, _ = block(kind, counts)
@@ -240,13 +324,13 @@ def test_few_cells_and_any_chunks(counts, chunks):
 def test_leapfrog_moves_ordinary_nodes_and_sums_their_ledger():
     kind, law = "tet4", "neo_hookean"
     nodes, cells, _ = block(kind)
-    special = [5, 0, 17]
-    step = Step(kind, law, nodes, cells, special)
+    boundary = [5, 0, 17]
+    step = Step(kind, law, nodes, cells, boundary)
     rng = np.random.default_rng(8)
     u, v = 0.1 * rng.uniform(-1, 1, nodes.shape), rng.uniform(-1, 1, nodes.shape)
     gravity = np.array([0.3, -0.2, -9.81])
     force = numpy_force(kind, law, nodes, cells, u)[0]
-    ordinary = np.setdiff1d(np.arange(len(nodes)), special)
+    ordinary = np.setdiff1d(np.arange(len(nodes)), boundary)
     m = step.mass[ordinary, None]
     acceleration = gravity - force[ordinary] / m
     flat_u, flat_v = u.ravel().copy(), v.ravel().copy()
@@ -256,10 +340,10 @@ def test_leapfrog_moves_ordinary_nodes_and_sums_their_ledger():
     moved_u, moved_v = flat_u.reshape(-1, 3), flat_v.reshape(-1, 3)
     assert np.abs(moved_v[ordinary] - after).max() <= 1e-14
     assert np.abs(moved_u[ordinary] - u[ordinary] - 0.03 * after).max() <= 1e-15
-    assert np.array_equal(moved_u[special], u[special])
-    assert np.array_equal(moved_v[special], v[special])
-    assert np.abs(step.special_force.reshape(-1, 3) - force[special]).max() <= 1e-14
-    sums = step.node_sums.reshape(-1, 10).sum(axis=0)
+    assert np.array_equal(moved_u[boundary], u[boundary])
+    assert np.array_equal(moved_v[boundary], v[boundary])
+    assert np.abs(step.special_force.reshape(-1, 3) - force[boundary]).max() <= 1e-14
+    sums = step.node_sums.reshape(-1, NODE_SUMS).sum(axis=0)
     expected = np.concatenate(
         (
             [0.5 * np.sum(m * middle**2)],
@@ -359,5 +443,5 @@ def test_one_and_two_threads_give_the_same_bits():
     code = "from tcontact import runtime; runtime.start(threads=1); import test_internal_force as t"
     done = python(code + "\nprint(*t.bits(), sep=chr(10))")
     assert done.returncode == 0, done.stderr[-2000:]
-    answers = done.stdout.splitlines()[-10:]
+    answers = done.stdout.splitlines()[-5 * len(KINDS) :]
     assert answers == bits()

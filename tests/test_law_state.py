@@ -5,13 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from scenes import block
+from scenes import block, state_of
 from test_resume import split
 
 import tcontact as tc
 from tcontact import arrays, runtime
 from tcontact.packing import WIDTH
-from tcontact.state import BodyState
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,9 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
 
 def numbers_of(state):
     """What the points keep [cells and padding, points, 2]."""
-    points = {"tet4": 1, "hex8-reduced": 1, "wedge6": 6}.get(state.plan.element, 8)
+    points = {"tet4": 1, "hex8-reduced": 1, "wedge6": 6}.get(state.views[0].plan.element, 8)
     kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
-    return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.plan.cells)]
+    return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.views[0].plan.cells)]
 
 
 CASES = [
@@ -80,11 +79,11 @@ def test_only_the_step_pass_commits(kind, formulation, cells, path, request):
     scene = falling(kind, cells, formulation)
     plan = tc.plan(scene).bodies[0]
     start = np.array(scene.bodies[0].mesh.nodes) * np.array([0.0, 0.0, -0.05])
-    state = BodyState(scene, plan, start, np.zeros_like(start))
+    state = state_of(scene, plan, start)
     assert not numbers_of(state).any()
     state.begin_contact(1e-6)  # measures and solves
     out = arrays.zeros(start.size)
-    state.internal_force.without_special().minus_force(state.u, out)  # a Lanczos product
+    state.internal_force.without_boundary().minus_force(state.u, out)  # a Lanczos product
     assert np.abs(arrays.get(out)).max() > 0.0
     assert not numbers_of(state).any()
     for step in range(3):
@@ -119,15 +118,13 @@ def test_a_law_without_state_has_no_byte_of_it():
     sizes = []
     for one in (scene, plain):
         plan = tc.plan(one).bodies[0]
-        start = np.zeros((len(plan.reference), 3))
-        state = BodyState(one, plan, start, start)
+        state = state_of(one, plan)
         sizes.append(state.memory()["internal-force"])
     force = state.internal_force
     assert force.memory is None
     assert force.bundle().memory is None
-    assert force.bundle().memory_start is None
-    points, lanes = 8, 8  # one pack of main cells, one of contact cells
-    assert sizes[0] - sizes[1] == 8 * 2 * points * lanes + 4 * 2 * lanes
+    packs, points = 2, 8  # a pack of ordinary cells, one of contact cells
+    assert sizes[0] - sizes[1] == packs * 8 * 2 * points * WIDTH
 
 
 def test_what_cannot_have_state_refuses_it():

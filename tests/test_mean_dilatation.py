@@ -8,10 +8,9 @@ import pytest
 from contact_stiffness import contact_stiffness, spread_of
 from one_point import SIZE, Force, body_of, distorted, moved, twin
 from oracle import meshes
-from scenes import LAWS, block
+from scenes import LAWS, block, stable_steps
 
 import tcontact as tc
-from tcontact.stable_step import StableStep
 from tcontact.stress import VonMises
 
 SPLIT = [law for law in LAWS if law != "svk"]
@@ -165,8 +164,7 @@ def test_stable_step_against_the_dense_eigenvalue(poisson):
     mesh, force = body.mesh, Force(body)
     stretch = np.diag([1.1, 0.95, 0.75]) + np.array([[0, 0.2, 0], [0, 0, 0], [0.1, 0, 0]])
     for u in (np.zeros_like(mesh.nodes), mesh.nodes @ stretch.T - mesh.nodes):
-        estimate = StableStep(force.plan, force.term, np.zeros((0, 3)), None)
-        estimate = estimate.estimate(u[force.plan.node_order].reshape(-1))
+        estimate = stable_steps(force.plan, force.term).estimate(u[force.plan.node_order].reshape(-1))
         there = twin(body)
         mass = oracle.assemble(
             there.quad.cells, oracle.lumped_cell_mass(there.quad, body.material.density), mesh.node_count

@@ -5,13 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import material, simulate
+from scenes import force_of, material, simulate, stable_steps
 
 import tcontact as tc
 from tcontact.describe import memory
 from tcontact.plan import SMALL
-from tcontact.stable_step import StableStep
-from tcontact.terms.internal_force import InternalForce
 
 H, COUNT = 0.4, 40
 FLOOR = tc.Plane()
@@ -299,13 +297,12 @@ def test_a_search_that_goes_on_stays_in_the_tied_body():
     moved = planned.images.follow(noise * np.linspace(0.0, 1.0, len(noise))[:, None] / 10).reshape(-1)
     found = []
     for before, products in ((True, 8), (False, 80)):
-        estimator = StableStep(planned, InternalForce(planned), [], None)
+        estimator = stable_steps(planned, force_of(planned))
         if before:
             estimator.estimate(np.zeros_like(moved))
         found.append(estimator.estimate(moved, products=products))
-        assert np.allclose(
-            estimator.start, planned.images.follow(estimator.start.reshape(-1, 3)).reshape(-1), atol=1e-5
-        )
+        search = estimator.bodies[0]
+        assert np.allclose(search.start, planned.images.follow(search.start.reshape(-1, 3)).reshape(-1), atol=1e-5)
     assert 0.9 <= found[0] / found[1] <= 1.05
 
 
@@ -314,7 +311,7 @@ def test_memory_and_plan_name_the_images_and_a_plain_body_has_none():
     planned = tc.plan(scene)
     assert "periodic" in planned.terms
     assert "periodic" in planned.describe()
-    taken, foreseen = simulate(scene).memory, memory(planned, planned.bodies[0])
+    taken, foreseen = simulate(scene).memory, memory(planned, planned.domains[0])
     assert set(taken) == set(foreseen)
     for term, size in taken.items():
         assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term

@@ -173,8 +173,8 @@ def test_the_plan_names_its_terms_and_foresees_the_memory(name):
     assert all(term in text for term in planned.terms)
     taken = simulate(scene).memory
     foreseen = {}
-    for body in planned.bodies:
-        for term, size in memory(planned, body).items():
+    for domain in planned.domains:
+        for term, size in memory(planned, domain).items():
             foreseen[term] = foreseen.get(term, 0) + size
     assert set(foreseen) == set(taken)
     for term, size in taken.items():

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import simulate, thrown
+from scenes import simulate, state_of, thrown
 
 import tcontact as tc
 from tcontact.plan import SMALL, plan
@@ -110,13 +110,10 @@ def test_a_run_stops_at_the_same_row(small):
 
 def test_a_small_body_compiles_one_kernel_only(small):
     """Its force products for the stable step go through the same kernel."""
-    from tcontact.state import BodyState
-
     scene = SCENES["free hexes"]()
     small(True)
     body = plan(scene).bodies[0]
-    zero = np.zeros((len(body.reference), 3))
-    state = BodyState(scene, body, zero, zero)
+    state = state_of(scene, body)
     assert state.internal_force.kernel is not None
     assert state.serial is not None
     assert type(state.internal_force.kernel).__name__ != "Prepared"

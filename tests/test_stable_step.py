@@ -5,14 +5,13 @@ import oracle
 import pytest
 from conftest import THREADS
 from oracle import meshes
-from scenes import LAWS, block, material, simulate, thrown, twin, wall
+from scenes import LAWS, block, force_of, material, simulate, stable_steps, thrown, twin, wall
 
 import tcontact as tc
 from tcontact import loop
 from tcontact.cases import wall_shock
 from tcontact.plan import plan
-from tcontact.stable_step import StableStep
-from tcontact.terms.internal_force import InternalForce
+from tcontact.stable_step import StableSteps
 
 
 def ratio(body, displacement=None, planes=(), penalty=None, **options):
@@ -20,8 +19,7 @@ def ratio(body, displacement=None, planes=(), penalty=None, **options):
     scene = tc.Scene(bodies=[body], obstacles=planes, duration=1.0, contact=penalty and tc.PenaltyContact(penalty))
     planned = plan(scene).bodies[0]
     normals = np.array([plane.normal for plane in planes])
-    force = InternalForce(planned)
-    estimator = StableStep(planned, force, planes, penalty)
+    estimator = stable_steps(planned, force_of(planned), planes, penalty)
     u = np.zeros((body.mesh.node_count, 3)) if displacement is None else displacement
     estimate = estimator.estimate(u[planned.node_order].reshape(-1), **options)
     there = twin(body)
@@ -123,13 +121,13 @@ def test_ratio_after_deformation(kind, law, products):
 
 def test_a_step_that_comes_close_to_the_stable_one_is_cut_to_cfl_times_it(monkeypatch):
     """The second look finds a stable step of half the first one: from there on the step is cfl times that."""
-    estimate, found = StableStep.estimate, []
+    estimate, found = StableSteps.estimate, []
 
     def halved(self, *arguments, **options):
         found.append(estimate(self, *arguments, **options) if not found else 0.5 * found[0])
         return found[-1]
 
-    monkeypatch.setattr(StableStep, "estimate", halved)
+    monkeypatch.setattr(StableSteps, "estimate", halved)
     monkeypatch.setattr(loop, "FIRST_CHECK", 5)
     scene = tc.Scene(bodies=[tc.Body(block("hex8", 2), material("neo"), velocity=lambda x: 0.1 * x)], duration=5e-3)
     result = simulate(scene, cfl=0.6)

@@ -4,18 +4,17 @@ import numpy as np
 import oracle
 import pytest
 from oracle import meshes
-from scenes import block, material, simulate, thrown, twin, twin_planes, wall
+from scenes import block, material, simulate, state_of, thrown, twin, twin_planes, wall
 
 import tcontact as tc
-from tcontact.state import BodyState
 
 
 def solved(scene, displacement):
     """Displacement [n, 3] and the contact term after the static solve of the start from that displacement."""
     plan = tc.plan(scene).bodies[0]
-    state = BodyState(scene, plan, displacement, np.zeros_like(displacement))
+    state = state_of(scene, plan, displacement)
     state.begin_contact(1e-6)
-    return state.displacement(), state
+    return state.views[0].displacement(), state
 
 
 def problem(scene):

@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import block, material
+from scenes import block, domain_of, material
 
 import tcontact as tc
 from tcontact.contact_graph import heirs
 from tcontact.kernels.lanes import SWEEP_LANES
-from tcontact.packing import append_own_rows, pack_cells
 from tcontact.sweep_order import sweep_order
+from tcontact.terms.internal_force import corner_lists, pack_domain
 
 
 def planned(kind, cells=4):
@@ -67,22 +67,22 @@ def test_every_contact_node_has_heirs_with_mass(kind):
     assert (np.abs(body.tensors[rows]).max(axis=(1, 2)) > 0.0).all()
 
 
-@pytest.mark.parametrize("width", [1, 4, 8])
-def test_own_rows_follow_those_of_the_body_and_never_meet(width):
-    cells = np.random.default_rng(3).integers(0, 50, (37, 8))
-    packs = pack_cells(cells, 50, width)
-    own = append_own_rows(packs, cells[5:16])
-    cell, corner = np.divmod(np.arange(11 * 8), 8)
-    rows = own.rows(cell, corner)
-    assert len(np.unique(rows)) == 88
-    assert rows.min() >= packs.row_count
-    assert rows.max() < own.packs.row_count
-    table = own.packs.chunk_table.reshape(-1, 5)
-    assert np.array_equal(table[: packs.chunks].ravel(), packs.chunk_table)
-    first, base = table[packs.chunks, 0], table[packs.chunks, 2]
-    lanes = own.packs.connectivity.reshape(-1, 8, width)
-    for i in range(11):  # the row that the kernel computes: base + place of the corner in the connectivity
-        for k in range(8):
-            place = ((first + i // width) * 8 + k) * width + i % width
-            assert rows[8 * i + k] == base + place
-            assert lanes[first + i // width, k, i % width] == cells[5 + i, k]
+@pytest.mark.parametrize("periodic", [None, "xy"])
+def test_a_boundary_node_reads_the_rows_of_its_corners_of_contact_cells(periodic):
+    """Every corner of a contact cell once, at the node that it is an image of; others have none."""
+    sides = ["zmin"] if periodic else ["zmin", "xmin"]
+    mesh = tc.box_mesh((1, 1, 1), (3, 4, 5)) if periodic else block("tet4", 3)
+    body = tc.Body(mesh, material(), contact=sides, periodic=periodic)
+    scene = tc.Scene([body], [tc.Plane(point=(0, 0, -1.0))], 1.0, contact=tc.MasslessContact())
+    plan = tc.plan(scene).bodies[0]
+    domain = domain_of(plan)
+    packs = pack_domain(domain)
+    lists, count = corner_lists(domain, packs), len(plan.boundary)
+    assert lists[0] == count + 1
+    assert lists[count] == len(lists)
+    master = np.arange(len(plan.reference)) if plan.images is None else plan.images.master
+    contact_cells = master[domain.blocks[0].contact_cells]
+    row_of = packs.corners.reshape(contact_cells.shape)
+    for place, node in enumerate(plan.boundary):
+        assert sorted(lists[lists[place] : lists[place + 1]]) == sorted(row_of[contact_cells == node])
+    assert lists[count] - lists[0] == contact_cells.size

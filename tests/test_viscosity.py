@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import block, material, simulate, thrown
+from scenes import block, force_of, material, simulate, thrown
 
 import tcontact as tc
 from tcontact.cases import wall_shock
@@ -192,21 +192,22 @@ def test_the_step_with_viscosity_is_that_of_the_damped_oscillator():
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
     from tcontact.describe import memory
-    from tcontact.kernels.lanes import CELL_SUMS, CHUNKS, LAW_PARAMETERS
-    from tcontact.terms.internal_force import InternalForce
+    from tcontact.kernels.columns import CELL_SUMS
+    from tcontact.kernels.lanes import CHUNKS, LAW_PARAMETERS, MATERIALS
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
     without, with_it = tc.plan(scene), tc.plan(viscous(scene))
     assert without.columns == ()
     assert without.bodies[0].options == {}
-    assert len(InternalForce(without.bodies[0]).cell_sums) == 2 * CHUNKS * CELL_SUMS
-    assert len(InternalForce(without.bodies[0]).parameters) == 6 + LAW_PARAMETERS
+    force = force_of(without.bodies[0])
+    assert len(force.cell_sums) == 2 * CHUNKS * CELL_SUMS
+    assert len(force.parameters) == MATERIALS + LAW_PARAMETERS
     assert "visco" not in without.describe()
     assert "viscous_work" not in simulate(scene).history
     assert with_it.columns == ("viscous_work",)
     assert "bulk-viscosity" in with_it.terms
     assert "viscous" in with_it.describe()
-    foreseen = memory(with_it, with_it.bodies[0])["internal-force"]
+    foreseen = memory(with_it, with_it.domains[0])["internal-force"]
     assert foreseen == pytest.approx(simulate(viscous(scene)).memory["internal-force"], rel=0.05)
 
 
