@@ -54,8 +54,6 @@ def written(name: str) -> str:
 
 
 KNOWN = dict(defaults())
-KNOWN["Formulation.small"] = {name: way.small for name, way in FORMULATIONS.items()}
-KNOWN["Formulation.locks"] = {name: way.locks for name, way in FORMULATIONS.items() if way.locks < 1.0}
 
 
 @pytest.mark.parametrize("name", ROWS)
