@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Literal, get_args, get_origin
 
-from tcontact.errors import InputError
+from tcontact.base.errors import InputError
 
 
 def names() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import tcontact as tc
-from tcontact.materials import LAWS
+from tcontact.scene.materials import LAWS
 
 Kind = Literal["hex8", "tet4", "wedge6"]
 Formulation = Literal["full", "reduced", "mean-dilatation"]

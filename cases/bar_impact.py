@@ -5,7 +5,7 @@ linear law the motion is one-dimensional: the wall is pushed with rho c speed A 
 2 length/c in which the wave runs up and down the bar, then the bar leaves free of stress at the speed it came with.
 Every check but the general ones compares with that; the two jumps of the force, around which any discrete wave rings,
 are judged through averages. Impulse and mean time of the force must be right with other laws and contacts too, as far
-as large strain and a wall that yields leave them (`tcontact.study.exact.PenaltyWall`).
+as large strain and a wall that yields leave them (`tcontact.results.exact.PenaltyWall`).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
-from tcontact.study.exact import PenaltyWall
+from tcontact.results import checks as ck
+from tcontact.results.exact import PenaltyWall
 
 
 def scene(
@@ -165,6 +165,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "bar-impact", *sys.argv[1:]]))

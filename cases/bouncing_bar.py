@@ -21,8 +21,8 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.results import checks as ck
 
 
 def scene(
@@ -144,6 +144,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "bouncing-bar", *sys.argv[1:]]))

@@ -18,8 +18,8 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.results import checks as ck
 
 REACH = np.cos(np.radians(80.0))  # faces that look at the wall within 80 degrees can touch it
 CONTACT = {
@@ -183,6 +183,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "cube-impact", *sys.argv[1:]]))

@@ -19,10 +19,11 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact import friction_layer as layer
-from tcontact import runtime
-from tcontact.friction_layer import study
+from tcontact.device import runtime
+from tcontact.friction_layer import figures, study
+from tcontact.results import checks as ck
+from tcontact.results import report
 
 SNAPSHOTS = 6  # yield limits over the depth, evenly spread over the run
 
@@ -129,9 +130,6 @@ def _figures(label: str, speed: float, run: layer.LayerResult) -> list[ck.Check]
 
 def write(runs: Runs, out: Path) -> None:
     """history.csv, profile.csv, yield-limit.png (Fig. 2) and surface.png (Fig. 3)."""
-    from tcontact import report
-    from tcontact.friction_layer import figures
-
     history: dict[str, np.ndarray] = {"time": next(iter(runs.results.values())).time}
     profile: dict[str, list[np.ndarray]] = {}
     for label, run in runs.results.items():
@@ -175,6 +173,6 @@ def summary(runs: Runs) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "friction-layer", *sys.argv[1:]]))

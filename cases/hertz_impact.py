@@ -19,9 +19,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.results import checks as ck
 
 
 def scene(
@@ -109,6 +109,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "hertz-impact", *sys.argv[1:]]))

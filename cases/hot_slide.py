@@ -17,9 +17,10 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
 from tcontact.friction_layer import study
+from tcontact.results import checks as ck
+from tcontact.show import plots
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7900.0}
 SCHEME = {"scheme": "central-difference", "cfl": 0.2}
@@ -82,8 +83,6 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Shear, speed, work and temperature over time; temperature and shear of the face from below, frame by frame."""
-    from tcontact import plots
-
     history, time = result.history, result.history["time"]
     area = float(np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0)[:2]))
     rows = {
@@ -97,8 +96,8 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
         rows["temperature", "K"] = {"hottest surface": (time, history["layer_temperature_max"])}
     plots.panels(folder / "sliding.png", rows, title)
     if "layer_heat" in history and (folder / "result.vtkhdf").exists():
-        from tcontact.render import render_frames
-        from tcontact.vtkhdf import ResultData
+        from tcontact.results.files.vtkhdf import ResultData
+        from tcontact.show.render import render_frames
 
         data = ResultData.open(folder / "result.vtkhdf")
         if len(data):
@@ -169,6 +168,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "hot-slide", *sys.argv[1:]]))

@@ -17,9 +17,10 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
 from tcontact.cases import cube_impact
+from tcontact.results import checks as ck
+from tcontact.show.plots import penetration_energies
 
 SCHEME = {"scheme": "paper-implicit", "cfl": 1.0}
 STEPS = (1.0, 0.5, 0.25)  # of the comparison, in stable steps of the explicit scheme
@@ -54,8 +55,6 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
 
 def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
     """Penetration energy over time: ordinary mass left, redistributed mass right, as in the paper."""
-    from tcontact.plots import penetration_energies
-
     panels: dict[str, dict[str, dict[str, np.ndarray]]] = {f"{name} mass": {} for name in NAMES}
     for label, history in histories.items():
         mass, _, step = label.partition(", ")
@@ -99,6 +98,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "penetration-energy", *sys.argv[1:]]))

@@ -28,8 +28,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.results import checks as ck
+from tcontact.show import plots
 
 LEAVING = 0.3  # the run goes on for this share of the contact time after the slab has left
 
@@ -141,8 +142,6 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Pressure and shear against time with the exact lines, and the work of friction."""
-    from tcontact import plots
-
     waves, time = exact(result.scene), result.history["time"]
     pressure, shear = tractions(result)
     rubbing = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
@@ -193,6 +192,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "pressure-shear", *sys.argv[1:]]))

@@ -22,9 +22,10 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.results import checks as ck
+from tcontact.show import plots
 
 LAST = 1.2  # rolling is judged from this many sliding times on
 
@@ -105,8 +106,6 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Speed, spin and the impulse of friction, beside those of a rigid cylinder."""
-    from tcontact import plots
-
     scene, history = result.scene, result.history
     time, start = history["time"], scene.bodies[0].velocity[0]
     speed, spin = motion(result)
@@ -152,6 +151,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "rolling-cylinder", *sys.argv[1:]]))

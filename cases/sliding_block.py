@@ -29,8 +29,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.results import checks as ck
+from tcontact.show import plots
 
 DEFAULTS = {  # friction [-], angle [degrees], speed [m/s], damping [c/height]
     "stop": (0.3, 0.0, 1.0, 0.0),
@@ -166,8 +167,6 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Distance and speed of the centre and friction over pressure, beside those of a rigid block."""
-    from tcontact import plots
-
     scene, time = result.scene, result.history["time"]
     path, speed = travel(result)
     acceleration, stop, _ = rigid(scene)
@@ -223,6 +222,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "sliding-block", *sys.argv[1:]]))

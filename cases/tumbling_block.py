@@ -16,8 +16,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
+from tcontact.results import checks as ck
+from tcontact.show.plots import energies
 
 SCHEME = {"scheme": "discrete-gradient", "dt": 2e-4}
 
@@ -69,8 +70,6 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
 
 def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
     """Energy of the schemes over the one at the start."""
-    from tcontact.plots import energies
-
     energies(path, histories)
 
 
@@ -88,6 +87,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "tumbling-block", *sys.argv[1:]]))

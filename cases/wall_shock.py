@@ -1,7 +1,8 @@
 """A neo-Hookean block in uniaxial strain strikes a wall at a share of its wave speed: a shock with a known plateau.
 
 The sides are held, so the motion is plane. From the touch on a shock runs up the block; behind it the block rests, with
-a stretch and a pressure that follow from the jump conditions (`tcontact.study.exact.WallShock`). The run ends when the
+a stretch and a pressure that follow from the jump conditions (`tcontact.results.exact.WallShock`). The run ends when
+the
 shock has gone through 0.8 of the block. Nothing dissipates here: energy must not grow, and what a real shock would turn
 into heat stays behind the front as small vibration.
 """
@@ -17,9 +18,9 @@ if __name__ == "__main__":
 import numpy as np
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _choices as choices
-from tcontact.study.exact import WallShock
+from tcontact.results import checks as ck
+from tcontact.results.exact import WallShock
 
 TRAVEL = 0.8  # of the block
 
@@ -136,6 +137,6 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 if __name__ == "__main__":
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     sys.exit(main(["run", "wall-shock", *sys.argv[1:]]))

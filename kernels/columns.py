@@ -2,8 +2,9 @@
 
 Each number belongs to a group. The numbers of a group stand side by side in the order of the table, in the sums of the
 kernels and in a raw row (raw_rows.py), and are named: `sums[SUMS.sweeps]`, `node_sums[chunk * NODE_SUMS +
-NODES.kinetic]`. A vector takes three places. tcontact/measured.py makes measured rows of raw rows by these names, and
-tcontact/history.py the history; a column that two groups measure is the sum of both.
+NODES.kinetic]`. A vector takes three places. tcontact/planning/measured.py makes measured rows of raw rows by these
+names, and
+tcontact/run/history.py the history; a column that two groups measure is the sum of both.
 
     nodes, cells     sums of every chunk of the force pass; with bulk viscosity `viscous` follows `cells`
     boundary ... friction   sums of the other parts of a step: `contact` of the contact load, `gaps` of gaps and solve
@@ -25,7 +26,7 @@ class Column(NamedTuple):
     """One quantity; `groups` measure it, or `integral_of` names the measured column whose integral over time it is.
 
     term: the part of a scene without which it does not exist; combine: how chunks, and bodies, make one number of
-    theirs; absent: its value for a body without the groups; rule: of the integral (tcontact/history.py);
+    theirs; absent: its value for a body without the groups; rule: of the integral (tcontact/run/history.py);
     energy: "stored", "supplied" or "dissipated", its place in the energy balance; impulse: it is a part of the momentum
     balance; shown: the history has it.
     """

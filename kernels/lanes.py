@@ -1,4 +1,4 @@
-"""Sizes that the host and the kernels agree on: packed cells (tcontact/packing.py), sweeps, contact."""
+"""Sizes that the host and the kernels agree on: packed cells (tcontact/planning/packing.py), sweeps, contact."""
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in so many does the work
 CHUNKS = 8  # of ordinary cells, and as many of contact cells: the same bits at any thread count. More for more threads:
@@ -31,3 +31,4 @@ FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
 LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
 ISLAND = 5  # starts of an island: contact node, pack, contact cell, node without rows, contact block (islands.py)
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once
+MOST_ROWS = 256  # in one launch of a small body

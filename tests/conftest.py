@@ -30,7 +30,7 @@ def pytest_collection_modifyitems(config, items):
 @pytest.fixture(scope="session", autouse=True)
 def taichi():
     """Taichi on the CPU with two threads, for every test of the session."""
-    from tcontact import runtime
+    from tcontact.device import runtime
 
     return runtime.start("cpu", THREADS)
 
@@ -42,7 +42,7 @@ def parallel_path(monkeypatch):
     For tests of many laws and elements: their force pass is compiled once for all terms of a scene. That both paths do
     the same is tested on bodies of both sizes (test_periodic.py).
     """
-    from tcontact.plan import SMALL
+    from tcontact.planning.body_plan import SMALL
 
     for element in SMALL:
         monkeypatch.setitem(SMALL, element, 0)

@@ -7,8 +7,8 @@ import numpy as np
 from scenes import domain_of, force_of
 
 import tcontact as tc
-from tcontact import arrays
-from tcontact.terms.static_solve import contact_blocks
+from tcontact.contact.static_solve import contact_blocks
+from tcontact.device import arrays
 
 Bodies = namedtuple("Bodies", "params position u memory")
 Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients weights start corners nodes values")
@@ -19,10 +19,10 @@ def tangent_kernel(kind, law, block, plain):
     """The tangent of the static solve as a kernel of its own."""
     import taichi as ti
 
-    from tcontact.kernels.arguments import ARRAY, INDEX
     from tcontact.kernels.elements import FUNCTIONS
-    from tcontact.kernels.reduced_tangent import make_reduced_tangent
-    from tcontact.kernels.surface_tangent import make_surface_tangent
+    from tcontact.kernels.language.arguments import ARRAY, INDEX
+    from tcontact.kernels.static.reduced_tangent import make_reduced_tangent
+    from tcontact.kernels.static.surface_tangent import make_surface_tangent
 
     if FUNCTIONS[kind].tangent == "reduced":
         tangent = make_reduced_tangent(kind, law, block)

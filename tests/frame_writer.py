@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-from tcontact.vtkhdf import ResultFile
+from tcontact.results.files.vtkhdf import ResultFile
 
 POINTS = np.random.default_rng(1).normal(size=(300, 3))
 CELLS = np.arange(296).reshape(-1, 8)

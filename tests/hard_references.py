@@ -1,4 +1,4 @@
-"""Figures of the oracle for the hard cases: prints the table that `tcontact.study.hard.references` keeps.
+"""Figures of the oracle for the hard cases: prints the table that `tcontact.lab.study.hard.references` keeps.
 
     python tests/hard_references.py [--full] [NAME ...]
 
@@ -17,8 +17,8 @@ import oracle  # noqa: E402
 from scenes import twin, twin_planes  # noqa: E402
 
 import tcontact as tc  # noqa: E402
-from tcontact.study import hard_register  # noqa: E402
-from tcontact.study.hard import references  # noqa: E402
+from tcontact.lab.study import hard_register  # noqa: E402
+from tcontact.lab.study.hard import references  # noqa: E402
 
 
 def stable_step(scene):

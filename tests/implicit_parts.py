@@ -7,10 +7,10 @@ import scenes
 from scipy.sparse import bsr_matrix
 
 import tcontact as tc
-from tcontact import runtime
-from tcontact.implicit.body import ImplicitBody
-from tcontact.implicit.cells import Cells
-from tcontact.plan import plan
+from tcontact.device import runtime
+from tcontact.planning.planning import plan
+from tcontact.schemes.implicit.solution.body import ImplicitBody
+from tcontact.schemes.implicit.solution.cells import Cells
 
 MATERIALS = {
     "linear": tc.LinearElastic(1e3, 0.3, 1.2),

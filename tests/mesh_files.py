@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 
-from tcontact.mesh_box import box_mesh
+from tcontact.mesh.box import box_mesh
 
 TYPES = {
     "point": (15, 0),

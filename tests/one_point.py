@@ -6,7 +6,7 @@ from oracle import meshes
 from scenes import TWINS, force_of, material
 
 import tcontact as tc
-from tcontact import arrays
+from tcontact.device import arrays
 
 SIZE = (0.2, 0.22, 0.18)
 

@@ -9,9 +9,9 @@ import oracle
 from oracle import meshes
 
 import tcontact as tc
-from tcontact.domain import Domain
-from tcontact.plan import Plan
-from tcontact.stable_step import StableStep, StableSteps
+from tcontact.planning.domain import Domain
+from tcontact.planning.planning import Plan
+from tcontact.schemes.explicit.stable_step import StableStep, StableSteps
 
 ROOT = Path(__file__).resolve().parent.parent
 LAWS = {"linear": tc.LinearElastic, "svk": tc.StVenantKirchhoff, "neo": tc.NeoHookean, "mooney": tc.MooneyRivlin.of}
@@ -96,14 +96,14 @@ def domain_of(body_plan):
 
 def force_of(body_plan):
     """The force pass over the cells of one body."""
-    from tcontact.terms.internal_force import InternalForce
+    from tcontact.cells.internal_force import InternalForce
 
     return InternalForce(domain_of(body_plan))
 
 
 def state_of(scene, body_plan, displacement=None, velocity=None):
     """The state of one body of a scene from displacement and velocity [n, 3] as the user numbers nodes; 0 if None."""
-    from tcontact.state import DomainState
+    from tcontact.schemes.explicit.state import DomainState
 
     start = [np.zeros_like(body_plan.reference) if one is None else one for one in (displacement, velocity)]
     return DomainState(scene, domain_of(body_plan), *[[one] for one in start], Plan(scene, (body_plan,)).layout)

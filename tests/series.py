@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tcontact.vtkhdf import ResultFile
+from tcontact.results.files.vtkhdf import ResultFile
 
 POINTS = np.random.default_rng(3).random((12, 3))
 HEXES = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])

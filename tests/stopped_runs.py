@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 
 import tcontact as tc
-from tcontact.checkpoint.keeper import Keeper
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
+from tcontact.run.checkpoint.keeper import Keeper
 
 ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
 

@@ -8,12 +8,12 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact.bench import accuracy, blocks, chart, collect, parts, reference, small, table, timing
-from tcontact.bench.configuration import LAWS, Configuration, grid
-from tcontact.bench.measure import measure
-from tcontact.cli import main
-from tcontact.plan import SMALL
-from tcontact.report import plain
+from tcontact.commands.cli import main
+from tcontact.lab.bench import accuracy, blocks, chart, collect, parts, reference, small, table, timing
+from tcontact.lab.bench.configuration import LAWS, Configuration, grid
+from tcontact.lab.bench.measure import measure
+from tcontact.planning.body_plan import SMALL
+from tcontact.results.report import plain
 
 TINY = Configuration("hex8", "linear", 2, THREADS, ("none", "normal", "full"), steps=4, seconds=0.01, batches=3)
 

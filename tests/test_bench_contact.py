@@ -5,7 +5,7 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact.bench import queries, rubbing
+from tcontact.lab.bench import queries, rubbing
 
 
 def test_friction_rows_carry_errors_and_slide(monkeypatch):

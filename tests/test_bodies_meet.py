@@ -65,7 +65,7 @@ def test_pairs_none_lets_bodies_pass_with_a_warning():
 
 
 def test_frames_and_history_up_to_the_meeting_are_kept(tmp_path):
-    from tcontact.vtkhdf import ResultData
+    from tcontact.results.files.vtkhdf import ResultData
 
     rest, fall = box(0.1, 2, name="a"), box(0.1, 2, (0, 0, 0.11), velocity=(0, 0, -SPEED), name="b")
     scene = tc.Scene([rest, fall], duration=3e-3, contact=None)
@@ -176,7 +176,7 @@ def test_other_pairs_are_refused(pairs):
 
 
 def test_one_body_takes_no_looks():
-    from tcontact.body_meeting import BodyMeeting
+    from tcontact.run.watches.body_meeting import BodyMeeting
 
     class Alone:
         scene = tc.Scene([box(0.1)], duration=1.0, contact=None)

@@ -10,7 +10,7 @@ from scenes import block, material, simulate, stable_steps, state_of, thrown, tw
 
 import tcontact as tc
 from tcontact.cases import pressure_shear, sliding_block
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 
 MU = 0.35
 NORMAL = tc.MasslessContact(removal="normal")

@@ -20,11 +20,11 @@ import pytest
 import tcontact as tc
 from tcontact import cases
 from tcontact.cases import bar_impact, cube_impact
-from tcontact.checks import at_most
-from tcontact.cli import main
 from tcontact.commands import folder, info, settings
-from tcontact.report import si
-from tcontact.vtkhdf import ResultData
+from tcontact.commands.cli import main
+from tcontact.results.checks import at_most
+from tcontact.results.files.vtkhdf import ResultData
+from tcontact.results.report import si
 
 ROOT = Path(__file__).resolve().parent.parent
 NUMBERS = {"summary.json", "history.csv", "result.vtkhdf", "contact-force.png", "gap.png", "energy.png"}

@@ -10,11 +10,12 @@ from scenes import block, material, wall
 from test_static_solve import pressed, problem
 
 import tcontact as tc
-from tcontact import arrays, contact_graph, islands
-from tcontact.kernels.bundles import Contact, Listed, Pairs, Rows, System
-from tcontact.kernels.signatures import arguments, kernel_of, signature_of
-from tcontact.kernels.static_solve import make_resolve
-from tcontact.state import BodyState
+from tcontact.device import arrays
+from tcontact.kernels.language.bundles import Contact, Listed, Pairs, Rows, System
+from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
+from tcontact.kernels.static.solve import make_resolve
+from tcontact.planning import contact_graph, islands
+from tcontact.schemes.explicit.state import BodyState
 
 
 def resolve_once(state):
@@ -132,5 +133,5 @@ def test_islands_get_what_they_would_get_alone(monkeypatch):
     assert scale[1] > 1.0
     assert (np.abs(end(0, 1) - alone).max(axis=(1, 2)) > 1e-12 * scale).all()
     monkeypatch.setattr(importlib.import_module("tcontact.plan"), "contact_graph", graph_of_parts)
-    monkeypatch.setattr(importlib.import_module("tcontact.terms.contact"), "islands_of", islands_of_parts)
+    monkeypatch.setattr(importlib.import_module("tcontact.contact.term"), "islands_of", islands_of_parts)
     assert (np.abs(end(0, 1) - alone).max(axis=(1, 2)) <= 1e-13 * scale).all()

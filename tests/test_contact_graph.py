@@ -5,7 +5,7 @@ import pytest
 from oracle import meshes
 from scenes import block
 
-from tcontact.contact_graph import contact_graph
+from tcontact.planning.contact_graph import contact_graph
 
 SETS = [("hex8", ["zmin"]), ("tet4", ["zmin"]), ("tet4", ["zmin", "xmin", "ymax"]), ("hex8", ["xmin", "xmax"])]
 

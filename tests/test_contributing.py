@@ -23,13 +23,14 @@ def test_every_file_that_a_recipe_names_exists():
 
 def test_every_object_that_a_recipe_names_is_there():
     pairs = re.findall(r"`([\w/.]+\.py)::(\w+)`", TEXT)
-    pairs += [("tcontact/plan.py", name) for name in re.findall(r"`(?:BodyPlan|Plan)\.(\w+)`", TEXT)]
-    pairs += [("tcontact/schemes/implicit.py", name) for name in re.findall(r"`ImplicitScheme\.(\w+)`", TEXT)]
+    pairs += [("tcontact/planning/planning.py", name) for name in re.findall(r"`Plan\.(\w+)`", TEXT)]
+    pairs += [("tcontact/planning/body_plan.py", name) for name in re.findall(r"`BodyPlan\.(\w+)`", TEXT)]
+    pairs += [("tcontact/schemes/implicit/scheme.py", name) for name in re.findall(r"`ImplicitScheme\.(\w+)`", TEXT)]
     pairs += [
         ("kernels/materials/law.py", "Law"),
         ("kernels/materials/law.py", "tangent_form"),
         ("kernels/materials/law.py", "StepLaw"),
-        ("tcontact/materials.py", "LAWS"),
+        ("tcontact/scene/materials.py", "LAWS"),
         ("tcontact/schemes/__init__.py", "IMPLICIT"),
         ("tests/test_implicit_tangents.py", "SCHEMES"),
     ]
@@ -41,8 +42,9 @@ def test_every_object_that_a_recipe_names_is_there():
         assert name in found, (file, name)
 
 
-@pytest.mark.parametrize("part", [*re.findall(r"`\.(\w+)`", tc.__doc__ or ""), "terms"])
+@pytest.mark.parametrize("part", [*re.findall(r"`\.([\w.]+)`", tc.__doc__ or ""), "scene"])
 def test_every_part_has_a_page_on_how_it_works(part):
+    part = part.replace(".", "/")
     place = next(path for path in (ROOT / "tcontact" / part, ROOT / part) if path.is_dir())
     page = ast.get_docstring(ast.parse((place / "__init__.py").read_text(encoding="utf-8"))) or ""
     assert len(page) > 300, f"{part}: say how it works"

@@ -9,10 +9,10 @@ from scenes import python
 from stopped_runs import SCENES, quietly, same_files
 
 import tcontact as tc
-from tcontact import plots, render
-from tcontact.checkpoint import store
-from tcontact.cli import main
 from tcontact.commands import curves
+from tcontact.commands.cli import main
+from tcontact.run.checkpoint import store
+from tcontact.show import plots, render
 
 CURVES = ["contact-force.png", "energy.png", "gap.png"]
 SMALL_CUBE = ["--set", "cells=2", "--set", "cfl=0.5", "--frames", "2", "--quiet"]
@@ -104,7 +104,7 @@ def test_there_are_no_curves_without_a_history(drawn, tmp_path, capsys):
     assert main(["render", str(tmp_path / "empty"), "--plots"]) == 2
     from series import written
 
-    from tcontact.vtkhdf import ResultFile
+    from tcontact.results.files.vtkhdf import ResultFile
 
     path = written(tmp_path)
     ResultFile.reopen(path, 1).close()
@@ -119,7 +119,7 @@ import os, sys
 from tcontact.plan import SMALL
 SMALL.update(dict.fromkeys(SMALL, 0))
 from tcontact import plots
-from tcontact.cli import main
+from tcontact.commands.cli import main
 plots.gap = lambda *arguments: os.kill(os.getpid(), 9)
 main(["run", "cube-impact", "--set", "cells=2", "--set", "cfl=0.5", "--frames", "2", "--quiet", "--out", sys.argv[1]])
 """

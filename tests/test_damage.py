@@ -15,10 +15,11 @@ from series import written
 from stopped_runs import SCENES, same_files
 
 import tcontact as tc
-from tcontact import atomic_file, render
-from tcontact.atomic_file import AtomicFile, read_undo, undo_path
-from tcontact.cli import main
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.commands.cli import main
+from tcontact.device import atomic_file
+from tcontact.device.atomic_file import AtomicFile, read_undo, undo_path
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.show import render
 
 FINE = tc.CentralDifference(cfl=0.3)
 

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact import elements, friction_layer, render
-from tcontact.schemes.implicit import ImplicitScheme
+from tcontact import friction_layer
+from tcontact.mesh import elements
+from tcontact.schemes.implicit.scheme import ImplicitScheme
+from tcontact.show import render
 
 TEXT = (Path(__file__).resolve().parents[1] / "docs" / "DEFAULTS.md").read_text(encoding="utf-8")
 ROWS = dict(re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| .{4,} \|$", TEXT, flags=re.MULTILINE))

@@ -7,7 +7,7 @@ import pytest
 from scenes import bar_speed, block, material, simulate, thrown
 
 import tcontact as tc
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
 
 SPREAD = 1e-4
 

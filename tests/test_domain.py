@@ -8,9 +8,9 @@ import pytest
 from scenes import block, domain_of, material, twin
 
 import tcontact as tc
-from tcontact import arrays
-from tcontact.domain import Domain
-from tcontact.terms.internal_force import InternalForce
+from tcontact.cells.internal_force import InternalForce
+from tcontact.device import arrays
+from tcontact.planning.domain import Domain
 
 SIZE = (0.2, 0.22, 0.18)
 MODELS = {

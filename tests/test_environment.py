@@ -68,7 +68,7 @@ def test_a_result_file_over_the_size_limit_ends_with_its_message(tmp_path):
     """What HDF5 had open must be closed: at the end of the process it crashed on it."""
     code = """
 import resource, numpy as np, tcontact as tc
-from tcontact.vtkhdf import ResultFile
+from tcontact.results.files.vtkhdf import ResultFile
 mesh = tc.box_mesh((1, 1, 1), (8, 8, 8))
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 try:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from series import POINTS, TIMES, fields, written
 
-from tcontact.errors import InputError
-from tcontact.export import export
-from tcontact.vtkhdf import ResultData
+from tcontact.base.errors import InputError
+from tcontact.results.exporting import export
+from tcontact.results.files.vtkhdf import ResultData
 
 
 @pytest.fixture

@@ -19,10 +19,11 @@ from scenes import ROOT, python
 from stopped_runs import SCENES, copied, quietly, same, same_files
 
 import tcontact as tc
-from tcontact import atomic_file, frame_fields
-from tcontact.checkpoint import store
-from tcontact.cli import main
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.commands.cli import main
+from tcontact.device import atomic_file
+from tcontact.results import frame_fields
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.checkpoint import store
 
 FRAMES = 6
 FINE = tc.CentralDifference(cfl=0.3)
@@ -172,7 +173,7 @@ def test_two_hundred_kills(tmp_path):
 
 RUN = """
 import os, sys, threading, tcontact as tc
-from tcontact.checkpoint.keeper import Keeper
+from tcontact.run.checkpoint.keeper import Keeper
 from stopped_runs import SCENES, quietly
 saves, save = [0], Keeper.save
 def counted(self, run, row):
@@ -341,7 +342,7 @@ def test_ctrl_c_amid_a_frame_keeps_everything_and_can_be_resumed(tmp_path, monke
 HOLDER = """
 import sys, time
 from pathlib import Path
-from tcontact.folder_lock import locked
+from tcontact.run.folder_lock import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

@@ -10,15 +10,15 @@ import pytest
 from stopped_runs import quietly, scene
 
 import tcontact as tc
-from tcontact.checkpoint import fingerprint as module
-from tcontact.checkpoint import store
-from tcontact.checkpoint.fingerprint import compare, fingerprint
 from tcontact.friction_layer.metals import STAINLESS_304
-from tcontact.obstacles.call_record import MOST, CallRecord
-from tcontact.obstacles.motion import Motion
-from tcontact.scene_files.classes import CLASSES
-from tcontact.schemes.implicit import ImplicitScheme
-from tcontact.vtkhdf import ResultFile
+from tcontact.results.files.vtkhdf import ResultFile
+from tcontact.run.checkpoint import fingerprint as module
+from tcontact.run.checkpoint import store
+from tcontact.run.checkpoint.fingerprint import compare, fingerprint
+from tcontact.run.scene_files.classes import CLASSES
+from tcontact.scene.obstacles.call_record import MOST, CallRecord
+from tcontact.scene.obstacles.motion import Motion
+from tcontact.schemes.implicit.scheme import ImplicitScheme
 
 BOX = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), origin=(0.0, 0.0, 1e-3))
 TETS = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), "tet4", origin=(0.0, 0.0, 1e-3))

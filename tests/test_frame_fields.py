@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 import tcontact as tc
-from tcontact import frame_fields
-from tcontact.vtkhdf import ResultData
+from tcontact.results import frame_fields
+from tcontact.results.files.vtkhdf import ResultData
 
 
 def scene(cells: int = 6, kind: str = "hex8", bodies: int = 1) -> tc.Scene:

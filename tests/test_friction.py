@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 from test_central_difference import COLUMNS, contact_models, there_position
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import pressure_shear, sliding_block
+from tcontact.results import checks as ck
 
 MU = 0.35
 
@@ -21,9 +21,9 @@ def resisting(law, mobilities, slips, most, scale):
     """Friction [m, 2] of many nodes by the kernel."""
     import taichi as ti
 
-    from tcontact import arrays
-    from tcontact.kernels.arguments import ARRAY
-    from tcontact.kernels.friction import resist
+    from tcontact.device import arrays
+    from tcontact.kernels.contact.friction import resist
+    from tcontact.kernels.language.arguments import ARRAY
 
     @ti.kernel
     def evaluate(w: ARRAY, s: ARRAY, c: ARRAY, e: float, out: ARRAY):

@@ -12,7 +12,7 @@ import tcontact as tc
 from tcontact.cases import hot_slide
 from tcontact.friction_layer import COPPER
 from tcontact.kernels.columns import group_columns
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
 
 LAYERS = [column.name for column in group_columns("layers")]
 REMOVALS = ["normal", "full"]
@@ -150,11 +150,11 @@ def test_a_scene_without_layers_has_nothing_of_them(monkeypatch):
 
     with_layers = tc.plan(sliding())
     assert set(LAYERS) <= set(with_layers.columns)
-    monkeypatch.delitem(sys.modules, "tcontact.kernels.layer1d", raising=False)
+    monkeypatch.delitem(sys.modules, "tcontact.kernels.layer.layer1d", raising=False)
     monkeypatch.delattr(tcontact.kernels, "layer1d", raising=False)
     scene = sliding()
     result = simulate(tc.Scene(scene.bodies, scene.obstacles, 5e-8, contact=scene.contact))
-    assert "tcontact.kernels.layer1d" not in sys.modules
+    assert "tcontact.kernels.layer.layer1d" not in sys.modules
     assert not [name for name in result.history if name.startswith("layer")]
     assert "friction-layer" not in result.memory
     assert "friction-layer" not in result.terms

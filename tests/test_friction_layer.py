@@ -11,8 +11,9 @@ from conftest import THREADS
 from oracle import friction_layer as oracle
 
 import tcontact as tc
-from tcontact import arrays, cases
+from tcontact import cases
 from tcontact import friction_layer as layer
+from tcontact.device import arrays
 from tcontact.friction_layer import grid, study
 
 STEEL = layer.STAINLESS_304
@@ -461,7 +462,7 @@ def test_bad_metals_are_named(wrong):
 
 
 def test_case_meets_its_checks_and_writes_its_files(tmp_path, capsys):
-    from tcontact.cli import main
+    from tcontact.commands.cli import main
 
     assert main(["run", "friction-layer", "--out", str(tmp_path / "run"), "--threads", "2"]) == 0
     found = {path.name for path in (tmp_path / "run").iterdir()}
@@ -485,7 +486,7 @@ def test_study_rows_and_figure(tmp_path):
 
 
 def test_bench_rows_carry_their_errors(monkeypatch):
-    from tcontact.bench import layer as bench
+    from tcontact.lab.bench import layer as bench
 
     monkeypatch.setattr(bench, "CELLS", 16)
     monkeypatch.setattr(bench, "RUNS", 2)

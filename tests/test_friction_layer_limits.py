@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tcontact import arrays
 from tcontact import friction_layer as layer
+from tcontact.device import arrays
 
 STEEL = layer.STAINLESS_304
 SQRT3 = np.sqrt(3.0)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import tcontact as tc
 from tcontact import friction_layer
-from tcontact.cli import main
+from tcontact.commands.cli import main
 
 FEW, MANY = 12, 400
 MESH = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))

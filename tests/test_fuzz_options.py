@@ -27,13 +27,13 @@ from test_fuzz_input import (
 )
 
 import tcontact as tc
-from tcontact.checkpoint.options import checked
-from tcontact.cli import main
-from tcontact.export import export
-from tcontact.render import Camera, Clip, render_frames, render_picture
-from tcontact.scene_files.toml import to_toml
+from tcontact.commands.cli import main
+from tcontact.results.exporting import export
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.checkpoint.options import checked
+from tcontact.run.scene_files.toml import to_toml
 from tcontact.schemes import IMPLICIT
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.show.render import Camera, Clip, render_frames, render_picture
 
 SMALLEST = (160, 160)  # pixels of a picture
 

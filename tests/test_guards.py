@@ -11,7 +11,7 @@ import pytest
 from scenes import ROOT, bar_speed, block, material, thrown, wall
 
 import tcontact as tc
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
 
 PLACE = re.compile(r"cell (\d+) of body-0 \(reference centre ([-.\d e]+), ([-.\d e]+), ([-.\d e]+)\) has det F = ")
 TIME = re.compile(r"t = ([-+.\de]+) s")
@@ -154,7 +154,7 @@ INTERRUPTED = """
 import json, sys
 import numpy as np
 import scenes, tcontact as tc
-from tcontact.guards import Guards
+from tcontact.run.guards import Guards
 scene = scenes.thrown("neo", "hex8", contact=tc.MasslessContact(), duration=1e6)
 check, rows = Guards.check, [0]
 def watched(self, row, *rest):

@@ -4,8 +4,8 @@ import hard_references
 import numpy as np
 import pytest
 
-from tcontact.study import hard_register
-from tcontact.study.hard import references
+from tcontact.lab.study import hard_register
+from tcontact.lab.study.hard import references
 
 ROUNDED = 1e-3  # of the figures, which are kept with four or five digits
 

@@ -7,8 +7,8 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _round_meshes, hertz_impact
+from tcontact.results import checks as ck
 
 
 def test_the_quarter_ball_is_one():

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tcontact.history import History
 from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS, group_columns
-from tcontact.measured import Layout, RawRows, combined
-from tcontact.report import write_history
+from tcontact.planning.measured import Layout, RawRows, combined
+from tcontact.results.report import write_history
+from tcontact.run.history import History
 
 
 def rows_of(layout, count, seed=3):

@@ -8,9 +8,9 @@ import pytest
 
 import tcontact as tc
 from tcontact.cases import incompressible_beam, penetration_energy, tumbling_block
-from tcontact.cli import main
-from tcontact.implicit.linear_solver import DIRECT
-from tcontact.plan import plan
+from tcontact.commands.cli import main
+from tcontact.planning.planning import plan
+from tcontact.schemes.implicit.solution.linear_solver import DIRECT
 
 
 def verdicts(case, result):

@@ -49,7 +49,7 @@ def test_supports_carry_the_weight_from_the_start(alpha, mass):
 
 
 def test_halved_steps_keep_the_impulse(monkeypatch):
-    from tcontact.implicit import body as stepped
+    from tcontact.schemes.implicit.solution import body as stepped
 
     tried = []
     take = stepped.ImplicitBody.take

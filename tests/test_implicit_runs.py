@@ -8,10 +8,10 @@ import pytest
 import scenes
 
 import tcontact as tc
-from tcontact.implicit.linear_solver import Direct
-from tcontact.implicit.newton import Settings, newton
-from tcontact.implicit.penalty import conserving_pressure
-from tcontact.implicit.sparsity import sparsity_of
+from tcontact.schemes.implicit.solution.linear_solver import Direct
+from tcontact.schemes.implicit.solution.newton import Settings, newton
+from tcontact.schemes.implicit.solution.penalty import conserving_pressure
+from tcontact.schemes.implicit.solution.sparsity import sparsity_of
 
 RUBBER = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
 STIFF = 100.0 * 1e7 / 0.025  # 100 E/h of the cube below
@@ -382,7 +382,7 @@ def test_massless_nodes_far_from_where_they_started(far):
 
 def test_steps_are_halved_where_newton_fails_and_recover(monkeypatch):
     """With few iterations allowed the touch needs smaller steps; energy and impulse stay exact."""
-    from tcontact.implicit import body as stepped
+    from tcontact.schemes.implicit.solution import body as stepped
 
     tried = []
     take = stepped.ImplicitBody.take
@@ -412,8 +412,8 @@ def test_a_run_that_cannot_go_on_stops_with_a_remedy():
 
 @pytest.mark.parametrize("removal", ["normal", "full"])
 def test_consistent_redistributed_mass(removal):
-    from tcontact.implicit.mass import consistent_cells
-    from tcontact.plan import plan
+    from tcontact.planning.planning import plan
+    from tcontact.schemes.implicit.solution.mass import consistent_cells
 
     own = scene(cube(3), tc.Plane(), tc.MasslessContact(penalty=STIFF, removal=removal))
     planned = plan(own).bodies[0]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact.implicit.penalty import PenaltyForce
-from tcontact.implicit.surfaces import Curved, surface_of
+from tcontact.schemes.implicit.solution.penalty import PenaltyForce
+from tcontact.schemes.implicit.solution.surfaces import Curved, surface_of
 
 RULES = ("end", "transport", "mean", "gonzalez", "discrete", "dissipative")
 CELLS = (("hex8", "full"), ("tet4", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"))

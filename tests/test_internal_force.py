@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scenes import python
 
-from tcontact import runtime
+from tcontact.device import runtime
 from tcontact.kernels import lanes
 from tcontact.kernels.columns import CELL_SUMS, CELLS, NODE_SUMS
-from tcontact.packing import WIDTH, Block, pack_blocks
+from tcontact.planning.packing import WIDTH, Block, pack_blocks
 
 KINDS = ("hex8", "tet4", "wedge6")
 LAWS = ("linear_elastic", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin")
@@ -138,9 +138,9 @@ class Step:
         steps = [kick_before, kick_after, drift, *gravity]
         damping = [0.0] * (lanes.FREE - lanes.DAMPING)
         params = np.array([*steps, *damping, free, 0.0, packs.all_chunks, *self.materials])
-        from tcontact.kernels.bundles import Body
-        from tcontact.kernels.internal_force import make_step
-        from tcontact.kernels.signatures import arguments, signature_of
+        from tcontact.kernels.language.bundles import Body
+        from tcontact.kernels.language.signatures import arguments, signature_of
+        from tcontact.kernels.step.internal_force import make_step
 
         body = {
             "body": Body(
@@ -195,7 +195,7 @@ LONG = {("hex8", "st_venant_kirchhoff"), ("hex8", "mooney_rivlin")}  # to compil
     [pytest.param(*one, marks=[pytest.mark.slow] * (one in LONG)) for one in product(KINDS[:2], LAWS)],
 )
 def test_plain_kernel_adds_the_same_force(kind, law):
-    from tcontact.kernels.plain_force import make_plain_force
+    from tcontact.kernels.cells.plain_force import make_plain_force
 
     nodes, cells, u, _step = both(law, kind)
     force = np.ones(u.size)
@@ -368,7 +368,7 @@ def test_logarithm_is_exact_to_the_last_digits():
     """e - ln(1+e) = e^2/2 - e^3/3 .. for small e, and against long double elsewhere; 1/(1+e) too."""
     import taichi as ti
 
-    from tcontact.kernels.transcendental import log_split
+    from tcontact.kernels.language.transcendental import log_split
 
     @ti.kernel
     def split(change: ti.types.ndarray(), excess_out: ti.types.ndarray(), inverse_out: ti.types.ndarray()):

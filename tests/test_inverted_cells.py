@@ -7,7 +7,7 @@ import pytest
 from scenes import block, material, wall
 
 import tcontact as tc
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 
 SAID = re.compile(r"cell (\d+) of body-0 .* has det F = (\S+) at t")
 

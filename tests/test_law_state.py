@@ -9,8 +9,8 @@ from scenes import block, state_of
 from test_resume import split
 
 import tcontact as tc
-from tcontact import arrays, runtime
-from tcontact.packing import WIDTH
+from tcontact.device import arrays, runtime
+from tcontact.planning.packing import WIDTH
 
 
 @dataclass(frozen=True)

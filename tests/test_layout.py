@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import house
 import pytest
 
 import tcontact
@@ -67,21 +68,20 @@ def test_kernels_import_relatively_and_say_what_they_compute(path):
             assert node.level <= depth, f"line {node.lineno}: kernels know nothing of the package around them"
 
 
-STATIC_SOLVE = [path for path in KERNELS if path.stem.startswith("static_") or path.stem == "sweeps"]
-
-
-@pytest.mark.parametrize("path", STATIC_SOLVE, ids=relative)
-def test_the_static_solve_does_not_know_what_an_obstacle_is(path):
+def test_the_static_solve_does_not_know_what_an_obstacle_is():
     """No module of the static solve imports one of the obstacles, not even through others."""
-    known, waiting = set(), [path]
+    targets: dict[str, set[str]] = {}
+    for arrow in house.arrows():
+        targets.setdefault(arrow.start, set()).add(arrow.end)
+    known = {name for name in targets if name.startswith("tcontact.kernels.static.")}
+    assert len(known) > 8
+    waiting = list(known)
     while waiting:
-        for node in ast.walk(ast.parse(waiting.pop().read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.level == 1:
-                names = [node.module] if node.module else [alias.name for alias in node.names]
-                waiting += [path.with_name(f"{name}.py") for name in set(names) - known]
-                known |= set(names)
-    assert "constraint_rows" in known or path.stem == "static_control"
-    assert not {name for name in known if name.startswith("obstacle")}
+        new = targets.get(waiting.pop(), set()) - known
+        known |= new
+        waiting += new
+    assert "tcontact.kernels.contact.constraint_rows" in known
+    assert not {name for name in known if "obstacle" in name}
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=relative)
@@ -153,3 +153,92 @@ def test_version_is_stated_once():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "version" in project["dynamic"]
     assert tcontact.__version__.count(".") == 2
+
+
+# The rooms of the house: which stand above which is told in house.ROOMS and house.KERNEL_ROOMS, and nowhere else
+
+
+ARROWS = house.arrows()
+
+
+def test_every_module_stands_in_a_room():
+    assert {house.room(name) for name in house.MODULES} == set(house.ROOMS)
+    kernels = {house.kernel_room(name) for name in house.MODULES if house.room(name) == "kernels"}
+    assert kernels - {""} == set(house.KERNEL_ROOMS)
+    assert len(house.ROOMS) <= 20
+
+
+def test_imports_go_down():
+    assert house.upward(ARROWS) == []
+
+
+def test_imports_make_no_circles():
+    own = [(arrow.start, arrow.end) for arrow in ARROWS if arrow.end.partition(".")[0] == "tcontact"]
+    assert house.circles(own) == []
+    rooms = [(house.room(start), house.room(end)) for start, end in own]
+    assert house.circles((start, end) for start, end in rooms if start != end) == []
+
+
+def test_imports_in_functions_are_of_what_is_heavy():
+    assert house.needless(ARROWS) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "finds"),
+    [
+        ("tcontact.mesh.box", "from ..run.loop import Run\n", house.upward),
+        ("tcontact.kernels.contact.friction", "from ..static.sweeps import sweep\n", house.upward),
+        ("tcontact.mesh.box", "def later():\n    from ..run.loop import Run\n", house.upward),
+        ("tcontact.results.report", "def later():\n    from . import checks\n", house.needless),
+        (
+            "tcontact.mesh.mesh",
+            "from .box import box_mesh\n",
+            lambda found: house.circles((arrow.start, arrow.end) for arrow in found),
+        ),
+    ],
+)
+def test_a_wrong_import_is_seen(name, line, finds):
+    text = house.MODULES[name].read_text(encoding="utf-8")
+    assert len(finds(house.arrows({name: f"{text}\n{line}"}))) > len(finds(ARROWS))
+
+
+def test_no_module_is_called_like_a_function_that_a_package_exports():
+    """Importing the module would take the place of the function."""
+    packages = {name: path for name, path in house.MODULES.items() if path.name == "__init__.py"}
+    public = {name for name in tcontact.__all__ if inspect.isfunction(getattr(tcontact, name))}
+    assert not [name for name in house.MODULES if name.rpartition(".")[2] in public]
+    for package, path in packages.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    bound = alias.asname or alias.name
+                    assert f"{package}.{bound}" not in house.MODULES, f"{package} exports {bound}, which is a module"
+
+
+OLD_NAMES = """
+import importlib, sys, warnings
+import tcontact as tc
+from tcontact.base import moved
+functions = {name: getattr(tc, name) for name in moved.FUNCTIONS}
+for old in [*moved.KEPT, *moved.MOVED]:
+    seen = f"tcontact.{old}" in sys.modules and old not in moved.FUNCTIONS
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        module = importlib.import_module(f"tcontact.{old}")
+        new = importlib.import_module(f"tcontact.{moved.destination(old)}")
+        if old in moved.FUNCTIONS:
+            assert getattr(module, old) is getattr(new, old)
+        else:
+            assert module is new and module.__spec__.name == module.__name__, old
+    told = [warning for warning in caught if "the old name goes" in str(warning.message)]
+    assert seen or bool(told) == (old.split(".")[0] not in moved.KEPT), old
+assert functions == {name: getattr(tc, name) for name in moved.FUNCTIONS}
+from tcontact.obstacles.motion import Motion
+import tcontact.scene.obstacles.motion
+assert Motion is tcontact.scene.obstacles.motion.Motion
+"""
+
+
+def test_old_names_of_modules_lead_to_the_modules():
+    modules_after(OLD_NAMES)

@@ -9,13 +9,13 @@ from series import written
 from stopped_runs import SCENES, copied, same
 
 import tcontact as tc
-from tcontact import plots, render
-from tcontact.atomic_file import part_of, undo_path
-from tcontact.cli import main
 from tcontact.commands import folder
-from tcontact.export import export
-from tcontact.folder_lock import NAME, check_free, locked
-from tcontact.vtkhdf import ResultData
+from tcontact.commands.cli import main
+from tcontact.device.atomic_file import part_of, undo_path
+from tcontact.results.exporting import export
+from tcontact.results.files.vtkhdf import ResultData
+from tcontact.run.folder_lock import NAME, check_free, locked
+from tcontact.show import plots, render
 
 FINE = tc.CentralDifference(cfl=0.3)
 
@@ -151,7 +151,7 @@ def test_folders_of_pictures_and_exports_that_are_links_are_refused(precious, tm
 
 def test_a_link_that_turns_up_while_a_file_is_written_stays_where_it_is(precious, tmp_path):
     """`replaced` renames over the link."""
-    from tcontact.report import write_json
+    from tcontact.results.report import write_json
 
     path = tmp_path / "summary.json"
     path.symlink_to(precious)

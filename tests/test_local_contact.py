@@ -11,8 +11,8 @@ import pytest
 import taichi as ti
 from scipy.optimize import nnls
 
-from tcontact.kernels.arguments import ARRAY
-from tcontact.kernels.local_contact import multipliers
+from tcontact.kernels.contact.local_contact import multipliers
+from tcontact.kernels.language.arguments import ARRAY
 
 
 @functools.cache

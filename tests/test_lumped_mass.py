@@ -7,7 +7,7 @@ from oracle import meshes
 from scenes import block
 
 import tcontact as tc
-from tcontact.lumped_mass import cell_masses, node_areas
+from tcontact.planning.lumped_mass import cell_masses, node_areas
 
 
 def test_area_weight_of_a_corner_of_a_triangle_is_a_third_of_its_area():

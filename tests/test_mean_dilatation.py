@@ -11,7 +11,7 @@ from oracle import meshes
 from scenes import LAWS, block, stable_steps
 
 import tcontact as tc
-from tcontact.stress import VonMises
+from tcontact.cells.stress import VonMises
 
 SPLIT = [law for law in LAWS if law != "svk"]
 MEAN = "mean-dilatation"

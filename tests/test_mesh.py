@@ -10,9 +10,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tcontact.elements import ELEMENTS
-from tcontact.mesh import Mesh
-from tcontact.mesh_box import box_mesh
+from tcontact.mesh.box import box_mesh
+from tcontact.mesh.elements import ELEMENTS
+from tcontact.mesh.mesh import Mesh
 
 KINDS = ("hex8", "tet4", "wedge6")
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
@@ -226,7 +226,7 @@ def test_a_hex_with_a_flat_corner_is_usable():
 
 def test_face_keys_tell_all_faces_of_a_mesh_apart():
     """Brute force against the keys: equal keys if and only if equal corners."""
-    from tcontact.mesh_geometry import face_keys
+    from tcontact.mesh.geometry import face_keys
 
     faces = np.array(list(combinations(range(14), 4)))
     assert len(np.unique(face_keys(faces, 14))) == len(faces)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tcontact.errors import InputError
-from tcontact.mesh_box import box_mesh
-from tcontact.mesh_file import MeshWarning
-from tcontact.mesh_io import read_mesh
+from tcontact.base.errors import InputError
+from tcontact.mesh.box import box_mesh
+from tcontact.mesh.files.content import MeshWarning
+from tcontact.mesh.files.reading import read_mesh
 
 HEXES = """*Heading
  two hexes on top of each other, a shell without a set first

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tcontact.errors import InputError
-from tcontact.mesh import Mesh
-from tcontact.mesh_box import box_mesh
+from tcontact.base.errors import InputError
+from tcontact.mesh.box import box_mesh
+from tcontact.mesh.mesh import Mesh
 
 HEX = box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
 TET = box_mesh((1.0, 1.0, 1.0), (1, 1, 1), "tet4")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mesh_files import NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
-from tcontact.mesh_file import MeshWarning
-from tcontact.mesh_io import read_mesh
+from tcontact.mesh.files.content import MeshWarning
+from tcontact.mesh.files.reading import read_mesh
 
 
 def same_faces(a, b):
@@ -93,7 +93,7 @@ def test_vtu_file_gives_the_mesh_and_no_sets(tmp_path, kind, binary):
 
 
 def test_vtu_cells_out_of_reach_of_the_points_are_refused(tmp_path):
-    from tcontact.errors import InputError
+    from tcontact.base.errors import InputError
 
     mesh = box("tet4")
     meshio.Mesh(mesh.nodes[:-1], [("tetra", mesh.cells)]).write(tmp_path / "part.vtu", binary=False)
@@ -103,7 +103,7 @@ def test_vtu_cells_out_of_reach_of_the_points_are_refused(tmp_path):
 
 def test_reading_prints_nothing(tmp_path, capfd):
     """meshio talks to the terminal about broken files; here errors speak for themselves."""
-    from tcontact.errors import InputError
+    from tcontact.base.errors import InputError
 
     (tmp_path / "part.msh").write_text("nothing\n")
     with pytest.raises(InputError):
@@ -113,5 +113,5 @@ def test_reading_prints_nothing(tmp_path, capfd):
 
 
 def test_importing_the_reader_imports_no_meshio():
-    code = "import sys, tcontact.mesh_io; sys.exit('meshio' in sys.modules)"
+    code = "import sys, tcontact.mesh.files.reading; sys.exit('meshio' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mesh_files import NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
-from tcontact.errors import InputError
-from tcontact.mesh import Mesh
-from tcontact.mesh_io import read_mesh
+from tcontact.base.errors import InputError
+from tcontact.mesh.files.reading import read_mesh
+from tcontact.mesh.mesh import Mesh
 
 
 def refused(path, *words, **options):

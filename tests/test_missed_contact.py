@@ -8,8 +8,8 @@ from oracle import meshes
 from scenes import material
 
 import tcontact as tc
-from tcontact.path_watch import Crossing, half_thickness
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
+from tcontact.run.watches.path_watch import Crossing, half_thickness
 
 SOFT = material("linear")
 EDGE = 0.1
@@ -99,7 +99,7 @@ def test_every_shape_with_a_far_side(obstacle):
 
 
 def test_shapes_without_a_far_side_are_not_looked_at():
-    from tcontact.path_watch import PathWatch
+    from tcontact.run.watches.path_watch import PathWatch
 
     class Inside:
         scene = tc.Scene(

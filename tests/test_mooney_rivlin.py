@@ -12,7 +12,7 @@ from test_static_solve import pressed, problem, solved
 
 import tcontact as tc
 from tcontact.cases import bar_impact, cube_impact
-from tcontact.stress import VonMises
+from tcontact.cells.stress import VonMises
 
 C1, C2, BULK = 1.7e6, 0.6e6, 2.9e7
 RUBBER = tc.MooneyRivlin(C1, C2, BULK, 1100.0)

@@ -12,14 +12,14 @@ from scipy.optimize import nnls
 
 import tcontact as tc
 from tcontact.cases import cube_impact
-from tcontact.kernels import static_control as names
-from tcontact.kernels.arguments import ARRAY, INDEX
-from tcontact.kernels.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from tcontact.kernels.lanes import SWEEP_LANES
-from tcontact.kernels.mprgp import mprgp
-from tcontact.kernels.node_places import PLACES
-from tcontact.static_solver import FULL_POISSON, TALL, height_over_width, static_solver
-from tcontact.sweep_order import sweep_order
+from tcontact.kernels.language.arguments import ARRAY, INDEX
+from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
+from tcontact.kernels.static import control as names
+from tcontact.kernels.static.mprgp import mprgp
+from tcontact.kernels.static.node_places import PLACES
+from tcontact.planning.static_solver import FULL_POISSON, TALL, height_over_width, static_solver
+from tcontact.planning.sweep_order import sweep_order
 
 ARRAYS = "lane_start pack_start column values inverse stiffness right gaps normals push increment settings stats"
 System = namedtuple("System", ARRAYS)
@@ -255,7 +255,7 @@ def test_a_body_of_a_law_that_loses_ellipticity_goes_on_with_sweeps():
 @pytest.mark.filterwarnings("ignore:block has poisson")
 def test_the_bench_compares_both_solvers():
     """Near poisson 1/2 products are fewer than sweeps; the table has a line for each."""
-    from tcontact.bench import static_solvers
+    from tcontact.lab.bench import static_solvers
 
     rows = static_solvers.compare(4, 2, poissons=(0.499,), removals=("full",))
     assert [row["solver"] for row in rows] == list(static_solvers.SOLVERS)

@@ -9,7 +9,7 @@ from oracle import meshes
 from scenes import block, material, simulate, thrown
 
 import tcontact as tc
-from tcontact import mesh_file
+from tcontact.mesh.files import content as mesh_file
 
 COLUMNS = ("kinetic", "elastic", "contact_force", "momentum", "external_work", "gap_min")
 

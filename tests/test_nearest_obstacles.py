@@ -1,14 +1,14 @@
-"""Which obstacles a node knows where there are more than it can touch at once (kernels/obstacle_rows.py)."""
+"""Which obstacles a node knows where there are more than it can touch at once (kernels/contact/obstacle_rows.py)."""
 
 import numpy as np
 import pytest
 import taichi as ti
 
-from tcontact import arrays
-from tcontact.kernels import obstacle_rows, obstacles
-from tcontact.kernels.arguments import ARRAY, INDEX
-from tcontact.kernels.bundles import Contact, ContactOptions, Obstacles
+from tcontact.device import arrays
+from tcontact.kernels.contact import obstacle_rows, obstacles
 from tcontact.kernels.lanes import MOST_SLOTS
+from tcontact.kernels.language.arguments import ARRAY, INDEX
+from tcontact.kernels.language.bundles import Contact, ContactOptions, Obstacles
 
 OPTIONS = ContactOptions(slots=MOST_SLOTS)
 

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 import tcontact as tc
-from tcontact.notebook import EndState
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
+from tcontact.show.notebook import EndState
 
 
 def run(out=None, bodies=1):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tcontact import cli
-from tcontact.cli import main
-from tcontact.numbers import pages, register, rows, tables
-from tcontact.numbers.reports import Reports
+from tcontact.commands import cli
+from tcontact.commands.cli import main
+from tcontact.lab.numbers import pages, register, rows, tables
+from tcontact.lab.numbers.reports import Reports
 
 ROOT = Path(__file__).resolve().parents[1]
 QUICK = [row for row in (*register.RUNS, *register.IMPLICIT_RUNS) if row.quick]

@@ -10,8 +10,8 @@ def of_kernel(obstacle, positions, before=0):
     """Gap and normal in local coordinates from the kernels; `before`: numbers of other grids in front."""
     import taichi as ti
 
-    from tcontact.kernels.arguments import ARRAY
-    from tcontact.kernels.obstacle_shapes import box_gap_normal, grid_gap_normal
+    from tcontact.kernels.contact.obstacle_shapes import box_gap_normal, grid_gap_normal
+    from tcontact.kernels.language.arguments import ARRAY
 
     shape = obstacle.shape
 

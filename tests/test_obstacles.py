@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact.obstacles import Obstacle
-from tcontact.obstacles.motion import Motion, rotations
+from tcontact.scene.obstacles import Obstacle
+from tcontact.scene.obstacles.motion import Motion, rotations
 
 TURN = rotations(np.array([[0.3, -0.7, 0.4]]))[0]
 PLACE = np.array([0.2, -0.1, 0.3])

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tcontact.errors import InputError
+from tcontact.base.errors import InputError
 from tcontact.kernels import lanes
-from tcontact.packing import Block, pack_blocks, pack_cells, slab_order
+from tcontact.planning.packing import Block, pack_blocks, pack_cells, slab_order
 
 
 def grid(counts, levels=None):

@@ -8,8 +8,8 @@ import pytest
 from scenes import force_of, material, simulate, stable_steps
 
 import tcontact as tc
-from tcontact.describe import memory
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
+from tcontact.planning.describe import memory
 
 H, COUNT = 0.4, 40
 FLOOR = tc.Plane()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tcontact import plots
+from tcontact.show import plots
 
 UP = [np.array([0.0, 0.0, 1.0])]
 

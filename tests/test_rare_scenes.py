@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact import checks
+from tcontact.results import checks
 
 RUBBER = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
 SCHEMES = [tc.CentralDifference(), tc.DiscreteGradient(dt=2e-4), tc.HilberHughesTaylor(dt=2e-4)]

@@ -5,9 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tcontact import cases, cli
-from tcontact.commands import settings
-from tcontact.study import hard_register, methods, problems
+from tcontact import cases
+from tcontact.commands import cli, settings
+from tcontact.lab.study import hard_register, methods, problems
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = {page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}

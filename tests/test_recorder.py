@@ -9,7 +9,7 @@ import pytest
 from scenes import simulate, thrown, twin
 
 import tcontact as tc
-from tcontact.vtkhdf import ResultData
+from tcontact.results.files.vtkhdf import ResultData
 
 
 @pytest.fixture(scope="module", params=["hex8", "tet4"])

@@ -10,8 +10,8 @@ from oracle.reduced import HOURGLASS_MODES
 from scenes import LAWS, material
 
 import tcontact as tc
-from tcontact.stress import VonMises
-from tcontact.worst_cell import worst_cell
+from tcontact.cells.stress import VonMises
+from tcontact.run.worst_cell import worst_cell
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -11,8 +11,9 @@ from oracle import meshes
 from scenes import python, simulate, thrown
 
 import tcontact as tc
-from tcontact import report, runtime
 from tcontact.cases import bar_impact, cube_impact
+from tcontact.device import runtime
+from tcontact.results import report
 
 
 def reduced(scene):

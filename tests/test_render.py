@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tcontact import render, runtime
-from tcontact.elements import ELEMENTS
-from tcontact.errors import InputError
-from tcontact.render.animation import can_film
-from tcontact.render.labels import round_up
-from tcontact.render.studio import Studio
-from tcontact.render.surface import Clip, boundary_surface, clipped_surface
-from tcontact.render.triangles import Triangles, draw
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.base.errors import InputError
+from tcontact.device import runtime
+from tcontact.mesh.elements import ELEMENTS
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.show import render
+from tcontact.show.render.animation import can_film
+from tcontact.show.render.labels import round_up
+from tcontact.show.render.studio import Studio
+from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
+from tcontact.show.render.triangles import Triangles, draw
 
 PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 TETS = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
@@ -356,7 +357,7 @@ def test_the_film_holds_every_frame(result, tmp_path):
 
 
 def test_a_film_without_its_package_is_refused_with_the_remedy(result, tmp_path, monkeypatch):
-    monkeypatch.setattr("tcontact.render.series.can_film", lambda: False)
+    monkeypatch.setattr("tcontact.show.render.series.can_film", lambda: False)
     with pytest.raises(InputError, match="pip install imageio-ffmpeg"):
         render.render_frames(result, tmp_path / "out", video=True)
     assert not (tmp_path / "out").exists()

@@ -7,13 +7,13 @@ import pytest
 import surfaces
 
 import tcontact as tc
-from tcontact.obstacles.description import describe
-from tcontact.obstacles.isosurface import isosurface
-from tcontact.obstacles.surface import volume
-from tcontact.render.camera import Eye
-from tcontact.render.planes import Patch
-from tcontact.render.solids import Pose, hides, outlined, read_solids, shaded
-from tcontact.render.triangles import Triangles
+from tcontact.scene.obstacles.description import describe
+from tcontact.scene.obstacles.isosurface import isosurface
+from tcontact.scene.obstacles.surface import volume
+from tcontact.show.render.camera import Eye
+from tcontact.show.render.planes import Patch
+from tcontact.show.render.solids import Pose, hides, outlined, read_solids, shaded
+from tcontact.show.render.triangles import Triangles
 
 CENTRE, RADIUS = np.array([0.1, 0.2, 1.5]), 0.8
 SHAPES = [

@@ -9,8 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from tcontact import plots, report
-from tcontact.checks import at_least, at_most, between, equals
+from tcontact.results import report
+from tcontact.results.checks import at_least, at_most, between, equals
+from tcontact.show import plots
 
 
 def history(rows: int = 50) -> dict[str, np.ndarray]:

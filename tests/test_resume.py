@@ -13,10 +13,10 @@ from scenes import python
 from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files, scene
 
 import tcontact as tc
-from tcontact.checkpoint import store
-from tcontact.cli import main
+from tcontact.commands.cli import main
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.checkpoint import store
 from tcontact.schemes import SCHEMES
-from tcontact.vtkhdf import ResultData, ResultFile
 
 FINE = tc.CentralDifference(cfl=0.3)
 
@@ -109,7 +109,7 @@ def test_resumed_twice(monkeypatch, tmp_path):
 
 def copied_resume(monkeypatch, folder, copies_in, physics):
     """Resume and copy the folder at every checkpoint that the resumed run leaves."""
-    from tcontact.checkpoint.keeper import Keeper
+    from tcontact.run.checkpoint.keeper import Keeper
 
     copies, save = {}, Keeper.save
 

@@ -5,8 +5,8 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import _round_meshes, rolling_cylinder
+from tcontact.results import checks as ck
 
 
 @pytest.mark.parametrize("cells", [4, 11])

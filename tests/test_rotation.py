@@ -8,7 +8,7 @@ from oracle import meshes
 from scenes import block, material, wall
 
 import tcontact as tc
-from tcontact.rotation import angle, rotation, spin
+from tcontact.planning.rotation import angle, rotation, spin
 
 DURATION = 0.03
 NORMAL = np.array([0.0, 0.0, 1.0])

@@ -6,7 +6,7 @@ from conftest import THREADS
 
 import tcontact as tc
 from tcontact import cases
-from tcontact.study import hard_cases, hard_register
+from tcontact.lab.study import hard_cases, hard_register
 
 CASES = hard_register.register()
 QUICK = (  # hundredths of a second each, one of every kind

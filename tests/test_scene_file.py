@@ -12,8 +12,8 @@ from scenes import block, material
 
 import tcontact as tc
 from tcontact import friction_layer
-from tcontact.cli import main
-from tcontact.scene_files.toml import to_toml
+from tcontact.commands.cli import main
+from tcontact.run.scene_files.toml import to_toml
 
 MAT = material()
 BOX = tc.box_mesh((0.1, 0.2, 0.1), (2, 3, 2), origin=(0.1, -0.3, 1 / 3))
@@ -216,7 +216,7 @@ def test_the_command_writes_the_files_of_a_run_and_the_readme_shows_how(tmp_path
 
 
 def test_text_is_escaped_as_toml_wants_it():
-    from tcontact.scene_files.read import tomllib
+    from tcontact.run.scene_files.read import tomllib
 
     data = {
         "a b": 'x"\\\n\t\r\x01\x7fé',

@@ -8,8 +8,8 @@ import pytest
 import surfaces
 
 import tcontact as tc
-from tcontact.obstacles.motion import rotations
-from tcontact.obstacles.winding import winding_numbers
+from tcontact.scene.obstacles.motion import rotations
+from tcontact.scene.obstacles.winding import winding_numbers
 
 TURN = rotations(np.array([[0.4, 0.2, -0.9]]))[0]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact.obstacles.cubic import smooth_distance
+from tcontact.scene.obstacles.cubic import smooth_distance
 
 ORIGIN, SPACING, NODES = np.array([-0.2, 0.1, 0.3]), 0.1, (6, 5, 4)
 

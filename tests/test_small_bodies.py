@@ -1,4 +1,4 @@
-"""Many steps per launch give what one step per launch gives: rows, frames, stops (kernels/serial_step).
+"""Many steps per launch give what one step per launch gives: rows, frames, stops (kernels/step/serial_step).
 
 The same scene takes both paths here; bodies that take them by their size, with every term, are in test_periodic.py.
 """
@@ -10,7 +10,8 @@ import pytest
 from scenes import simulate, state_of, thrown
 
 import tcontact as tc
-from tcontact.plan import SMALL, plan
+from tcontact.planning.body_plan import SMALL
+from tcontact.planning.planning import plan
 
 SCENES = {
     "free hexes": lambda: thrown("linear", "hex8", contact=None, duration=4.0),

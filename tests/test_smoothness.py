@@ -7,9 +7,9 @@ import pytest
 import scenes
 
 import tcontact as tc
-from tcontact import report, smoothness
 from tcontact.cases import cube_impact
-from tcontact.lumped_mass import node_areas
+from tcontact.planning.lumped_mass import node_areas
+from tcontact.results import report, smoothness
 
 
 def face(n=5, kind="hex8"):

@@ -8,10 +8,10 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact import checks as ck
 from tcontact.cases import bar_impact
-from tcontact.cli import main
-from tcontact.study import hard_cases, hard_register, hard_table
+from tcontact.commands.cli import main
+from tcontact.lab.study import hard_cases, hard_register, hard_table
+from tcontact.results import checks as ck
 
 CASES = hard_register.register()
 

@@ -8,10 +8,10 @@ from oracle import meshes
 from scenes import LAWS, block, force_of, material, simulate, stable_steps, thrown, twin, wall
 
 import tcontact as tc
-from tcontact import loop
 from tcontact.cases import wall_shock
-from tcontact.plan import plan
-from tcontact.stable_step import StableSteps
+from tcontact.planning.planning import plan
+from tcontact.run import loop
+from tcontact.schemes.explicit.stable_step import StableSteps
 
 
 def ratio(body, displacement=None, planes=(), penalty=None, **options):

@@ -12,14 +12,14 @@ from scenes import python
 from stopped_runs import SCENES, quietly, same, same_files, scene
 
 import tcontact as tc
-from tcontact import render
-from tcontact.checkpoint import store
-from tcontact.cli import main
-from tcontact.errors import FunctionError
-from tcontact.interrupts import interrupts, terminations
-from tcontact.loop import Run
-from tcontact.plan import SMALL
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.base.errors import FunctionError
+from tcontact.commands.cli import main
+from tcontact.planning.body_plan import SMALL
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.checkpoint import store
+from tcontact.run.interrupts import interrupts, terminations
+from tcontact.run.loop import Run
+from tcontact.show import render
 
 FINE = tc.CentralDifference(cfl=0.3)
 LATE = 6.1e-4
@@ -80,7 +80,7 @@ def test_a_function_that_fails_at_the_start_is_bad_input(tmp_path):
 
 def test_a_function_that_fails_between_the_times_of_a_run_costs_no_result(monkeypatch, tmp_path):
     """The result file tells where obstacles were at the frames, by times of its own."""
-    from tcontact import recorder
+    from tcontact.run import recorder
 
     describe = recorder.describe
 
@@ -245,7 +245,7 @@ import os, signal, sys, threading
 import tcontact as tc
 from stopped_runs import SCENES
 from tcontact.plan import SMALL
-from tcontact.vtkhdf import ResultFile
+from tcontact.results.files.vtkhdf import ResultFile
 SMALL.update(dict.fromkeys(SMALL, 0))
 append = ResultFile.append
 def sent(self, moment, *fields):

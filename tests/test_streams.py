@@ -10,10 +10,10 @@ from scenes import ROOT
 from stopped_runs import SCENES
 
 import tcontact as tc
-from tcontact.checkpoint import store
-from tcontact.cli import main
+from tcontact.commands.cli import main
 from tcontact.commands.streams import Output
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.checkpoint import store
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ from tcontact.plan import SMALL
 SMALL.update(dict.fromkeys(SMALL, 0))
 from tcontact import render
 render.render_frames = lambda *a, **b: []
-from tcontact.cli import main
+from tcontact.commands.cli import main
 sys.exit(main(sys.argv[1:]))
 """
 

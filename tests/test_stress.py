@@ -13,9 +13,10 @@ from oracle import meshes
 from scenes import LAWS, block, material, python, thrown, twin
 
 import tcontact as tc
-from tcontact import runtime, stress
-from tcontact.stress import VonMises
-from tcontact.vtkhdf import ResultData
+from tcontact.cells import stress
+from tcontact.cells.stress import VonMises
+from tcontact.device import runtime
+from tcontact.results.files.vtkhdf import ResultData
 
 
 def mesh_of(kind):

@@ -10,11 +10,11 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact.cli import main
-from tcontact.contact_models import ImpulseContact, MasslessContact, PenaltyContact
-from tcontact.study import errors, figure, methods, pareto, problems, reference, runner, table
-from tcontact.study.exact import LameMode, PenaltyWall, SmoothBump, SofteningBar, WallShock
-from tcontact.study.problems import penalty_wall, smooth_contact
+from tcontact.commands.cli import main
+from tcontact.lab.study import errors, figure, methods, pareto, problems, reference, runner, table
+from tcontact.lab.study.problems import penalty_wall, smooth_contact
+from tcontact.results.exact import LameMode, PenaltyWall, SmoothBump, SofteningBar, WallShock
+from tcontact.scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
 
 BAR = {"length": 0.1, "area": 1e-4, "young": 1e7, "density": 1000.0, "speed": 2.0}
 
@@ -352,7 +352,7 @@ def test_nothing_to_draw_is_no_figure(tmp_path):
 def test_an_exact_answer_has_no_error():
     """The errors of the bar, fed with the exact history."""
     from tcontact.cases import bar_impact as case
-    from tcontact.study.problems import bar_impact
+    from tcontact.lab.study.problems import bar_impact
 
     scene = case.scene(cells=4)
     body = scene.bodies[0]

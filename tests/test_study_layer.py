@@ -6,7 +6,7 @@ import json
 import pytest
 from conftest import THREADS
 
-from tcontact.cli import main
+from tcontact.commands.cli import main
 from tcontact.friction_layer import METHODS
 from tcontact.friction_layer import study as layer
 

@@ -7,10 +7,10 @@ import pytest
 from scenes import block, domain_of, material
 
 import tcontact as tc
-from tcontact.contact_graph import heirs
+from tcontact.cells.internal_force import corner_lists, pack_domain
 from tcontact.kernels.lanes import SWEEP_LANES
-from tcontact.sweep_order import sweep_order
-from tcontact.terms.internal_force import corner_lists, pack_domain
+from tcontact.planning.contact_graph import heirs
+from tcontact.planning.sweep_order import sweep_order
 
 
 def planned(kind, cells=4):

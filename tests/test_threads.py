@@ -7,7 +7,7 @@ import pytest
 from scenes import python, simulate, thrown
 
 import tcontact as tc
-from tcontact import runtime
+from tcontact.device import runtime
 
 RUNS = (("hex8", "neo", "normal", 17), ("tet4", "neo", "full", 15))  # small bodies run on one thread anyway
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from oracle import meshes
 
-from tcontact.triangle_distance import smallest_distance, winding_number
+from tcontact.mesh.triangle_distance import smallest_distance, winding_number
 
 FAR = 1e3
 

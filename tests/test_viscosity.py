@@ -8,8 +8,8 @@ from scenes import block, force_of, material, simulate, thrown
 
 import tcontact as tc
 from tcontact.cases import wall_shock
-from tcontact.lumped_mass import cell_masses, shape_functions
-from tcontact.stable_step import largest_rate, with_viscosity
+from tcontact.planning.lumped_mass import cell_masses, shape_functions
+from tcontact.schemes.explicit.stable_step import largest_rate, with_viscosity
 
 USUAL = tc.BulkViscosity(0.06, 1.2)
 
@@ -191,9 +191,9 @@ def test_the_step_with_viscosity_is_that_of_the_damped_oscillator():
 
 def test_absent_it_leaves_nothing_behind():
     """No column, no option of a kernel, no parameter, no sums, no term."""
-    from tcontact.describe import memory
     from tcontact.kernels.columns import CELL_SUMS
     from tcontact.kernels.lanes import CHUNKS, LAW_PARAMETERS, MATERIALS
+    from tcontact.planning.describe import memory
 
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
     without, with_it = tc.plan(scene), tc.plan(viscous(scene))

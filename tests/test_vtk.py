@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from series import HEXES, POINTS, TETS, TIMES, fields, written
 
-from tcontact.export import export
-from tcontact.vtkhdf import ResultData
+from tcontact.results.exporting import export
+from tcontact.results.files.vtkhdf import ResultData
 
 hdf = pytest.importorskip("vtkmodules.vtkIOHDF", exc_type=ImportError)
 model = pytest.importorskip("vtkmodules.vtkCommonExecutionModel", exc_type=ImportError)

@@ -6,9 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
-from tcontact.atomic_file import AtomicFile
-from tcontact.errors import InputError
-from tcontact.vtkhdf import ResultData, ResultFile
+from tcontact.base.errors import InputError
+from tcontact.device.atomic_file import AtomicFile
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
 
 POINTS, CELLS = 12, 5
 

@@ -9,9 +9,10 @@ from scenes import simulate
 from test_static_solve import problem, solved
 
 import tcontact as tc
-from tcontact import arrays
-from tcontact.kernels import columns, static_control
-from tcontact.kernels import friction as rubbing
+from tcontact.device import arrays
+from tcontact.kernels import columns
+from tcontact.kernels.contact import friction as rubbing
+from tcontact.kernels.static import control as static_control
 
 SPEED = 0.01  # m/s: moves of 1e-5 m in the time that a wave needs there and back
 FAR = tc.Plane(point=(0.0, 100.0, 0.0), normal=(0.0, -1.0, 0.0))

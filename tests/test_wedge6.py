@@ -10,12 +10,12 @@ from scenes import block, material, twin
 from test_stable_step import ratio
 
 import tcontact as tc
-from tcontact.elements import ELEMENTS
-from tcontact.mesh_file import MeshWarning
-from tcontact.mesh_geometry import shortest_heights, spanned_heights
-from tcontact.removal import choose_removal
-from tcontact.render.surface import boundary_surface
-from tcontact.stress import VonMises
+from tcontact.cells.stress import VonMises
+from tcontact.mesh.elements import ELEMENTS
+from tcontact.mesh.files.content import MeshWarning
+from tcontact.mesh.geometry import shortest_heights, spanned_heights
+from tcontact.planning.removal import choose_removal
+from tcontact.show.render.surface import boundary_surface
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)
@@ -188,7 +188,7 @@ def test_vtk_finds_the_outside_of_the_prisms_where_we_do(tmp_path):
     """VTK's own faces of a cell, in the file that a run leaves, look outward: the order of the corners is VTK's."""
     hdf = pytest.importorskip("vtkmodules.vtkIOHDF", exc_type=ImportError)
     xml = pytest.importorskip("vtkmodules.vtkIOXML", exc_type=ImportError)
-    from tcontact.vtkhdf import ResultData, ResultFile
+    from tcontact.results.files.vtkhdf import ResultData, ResultFile
 
     box = tc.box_mesh((1.0, 2.0, 3.0), (1, 2, 1), "wedge6")
     with ResultFile.create(tmp_path / "result.vtkhdf", box.nodes, [("wedge6", box.cells)]) as file:

@@ -7,7 +7,7 @@ import numpy as np
 
 def run():
     """Compile and run it; returns its answer."""
-    from tcontact import runtime
+    from tcontact.device import runtime
 
     ti = runtime.start("cpu", 1)
 

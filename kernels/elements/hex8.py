@@ -21,8 +21,8 @@ The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123
 
 import taichi as ti
 
-from .. import tensor3
-from ..bulk_viscosity import pressure_rate
+from ..language import tensor3
+from .bulk_viscosity import pressure_rate
 from .points import cross, dot, geometry, plus, point_force, with_jacobian
 from .record import CellFunctions
 

@@ -24,7 +24,7 @@ sweeps (0.02: a third more, 0.01: twice as many).
 
 import taichi as ti
 
-from ..point_memory import respond
+from ..language.point_memory import respond
 from .hex8 import hex_corner_forces, hex_modes, hex_slopes, hex_viscosity
 from .points import dot
 from .record import CellFunctions

@@ -12,8 +12,8 @@ Displacement differences to corners of the same cell come first, never sums of d
 
 import taichi as ti
 
-from .. import tensor3
-from ..point_memory import respond
+from ..language import tensor3
+from ..language.point_memory import respond
 
 
 @ti.func

@@ -14,7 +14,7 @@ class CellFunctions(NamedTuple):
     viscosity(x, u, v, speed, square) returns the forces of the bulk viscosity (bulk_viscosity.py).
     gradient(x, u) returns H = du/dX at the centre. tangent: how the stiffness between contact nodes is integrated:
     "points", "mean-dilatation" (surface_tangent.py) or "reduced" (reduced_tangent.py). points: how many points call the
-    law, numbered as in tcontact/lumped_mass.py.
+    law, numbered as in tcontact/planning/lumped_mass.py.
     """
 
     corners: int

@@ -2,8 +2,8 @@
 
 import taichi as ti
 
-from .. import tensor3
-from ..bulk_viscosity import pressure_rate
+from ..language import tensor3
+from .bulk_viscosity import pressure_rate
 from .points import dot, geometry, point_force
 from .record import CellFunctions
 

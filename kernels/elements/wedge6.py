@@ -18,8 +18,8 @@ m = d + (P + Q)/3 between the centres of the triangles,
 
 import taichi as ti
 
-from .. import tensor3
-from ..bulk_viscosity import pressure_rate
+from ..language import tensor3
+from .bulk_viscosity import pressure_rate
 from .points import cross, dot, geometry, plus, point_force
 from .record import CellFunctions
 

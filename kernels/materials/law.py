@@ -8,7 +8,8 @@ in 3x3 lists, without branches or library calls: entries are scalars or vectors 
 Everything is put together from H and J - 1, never from F - I or J minus one, so that at a strain of 1e-9 the stress
 keeps its digits and the energy is still a square. Quadrature weights are applied by the element, outside the law.
 
-`parameters` are those of the material (tcontact/materials.py), in its order. The first belongs to the volume change
+`parameters` are those of the material (tcontact/scene/materials.py), in its order. The first belongs to the volume
+change
 (mean dilatation takes it out and applies it per cell), and parameters[0] + 2 parameters[1] is lambda + 2 mu at small
 strains (hourglass stiffness). A law with `state` keeps these numbers at every quadrature point, 0 at the start: `old`
 is the list of the committed ones, `new` what they become if the step is committed.
@@ -32,7 +33,7 @@ class Tangent(NamedTuple):
 
 
 class StepLaw(NamedTuple):
-    """What implicit schemes ask of a law (kernels/implicit_rules.py), in E [3, 3] and j = J - 1, S = dW/dE.
+    """What implicit schemes ask of a law (kernels/cells/implicit_rules.py), in E [3, 3] and j = J - 1, S = dW/dE.
 
     energy(E, j, parameters); stress(E, j, parameters) -> S; stress_change(E, j, parameters, along): the derivative of
     S along a change of E; discrete(E0, E1, dE, j0, j1, parameters) -> S* with S* : dE = W1 - W0, and its derivative

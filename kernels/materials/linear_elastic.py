@@ -6,7 +6,7 @@ have rules of their own for it (implicit_points.py).
 
 import taichi as ti
 
-from .. import tensor3
+from ..language import tensor3
 from .law import Law, tangent_form
 
 

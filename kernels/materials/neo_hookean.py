@@ -10,8 +10,8 @@ Over a step (implicit_geometry.py): S* = mu (I - s DD) + lam (J0 + J1 - 2) G,  s
 
 import taichi as ti
 
-from .. import tensor3
-from ..implicit_geometry import (
+from ..language import tensor3
+from ..language.implicit_geometry import (
     cofactor,
     identity,
     inner,
@@ -20,7 +20,7 @@ from ..implicit_geometry import (
     volume_slope,
     volume_slope_change,
 )
-from ..transcendental import log_split
+from ..language.transcendental import log_split
 from .law import Law, StepLaw, tangent_form
 
 

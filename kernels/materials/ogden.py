@@ -18,8 +18,8 @@ parameters: lam, the shear modulus sum(mu_p alpha_p)/2, then mu_p/alpha_p and al
 
 import taichi as ti
 
-from .. import tensor3
-from ..transcendental import exponential_less_one, exponential_split, log_split
+from ..language import tensor3
+from ..language.transcendental import exponential_less_one, exponential_split, log_split
 from .law import Law, StepLaw, Tangent
 
 PAIRS = 3

@@ -7,7 +7,7 @@ S is linear in E, so that S((E0 + E1)/2) : (E1 - E0) = W1 - W0 exactly.
 
 import taichi as ti
 
-from .. import tensor3
+from ..language import tensor3
 from .law import Law, StepLaw, tangent_form
 
 

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..bench.configuration import CONTACTS, KINDS, LAWS, grid
-from ..errors import InputError
+from ..base.errors import InputError
+from ..lab.bench import chart
+from ..lab.bench.configuration import CONTACTS, KINDS, LAWS, grid
+from ..results.report import write_json
 from . import words
 from .doctor import cores
 
@@ -56,9 +58,8 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, write the files, print the table; exit code 1 if a configuration failed."""
-    from ..bench import chart, static_solvers, table
-    from ..bench.collect import collect
-    from ..report import write_json
+    from ..lab.bench import static_solvers, table
+    from ..lab.bench.collect import collect
 
     laws, sizes, threads, batches = arguments.laws, arguments.sizes, arguments.threads, 5
     if arguments.quick:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
+from ..show import plots
 from . import origins
 from .run_scene import is_scene
 
 if TYPE_CHECKING:
-    from ..vtkhdf import ResultData
+    from ..results.files.vtkhdf import ResultData
 
 NUMBERS = ("ok", "reason", "steps", "time", "dt", "dt_limit")  # of a stored run that its case may ask for
 
@@ -24,8 +25,6 @@ def draw(out: Path, result: Any, case: Any, normals: list[Any], caption: str) ->
 
     result: a `Result`, or what stands for one; case: its module, or None; normals: of its obstacles, if each has one.
     """
-    from .. import plots
-
     known = case.curves(result) if hasattr(case, "curves") else None
     if np.isfinite(result.history["gap_min"]).any():
         plots.contact_force(out / "contact-force.png", result.history, normals, known, caption)
@@ -53,7 +52,7 @@ def draw_again(file: Path, summary: Mapping[str, Any], out: Path) -> list[Path]:
     is no history.
     """
     folder = file.parent
-    from ..vtkhdf import ResultData
+    from ..results.files.vtkhdf import ResultData
 
     if "runs" in summary:
         names = [name for name in summary["runs"] if isinstance(name, str) and name == Path(name).name]
@@ -72,8 +71,6 @@ def draw_again(file: Path, summary: Mapping[str, Any], out: Path) -> list[Path]:
 
 def draw_comparison(path: Path, case: Any, histories: dict[str, Any], normals: list[Any]) -> None:
     """Draw runs side by side."""
-    from .. import plots
-
     if hasattr(case, "draw_comparison"):
         case.draw_comparison(path, histories)
     else:
@@ -82,7 +79,7 @@ def draw_comparison(path: Path, case: Any, histories: dict[str, Any], normals: l
 
 def _draw_stored(file: Path, summary: Mapping[str, Any], out: Path) -> dict[str, np.ndarray]:
     """Draw one stored run; returns its history."""
-    from ..vtkhdf import ResultData
+    from ..results.files.vtkhdf import ResultData
 
     data = ResultData.open(file)
     history = data.history

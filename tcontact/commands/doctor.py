@@ -9,6 +9,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+from ..device import runtime
+from ..results.report import versions
+
 
 def add(subparsers: Any) -> None:
     """Declare the command."""
@@ -22,9 +25,6 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what is found; exit code 1 if the self test fails."""
-    from .. import runtime
-    from ..report import versions
-
     for name, version in versions().items():
         print(f"{name:<14}{version}")
     print(f"{'cores':<14}{cores()}")

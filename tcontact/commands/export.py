@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..atomic_file import refuse_link
+from ..device.atomic_file import refuse_link
 from . import words
 from .folder import result_file
 
@@ -32,8 +32,8 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the series and name the file to open."""
-    from ..export import export
-    from ..vtkhdf import ResultData
+    from ..results.exporting import export
+    from ..results.files.vtkhdf import ResultData
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent / "export"

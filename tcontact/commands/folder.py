@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-from .. import validate
-from ..errors import InputError
-from ..folder_lock import locked
+from ..base import validate
+from ..base.errors import InputError
+from ..run.folder_lock import locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
 OURS = (

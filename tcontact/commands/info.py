@@ -10,12 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import validate
-from ..errors import InputError
+from ..base import validate
+from ..base.errors import InputError
+from ..results import report
+from ..results.report import check_lines, si
+from ..show.render.colours import FIELDS
 from .folder import NO_RESULT
+from .run import show
 
 if TYPE_CHECKING:
-    from ..vtkhdf import ResultData
+    from ..results.files.vtkhdf import ResultData
 
 
 def add(subparsers: Any) -> None:
@@ -27,9 +31,6 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what the file holds."""
-    from .. import report
-    from .run import show
-
     path, whole = arguments.file, validate.is_folder(arguments.file)
     folder = path if whole else path.parent
     data = _summary(folder / "summary.json") if whole or path.name == "result.vtkhdf" else None
@@ -56,8 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def contents(path: Path) -> list[str]:
     """What a result file holds, line by line. Raises `InputError` if it is none."""
-    from ..report import si
-    from ..vtkhdf import ResultData
+    from ..results.files.vtkhdf import ResultData
 
     data = ResultData.open(path)
     kinds = ", ".join(f"{len(cells)} {kind}" for kind, cells in data.blocks)
@@ -90,8 +90,6 @@ def contents(path: Path) -> list[str]:
 
 def _own(data: dict[str, Any]) -> list[str]:
     """The run of a case without a mechanical scene."""
-    from ..report import check_lines
-
     found = [str(data["case"])]
     for label, values in data.get("figures", {}).items():
         found.append(f"  {label}: " + ", ".join(f"{name} {_short(value)}" for name, value in values.items()))
@@ -100,9 +98,6 @@ def _own(data: dict[str, Any]) -> list[str]:
 
 def _fields(data: ResultData) -> list[str]:
     """A line per field: its unit, and its largest value over all frames."""
-    from ..render.colours import FIELDS
-    from ..report import si
-
     names = (*data.point_fields, *data.cell_fields)
     largest = dict.fromkeys(names, 0.0)
     for index in range(len(data)):

@@ -6,6 +6,8 @@ import argparse
 import textwrap
 from typing import Any
 
+from tcontact import cases
+
 
 def add(subparsers: Any) -> None:
     """Declare the command."""
@@ -19,8 +21,6 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the cases."""
-    from tcontact import cases
-
     width = max(len(name) for name in cases.names())
     for name in arguments.cases or cases.names():
         print(f"{name:<{width}}  {cases.title(name)}")

@@ -6,7 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..base.errors import InputError
+from ..lab.numbers import pages, pictures
+from ..lab.numbers.pages import different
+from ..lab.numbers.reports import Reports
+from ..lab.numbers.tables import TABLES
 from . import words
 
 PICTURES = "pictures"
@@ -35,10 +39,6 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the tables and print, compare or write them; returns the exit code."""
-    from ..numbers import pages, pictures
-    from ..numbers.reports import Reports
-    from ..numbers.tables import TABLES
-
     if arguments.check and arguments.write:
         raise InputError("--check, --write", True, "give one of them")
     known = [*TABLES, PICTURES]
@@ -64,8 +64,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _compare(stated: dict[str, list[str]], new: dict[str, list[str]]) -> int:
     """Print the lines that differ; 1 if there are any."""
-    from ..numbers.pages import different
-
     found = [(name, pair) for name, lines in new.items() for pair in different(stated.get(name, []), lines)]
     for name, (old, present) in found:
         print(f"{name}:\n  stated {old}\n  now    {present}")

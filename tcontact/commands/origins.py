@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from tcontact import cases
+
+from ..base.errors import InputError
 from . import settings
 from .run_scene import is_scene, read_scene, without_checks
 
@@ -54,8 +56,6 @@ def of(summary: Mapping[str, Any]) -> dict[str, Any] | None:
 
 def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
     """Make the scene again. Raises `InputError` if its case, scene file or settings are no longer there."""
-    from tcontact import cases
-
     name, label = origin["case"], origin["label"]
     if is_scene(name):
         scene, scheme, _, given = read_scene(Path(name), origin["set"])
@@ -78,8 +78,6 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
 
 def case_of(summary: Mapping[str, Any]) -> Any:
     """The module of the case that a summary names; None if it names none that is there."""
-    from tcontact import cases
-
     name = summary.get("case")
     return cases.load(name) if isinstance(name, str) and name in cases.names() else None
 

@@ -8,9 +8,9 @@ import re
 from pathlib import Path
 from typing import Any
 
-from .. import validate
-from ..errors import InputError
-from . import words
+from ..base import validate
+from ..base.errors import InputError
+from . import curves, origins, words
 from .folder import result_file
 
 
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the run."""
     if arguments.plots:
         return _plots(arguments)
-    from ..render import Camera, Clip, render_frames, render_picture
+    from ..show.render import Camera, Clip, render_frames, render_picture
 
     path = result_file(arguments.file)
     out = arguments.out or path.parent
@@ -79,8 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _plots(arguments: argparse.Namespace) -> int:
     """Draw the curves alone."""
-    from ..render.series import written_to
-    from . import curves, origins
+    from ..show.render.series import written_to
 
     given = arguments.file
     file = given / "result.vtkhdf" if validate.is_folder(given) else given

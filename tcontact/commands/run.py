@@ -6,19 +6,21 @@ import argparse
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..checkpoint import store
-from ..errors import InputError, OutputError
-from ..history import MOST_ROWS
+from tcontact import cases
+
+from ..base.errors import InputError, OutputError
+from ..results import frame_fields, report
+from ..results.result import Result
+from ..run.checkpoint import store
+from ..run.history import MOST_ROWS
+from ..show import plots
 from . import curves, folder, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
-
-if TYPE_CHECKING:
-    from ..result import Result
 
 
 def add(subparsers: Any) -> None:
@@ -57,8 +59,6 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the case and return the exit code."""
-    from tcontact import cases
-
     if is_scene(arguments.case):
         return run_scene(arguments, _start, finish)
     arguments.frames = 60 if arguments.frames is None else arguments.frames
@@ -142,8 +142,6 @@ def finish(
     go: starts the run or goes on with it; arguments: its set, quiet and frames are used. The checkpoints of a run that
     has ended go when the pictures are there: until then `tcontact resume` draws them.
     """
-    from .. import report
-
     result = go()
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
@@ -151,7 +149,7 @@ def finish(
     caption = curves.caption_of(title, arguments.set)
     curves.draw(out, result, case, curves.normals_of(result.scene), caption)
     if arguments.frames:
-        from ..render import render_frames
+        from ..show.render import render_frames
 
         render_frames(out / "result.vtkhdf", out, field=_coloured(arguments.fields), title=caption)
     if result.reason != "interrupted":
@@ -166,8 +164,6 @@ def finish(
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:
     """What the frames will take on the disk."""
-    from .. import frame_fields
-
     fields = frame_fields.chosen(scene, arguments.fields)
     size = frame_fields.size(scene, arguments.frames, fields) / 1e6
     return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
@@ -187,8 +183,6 @@ def _compare(
     out: Path,
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
-    from .. import plots, report
-
     picture = out / "comparison.png"
     histories = {label: result.history for label, (_, result) in runs.items()}
     normals = curves.normals_of(next(iter(runs.values()))[1].scene)

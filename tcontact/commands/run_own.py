@@ -6,14 +6,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..base.errors import InputError
+from ..device import runtime
+from ..results import report
 from . import folder
 
 
 def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace, show: Any) -> int:
     """Solve, check, write files and print the table; returns the exit code."""
-    from .. import report, runtime
-
     runtime.start(arguments.arch, arguments.threads)
     runs = case.solve(**parameters)
     checks = [check.to_dict() for check in case.checks(runs)]

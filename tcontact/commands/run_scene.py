@@ -7,8 +7,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import InputError, OutputError
-from ..history import MOST_ROWS
+from ..base.errors import InputError, OutputError
+from ..run.history import MOST_ROWS
+from ..run.scene_files import load_scene
 from . import folder, settings
 
 
@@ -22,8 +23,6 @@ def read_scene(file: Path, pairs: list[str]) -> tuple[Any, Any, dict[str, Any], 
 
     Raises `InputError`.
     """
-    from ..scene_files import load_scene
-
     scene, options = load_scene(file)
     given: dict[str, Any] = {}
     for pair in pairs:

@@ -10,7 +10,7 @@ from inspect import signature
 from types import ModuleType
 from typing import Any, Literal
 
-from ..errors import InputError
+from ..base.errors import InputError
 from ..schemes import SCHEMES
 
 SCHEME_KEYS: dict[str, Any] = {

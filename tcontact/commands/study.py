@@ -9,12 +9,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..base.errors import InputError
 from ..friction_layer.study import draw
-from ..report import write_json
-from ..study import figure, friction_layer, hard_register, hard_table, methods, problems, table
-from ..study.runner import collect
-from ..study.setting import Study
+from ..lab.study import figure, hard_register, hard_table, methods, problems, table
+from ..lab.study import layer_study as friction_layer
+from ..lab.study.runner import collect
+from ..lab.study.setting import Study
+from ..results.report import write_json
 from . import folder, settings, words
 
 HARD, LAYER = "hard-cases", "friction-layer"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..atomic_file import unlinked
+from ..device.atomic_file import unlinked
 from .result import LayerResult
 
 COLOURS = ("#1f5fa8", "#2e8b57", "#d98200", "#c03a2b", "#7a4fa0", "#404040")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import validate
-from ..errors import InputError
+from ..base import validate
+from ..base.errors import InputError
 from .metals import Metal
 
 THINNEST, THICKEST = 1e-12, 1e3  # [m], beyond any layer; numbers still have room
@@ -33,7 +33,8 @@ def depths(points: int, grading: float, thickness: float) -> np.ndarray:
 class Column:
     """Constants of backward Euler on one side of the interface, all [points].
 
-    weight: half-cell widths [m], the trapezoidal rule; gain, link, back: elimination (see kernels/layer1d_phases);
+    weight: half-cell widths [m], the trapezoidal rule; gain, link, back: elimination (see
+    kernels/layer/layer1d_phases);
     warmth: Bq, the rise of temperature per heat flux through the surface [K m^2/W].
     """
 

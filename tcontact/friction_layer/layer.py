@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import arrays, runtime, validate
-from ..errors import InputError
+from ..base import validate
+from ..base.errors import InputError
+from ..device import arrays, runtime
+from ..device.launch import Prepared
 from ..kernels.lanes import GRAIN
-from ..launch import Prepared
 from .grid import Column, column, depths
 from .metals import Metal
 
@@ -80,7 +81,7 @@ class Layer:
         on_gpu = runtime.arch() == "cuda"
         self._chunks = self._units if on_gpu else min(self._units, CHUNKS_PER_THREAD * runtime.threads())
 
-        from ..kernels import layer1d
+        from ..kernels.layer import layer1d
 
         heating = plastic_heat > 0.0
         kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method))
@@ -186,7 +187,7 @@ class Layer:
         return self._profile(self._carried, side) @ self.columns[side].weight
 
     def cell(self, name: str) -> np.ndarray:
-        """A number of every cell by its name in kernels/layer1d (STRESS, WORK, PLASTIC_WORK, ...), [cells]."""
+        """A number of every cell by its name in kernels/layer/layer1d (STRESS, WORK, PLASTIC_WORK, ...), [cells]."""
         values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
         return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
 

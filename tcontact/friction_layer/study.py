@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from .figures import error_against_cost
 from .layer import METHODS
 from .metals import STAINLESS_304
 from .result import LayerResult
-from .solve import solve
+from .solution import solve
 
 TIMES = (1e-7, 2e-7, 3e-7, 4e-7, 5e-7, 6e-7)
 # speed [m/s]: surface temperature [K] and tau [MPa] at TIMES of the paper's case (stainless 304, 1.3 GPa, b = 1/2)
@@ -177,8 +178,6 @@ def sweep(method: str, points: int = 200) -> dict[str, Any]:
 
 def draw(path: Path, rows: list[dict[str, Any]]) -> bool:
     """The error-against-cost figure of the rows of `study`, as PNG; False if none of them has an error."""
-    from .figures import error_against_cost
-
     if not any(row["kind"] == "accuracy" for row in rows):
         return False
     error_against_cost(path, rows)

@@ -2,7 +2,8 @@
 
 How it works. The explicit `CentralDifference` moves nodes with mass by the forces of the present position and leaves
 what has no mass to the static solve; its step is bound by the fastest wave through the smallest cell
-(`stable_step.py`). The implicit ones share `implicit.py`: they solve M (c d - b) + f* - fc* = f_ext for the step d by
+(`explicit/stable_step.py`). The implicit ones share `implicit/scheme.py`: they solve M (c d - b) + f* - fc* = f_ext
+for the step d by
 Newton's method and differ only in where and how the forces f*, fc* are taken, which their class attributes say.
 `order`, `conserves` and `name` are attributes of every scheme.
 """
@@ -11,17 +12,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import InputError
-from .central_difference import CentralDifference
-from .discrete_gradient import DiscreteGradient
-from .dissipative import Dissipative
-from .gonzalez import Gonzalez
-from .hilber_hughes_taylor import HilberHughesTaylor
-from .implicit import ImplicitScheme
-from .midpoint import Midpoint
-from .paper_implicit import PaperImplicit
-from .transport_averaging import StressAveraging, TransportAveraging
-from .trapezoidal import Trapezoidal
+from ..base.errors import InputError
+from .explicit.central_difference import CentralDifference
+from .implicit.discrete_gradient import DiscreteGradient
+from .implicit.dissipative import Dissipative
+from .implicit.gonzalez import Gonzalez
+from .implicit.hilber_hughes_taylor import HilberHughesTaylor
+from .implicit.midpoint import Midpoint
+from .implicit.paper_implicit import PaperImplicit
+from .implicit.scheme import ImplicitScheme
+from .implicit.transport_averaging import StressAveraging, TransportAveraging
+from .implicit.trapezoidal import Trapezoidal
 
 Scheme = CentralDifference | ImplicitScheme
 

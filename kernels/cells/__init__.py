@@ -1,0 +1,1 @@
+"""Passes over cells: forces, stresses, points of implicit schemes."""

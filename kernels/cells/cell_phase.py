@@ -1,0 +1,193 @@
+"""The force pass over packs of cells: gather the corners, do the cell's arithmetic, scatter the corner forces.
+
+The corners of a pack are gathered into vectors over its lanes, the cell's arithmetic works on vectors, and the corner
+forces are scattered lane by lane, without atomics, into the force row of their chunk. The vectors are explicit SIMD
+values (KEEP_VECTORS, compile_options.py), so nothing depends on what a loop vectoriser makes of the host.
+
+Chunks of contact cells give each corner of each cell a row of its own (`corner_rows` lists those of a boundary node):
+there the corner forces stay apart, for the static solve, and the node sum reads them as they are.
+
+A chunk has packs of every block of cells (an element with a law and its constants, tcontact/planning/packing.py): its
+segments
+of kind i of those that the kernel was made for stand at chunk_table[chunk * (kinds + 3) + i] up to that of kind i + 1;
+then come where its force rows begin, less its first node, and 1 for contact cells.
+
+`cell_sums` [chunks, numbers] (columns.py): the smallest det F is that of all Gauss points, the hourglass energy 0 for
+elements without. The linear law sets no limit to det F: beside nonlinear laws its cells do not count for it. With
+viscosity the pressure that each cell held follows.
+"""
+
+import functools
+
+import taichi as ti
+
+from .. import elements
+from ..columns import CELLS, cell_groups, group_size
+from ..lanes import (
+    CHUNK_BITS,
+    CHUNK_COUNT,
+    CONNECTIVITY,
+    END_CELL,
+    END_PACK,
+    FIRST_PACK,
+    KICK_AFTER,
+    KICK_BEFORE,
+    LANE,
+    MASSLESS,
+    MATERIAL,
+    MATERIAL_NUMBERS,
+    MEMORY,
+    ROW,
+    SEGMENT,
+    VISCOSITY,
+    WIDTH,
+)
+from ..language.point_memory import PointMemory
+from ..language.vectors import MASK
+from ..materials import LAWS
+
+TINY = 1e-100
+
+
+@ti.func
+def gather(body: ti.template(), start, width: ti.template()):
+    """Reference position (3) and displacement (3) of one corner, each a vector over the lanes."""
+    # the mask tells the compiler that node + 1 and node + 2 cannot overflow: one address for the three components
+    node = [(3 * body.connectivity[start + lane]) & MASK for lane in range(width)]
+    return [ti.Vector([body.position[i + c] for i in node]) for c in range(3)] + [
+        ti.Vector([body.u[i + c] for i in node]) for c in range(3)
+    ]
+
+
+@ti.func
+def gather_velocity(body: ti.template(), start, width: ti.template()):
+    """Velocity (3) of one corner, each a vector over the lanes."""
+    node = [(3 * body.connectivity[start + lane]) & MASK for lane in range(width)]
+    return [ti.Vector([body.v[i + c] for i in node]) for c in range(3)]
+
+
+@ti.func
+def with_mass(body: ti.template(), start, massless, width: ti.template()):
+    """1 in lanes where this corner is not one of the massless nodes, the first boundary nodes; else 0."""
+    number = ti.Vector([body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS) for lane in range(width)])
+    zero = ti.Vector([0.0 for _ in range(width)])
+    return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
+
+
+def make_block_phase(kind: str, law: str, viscous: bool):
+    """Make block_phase(body, base, own, first, end, commit): the packs of one kind and law in a chunk.
+
+    first..end: its segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and the
+    largest viscous rate of them.
+    """
+    corners, width = elements.CORNERS[kind], WIDTH
+    force_of = elements.force_of(kind, law)
+    law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
+    numbers = group_size(*cell_groups(viscous))
+    pack_memory = elements.FUNCTIONS[kind].points * size * width
+    lane_numbers = list(range(width))
+    viscosity_of = elements.FUNCTIONS[kind].viscosity
+
+    @ti.func
+    def block_phase(body: ti.template(), base, own, first, end, commit):
+        lanes = ti.Vector(lane_numbers)
+        zero = ti.Vector([0.0 for _ in range(width)])
+        one = zero + 1.0
+        energy = zero
+        hourglass = zero
+        change = zero + 1e300
+        power, fastest = zero, zero
+        for segment in range(first, end):
+            at = segment * SEGMENT
+            cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
+            first_row = ti.select(own == 1, 3 * body.segments[at + ROW], base)
+            parameters = [body.params[material + i] for i in range(count)]
+            for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
+                start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
+                corner = [gather(body, start + k * width, width) for k in range(corners)]
+                x = [[corner[k][c] for k in range(corners)] for c in range(3)]
+                y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
+                # padding lanes repeat the last cell with no weight
+                weight = ti.select(lanes + pack * width < cell_end, one, zero)
+                memory_at = body.segments[at + MEMORY] + pack * pack_memory
+                memory = ti.static(PointMemory(body.memory, memory_at, size, width, commit) if size else None)
+                answer = force_of(x, y, weight, parameters, law_of, memory)
+                energy += answer[1]
+                change = ti.min(change, answer[2])
+                if ti.static(len(answer) > 3):
+                    hourglass += answer[3]
+                if ti.static(viscous):
+                    velocity = [gather_velocity(body, start + k * width, width) for k in range(corners)]
+                    here = weight
+                    for k in ti.static(range(corners)):
+                        here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
+                    w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
+                    constants = [body.params[material + VISCOSITY + i] for i in range(MATERIAL_NUMBERS - VISCOSITY)]
+                    added = viscosity_of(x, y, w, constants[0], constants[1])
+                    rate = constants[3] * here * added[3]
+                    fastest = ti.max(fastest, rate)
+                    # where the step is above the stable one, until it is shortened: the viscous pressure may at most
+                    # reverse the strain rate of a cell
+                    limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
+                    density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
+                    pressure = density * added[1]
+                    first_lane = body.segments[at + LANE] + pack * width
+                    held_at = ti.cast(body.params[CHUNK_COUNT], ti.i32) * numbers + first_lane
+                    held = [held_at + lane for lane in range(width)]
+                    power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
+                    for lane in ti.static(range(width)):
+                        body.cell_sums[held[lane]] = pressure[lane]
+                    for c, k in ti.static(ti.ndrange(3, corners)):
+                        answer[0][c][k] += density * added[0][c][k]
+                for k in ti.static(range(corners)):
+                    for lane in ti.static(range(width)):
+                        place = start + k * width + lane
+                        row = (3 * ti.select(own == 1, place, body.connectivity[place]) + first_row) & MASK
+                        old = [body.rows[row + c] for c in range(3)]
+                        for c in ti.static(range(3)):
+                            body.rows[row + c] = ti.select(own == 1, 0.0, old[c]) + answer[0][c][k][lane]
+        return [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
+
+    return block_phase
+
+
+@functools.cache
+def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
+    """Cell phase of kinds of cells, each an element (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`).
+
+    cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it
+    needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
+    steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it
+    becomes (point_memory.py). Memoised.
+    """
+    phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
+    count, numbers = len(kinds), group_size(*cell_groups(viscous))
+    limiting = [not LAWS[law].linear for _, law in kinds]
+    judged = limiting if any(limiting) else [True] * count
+
+    @ti.func
+    def cell_phase(first, end, body: ti.template(), stride: ti.template(), commit):
+        for s in range((end - first) * stride):
+            if s % stride == 0:
+                chunk = first + s // stride
+                table = chunk * (count + 3)
+                base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]
+                energy, hourglass, power, fastest, change = 0.0, 0.0, 0.0, 0.0, 1e300
+                for i in ti.static(range(count)):
+                    start, stop = body.chunk_table[table + i], body.chunk_table[table + i + 1]
+                    part = phases[i](body, base, own, start, stop, commit)
+                    energy += part[0]
+                    if ti.static(judged[i]):
+                        change = ti.min(change, part[1])
+                    hourglass += part[2]
+                    power += part[3]
+                    fastest = ti.max(fastest, part[4])
+                place = chunk * numbers
+                body.cell_sums[place + CELLS.elastic] = energy
+                body.cell_sums[place + CELLS.jacobian_min] = 1.0 + change
+                body.cell_sums[place + CELLS.hourglass] = hourglass
+                if ti.static(viscous):
+                    body.cell_sums[place + CELLS.viscous_power] = power
+                    body.cell_sums[place + CELLS.viscous_rate] = fastest
+
+    return cell_phase

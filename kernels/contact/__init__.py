@@ -1,0 +1,1 @@
+"""Contact of nodes: gaps to obstacles, loads, friction, viscosity of contact cells."""

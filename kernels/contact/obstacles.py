@@ -1,0 +1,106 @@
+"""Gaps to rigid obstacles and their normals into the body: g_p(x) is the signed distance, open positive.
+
+An obstacle is a record of RECORD numbers in `obstacles.records`: shape, a reference point o of it, a frame Q (rows:
+its own axes), parameters of the shape, velocity of o and angular velocity, now and as means over the step that led
+here. Positions count from a point among the contact nodes: gaps keep their digits far from the origin. Where obstacles
+move, `obstacles.motion` holds a row of records per time level and `set_pose` takes the next one; behind them stand the
+grids of sampled distances.
+Only the shapes in `obstacles.options.shapes` are compiled.
+"""
+
+import taichi as ti
+
+from ..lanes import OBSTACLE
+from .obstacle_shapes import box_gap_normal, grid_gap_normal
+
+# places in a record
+SHAPE, POINT, FRAME, PARAMETERS, VELOCITY, SPIN, MEAN_VELOCITY, MEAN_SPIN = 0, 1, 4, 13, 21, 24, 27, 30
+RECORD = OBSTACLE
+CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
+
+
+@ti.func
+def vector(values: ti.template(), place):
+    """Return three numbers of an array as a vector."""
+    return ti.Vector([values[place + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def gap_and_normal(obstacles: ti.template(), p, x):
+    """Return the gap [m] of position x to obstacle p, and the unit normal into the body there."""
+    values = ti.static(obstacles.records)
+    start = RECORD * p
+    y = x - vector(values, start + POINT)
+    gap = 1e300
+    normal = vector(values, start + FRAME + 6)  # of a plane, axis of a cylinder
+    shape = int(values[start + SHAPE])
+    alone = ti.static(len(obstacles.options.shapes) == 1)
+    if ti.static("plane" in obstacles.options.shapes):
+        if alone or shape == 0:
+            gap = normal.dot(y)
+    if ti.static("sphere" in obstacles.options.shapes):
+        if alone or shape == 1:
+            gap, normal = round_gap(y, values[start + PARAMETERS], values[start + PARAMETERS + 1])
+    if ti.static("cylinder" in obstacles.options.shapes):
+        if alone or shape == 2:
+            gap, normal = round_gap(
+                y - normal.dot(y) * normal, values[start + PARAMETERS], values[start + PARAMETERS + 1]
+            )
+    if ti.static("box" in obstacles.options.shapes or "sdf" in obstacles.options.shapes):
+        if shape == 3 or shape == 4:
+            gap, normal = framed_gap(obstacles, start, shape, y)
+    return gap, normal
+
+
+@ti.func
+def round_gap(y, radius, side):
+    """Return gap and normal of a sphere about 0 (of a cylinder: y across its axis); side = 1 outside, -1 inside."""
+    length = y.norm()
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    if length > 1e-12 * radius:
+        normal = y / length
+    return side * (length - radius), side * normal
+
+
+@ti.func
+def framed_gap(obstacles: ti.template(), start, shape, y):
+    """Return gap and normal of a shape with axes of its own: box or sampled distance."""
+    values = ti.static(obstacles.records)
+    place = start + PARAMETERS
+    frame = ti.Matrix([[values[start + FRAME + 3 * i + j] for j in range(3)] for i in range(3)])
+    own = frame @ y
+    gap = 1e300
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    if ti.static("box" in obstacles.options.shapes):
+        if shape == 3:
+            gap, normal = box_gap_normal(own, vector(values, place))
+    if ti.static("sdf" in obstacles.options.shapes):
+        if shape == 4:
+            gap, normal = grid_gap_normal(
+                obstacles.motion,
+                ti.cast(values[place + 7], ti.i32),
+                vector(values, place),
+                values[place + 3],
+                values[place + 4],
+                values[place + 5],
+                values[place + 6],
+                own,
+            )
+    return gap, frame.transpose() @ normal
+
+
+@ti.func
+def velocity_at(obstacles: ti.template(), p, x, velocity: ti.template()):
+    """Return the velocity [m/s] of the material point of obstacle p at x; velocity: VELOCITY or MEAN_VELOCITY."""
+    start = RECORD * p
+    arm = x - vector(obstacles.records, start + POINT)
+    spin = vector(obstacles.records, start + velocity + 3)
+    return vector(obstacles.records, start + velocity) + spin.cross(arm)
+
+
+@ti.func
+def set_pose(obstacles: ti.template(), level):
+    """Put the obstacles where they are at row `level` of the motion."""
+    count = obstacles.records.shape[0]
+    for j in range(count):
+        obstacles.records[j] = obstacles.motion[level * count + j]

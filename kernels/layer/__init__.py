@@ -1,0 +1,1 @@
+"""Friction layers: the implicit step of many layers at once."""

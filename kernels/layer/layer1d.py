@@ -1,0 +1,231 @@
+"""Many steps of many friction layers in one launch (METHOD 5, equations (7) and (8) of the paper).
+
+Per step and cell: restart from the yield limit where wanted, one tridiagonal solve, the scalar equation for sig, new
+state (`layer1d_phases`, `layer1d_solve`). With two sides the heat is parted by the temperatures they would reach:
+
+    q_A = g (Tz_B - Tz_A) + (1 + g (Bq_B - Bq_A)) W/2,  q_B = W - q_A,  g = 1/(1/conductance + Bq_A + Bq_B)
+
+State, all flat: rise [pack, node, lane] = T - base, growth = beta ep, hardening = (1 + beta ep)^n, carried [J/m^3] =
+plastic heat not yet released; cells [pack, CELL, lane]. A pack whose cells have never been pressed is skipped; an open
+cell conducts but neither slips nor flows. A pack has `stride` lanes in memory, a thread does `width` of them: 8 and 8
+as SIMD vectors on a CPU, 32 and 1 on a GPU.
+"""
+
+import functools
+
+import taichi as ti
+
+from ..language.arguments import ARRAY
+from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.vectors import load, store
+from . import layer1d_residual as eq
+from .layer1d_phases import make_phases
+from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
+from .layer1d_solve import NEWTON, make_solve
+
+# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last
+# pressure [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps,
+# evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+STRESS, TRIAL, CHANGE, BEFORE, CLOSE, PRESSURE, FLOWED = range(7)
+WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(7, 14)
+CELL = 14
+NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
+SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
+
+
+@ti.func
+def melting_stress(most, velocity, drag, cap):
+    """The sig whose heat W is `most`; huge if there is none."""
+    root = velocity * velocity - 4.0 * drag * most
+    traction = 2.0 * most / ti.max(velocity + eq.square_root(ti.max(root, 0.0 * root)), 1e-300)
+    reached = ti.select(root >= 0.0, traction, 0.0 * root + 1e300)
+    return ti.select(reached < cap, SQRT3 * ti.min(reached, 1e290), 0.0 * root + 1e300)
+
+
+@functools.cache
+def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
+    """Kernel of the layer, memoised; heating: plastic heat is on; method: of `layer1d_solve`.
+
+    units: threads' worth of cells, done in `chunks`, one per `grain` iterations; side_nodes, all_nodes: nodes of the
+    first side, of all; steps from first_step on; velocity [m/s] and pressure [Pa] are tables [row, cell], row = step *
+    velocity_row / cells; every `every` steps a row of surface_out (T - base) and stress_out (tau [Pa]), [row, cell].
+    """
+    yield_limit, eliminate, substitute, commit = make_phases(width, stride, heating)
+    solve = make_solve(width, stride, sides, method)
+    per_pack = stride // width
+
+    @ti.func
+    def partition(nodes: ti.template(), rise: ti.template(), base, side_nodes, share, conductance):
+        """Per side [offset, share]: its heat is offset + share W."""
+        if ti.static(sides == 1):
+            return [[0.0 * share, share]]
+        else:
+            even = conductance * (load(rise, base + side_nodes * stride, width) - load(rise, base, width))
+            part = 0.5 + 0.5 * conductance * (nodes[side_nodes * NODE + WARMTH] - nodes[WARMTH])
+            return [[even, part], [0.0 - even, 1.0 - part]]
+
+    @ti.func
+    def zone_end(reach, first, end):
+        """End of the nodes that may yield in any lane; without a bracket each may yield on the way."""
+        found = end
+        if ti.static(method == NEWTON):
+            found = ti.max(ti.cast(reach.max(), ti.i32), first)
+        return found
+
+    @ti.kernel
+    def layer(
+        units: ti.i32,
+        chunks: ti.i32,
+        grain: ti.i32,
+        side_nodes: ti.i32,
+        all_nodes: ti.i32,
+        first_step: ti.i32,
+        steps: ti.i32,
+        every: ti.i32,
+        velocity_row: ti.i32,
+        pressure_row: ti.i32,
+        nodes: ARRAY,
+        params: ARRAY,
+        velocity: ARRAY,
+        pressure: ARRAY,
+        rise: ARRAY,
+        growth: ARRAY,
+        hardening: ARRAY,
+        carried: ARRAY,
+        cells: ARRAY,
+        scratch: ARRAY,
+        surface_out: ARRAY,
+        stress_out: ARRAY,
+    ):
+        for iteration in range(chunks * grain):
+            if iteration % grain == 0:
+                chunk = iteration // grain
+                at = sides * MATERIAL
+                share, conductance, compliance = params[at], params[at + 1], params[at + 2]
+                dt, reload = params[at + 3], params[at + 4]
+                firsts, ends = [0, side_nodes], [side_nodes, all_nodes]
+                zero = ti.Vector([0.0 for _ in range(width)])
+                one = zero + 1.0
+                for unit in range(chunk * units // chunks, (chunk + 1) * units // chunks):
+                    pack, lane = unit // per_pack, (unit % per_pack) * width
+                    base = pack * all_nodes * stride + lane
+                    spare = chunk * width // stride * (all_nodes * SCRATCH * stride) + chunk * width % stride
+                    cell = pack * CELL * stride + lane
+                    here = unit * width
+                    for step in range(first_step, first_step + steps):
+                        speed = eq.magnitude(load(velocity, step * velocity_row + here, width))
+                        pushed = load(pressure, step * pressure_row + here, width)
+                        pressed = ti.select(pushed > 0.0, one, zero)
+                        warm = ti.max(load(cells, cell + WARM * stride, width), pressed)
+                        sig = zero
+                        if warm.max() > 0.0:
+                            mats = [eq.material(params, s, ti.max(pushed, zero)) for s in range(sides)]
+                            last = load(cells, cell + PRESSURE * stride, width)
+                            change = load(cells, cell + CHANGE * stride, width)
+                            old = load(cells, cell + STRESS * stride, width)
+                            trial = load(cells, cell + TRIAL * stride, width)
+                            fresh = ti.select(last > 0.0, zero, pressed)
+                            # a layer that flows is at its limit already
+                            risen = ti.select(pushed > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
+                            restart = ti.max(fresh, pressed * reload * risen)
+                            if restart.max() > 0.0:
+                                limit = zero + 1e300
+                                for s in ti.static(range(sides)):
+                                    lowest = yield_limit(rise, hardening, base, firsts[s], ends[s], mats[s])
+                                    limit = ti.min(limit, lowest)
+                                limit = ti.select(restart > 0.0, limit, trial)
+                                trial = ti.select(fresh > 0.0, limit, ti.max(limit, trial))
+                                old = ti.max(old, trial)
+                            trial *= pressed
+                            slip = [
+                                speed * pressed,
+                                load(cells, cell + DRAG * stride, width),
+                                load(cells, cell + CAP * stride, width),
+                            ]
+                            for s in ti.static(range(sides)):
+                                eliminate(nodes, rise, carried, base, firsts[s], ends[s], mats[s])
+                            flows = partition(nodes, rise, base, side_nodes, zero + share, pressed * conductance)
+                            top = eq.generated(trial, slip[0], slip[1], slip[2])[0]
+                            found = [
+                                substitute(
+                                    nodes,
+                                    rise,
+                                    hardening,
+                                    base,
+                                    firsts[s],
+                                    ends[s],
+                                    mats[s],
+                                    trial,
+                                    flows[s][0] + flows[s][1] * top,
+                                )
+                                for s in range(sides)
+                            ]
+                            room = [(found[s][0] - flows[s][0]) / ti.max(flows[s][1], 1e-300) for s in range(sides)]
+                            most, reach = room[0], found[0][1]
+                            if ti.static(sides == 2):
+                                most, reach = ti.min(most, room[1]), ti.max(reach, found[1][1])
+                            solving = ti.select(most > 0.0, ti.select(trial > 0.0, one, zero), zero)
+                            melt = melting_stress(most, slip[0], slip[1], slip[2])
+                            zones = [
+                                [firsts[s], zone_end(found[s][1] * solving, firsts[s], ends[s])] for s in range(sides)
+                            ]
+                            sig = solving * trial
+                            total, shift = zero, zero
+                            if zone_end(reach * solving, 0, 1) > 0:
+                                close = load(cells, cell + CLOSE * stride, width)
+                                guess = old + 2.0 * change - load(cells, cell + BEFORE * stride, width)
+                                guess = ti.select(close < NEAR, melt * (1.0 - close), guess)
+                                answer = solve(
+                                    nodes,
+                                    [rise, growth, scratch],
+                                    [base, spare],
+                                    zones,
+                                    mats,
+                                    slip,
+                                    flows,
+                                    compliance,
+                                    [trial, melt, guess, solving],
+                                )
+                                shift = answer[4]
+                                close = ti.select(solving > 0.0, 1.0 - answer[0] / melt, one)
+                                store(cells, cell + CLOSE * stride, close, width)
+                                total = ti.select(solving > 0.0, answer[1], zero)
+                                # what is left of the residual lowers sig: the sum of (7) is exact, sig <= Y stays
+                                sig = ti.min(ti.min(answer[0], old), trial - total / compliance)
+                                sig = ti.select(solving > 0.0, ti.max(sig, zero), zero)
+                                failures = load(cells, cell + FAILURES * stride, width) + answer[2]
+                                store(cells, cell + FAILURES * stride, failures, width)
+                                count = load(cells, cell + EVALUATIONS * stride, width) + answer[3]
+                                store(cells, cell + EVALUATIONS * stride, count, width)
+                            heat = eq.generated(sig, slip[0], slip[1], slip[2])[0]
+                            for s in ti.static(range(sides)):
+                                commit(
+                                    nodes,
+                                    [rise, growth, hardening, carried, scratch],
+                                    base,
+                                    spare,
+                                    zones[s],
+                                    ends[s],
+                                    mats[s],
+                                    flows[s][0] + flows[s][1] * heat,
+                                    solving,
+                                    sig,
+                                    shift,
+                                )
+                            work = load(cells, cell + WORK * stride, width) + dt * heat
+                            plastic = load(cells, cell + PLASTIC_WORK * stride, width) + sig * total
+                            store(cells, cell + STRESS * stride, sig, width)
+                            store(cells, cell + TRIAL * stride, solving * (trial - total / compliance), width)
+                            store(cells, cell + CHANGE * stride, sig - old, width)
+                            store(cells, cell + BEFORE * stride, change, width)
+                            store(cells, cell + PRESSURE * stride, pushed, width)
+                            store(cells, cell + FLOWED * stride, ti.select(total > 0.0, one, zero), width)
+                            store(cells, cell + WARM * stride, warm, width)
+                            store(cells, cell + WORK * stride, work, width)
+                            store(cells, cell + PLASTIC_WORK * stride, plastic, width)
+                        if (step + 1) % every == 0:
+                            row = (step + 1) // every * (units * width) + here
+                            store(surface_out, row, load(rise, base, width), width)
+                            store(stress_out, row, sig / SQRT3, width)
+
+    return compiled_with(layer, **KEEP_VECTORS) if width > 1 else layer

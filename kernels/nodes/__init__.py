@@ -1,0 +1,1 @@
+"""Phases of nodes: kick, drift, supports, damping, images."""

@@ -1,0 +1,168 @@
+"""Triangles to pixels: a z-buffer for surface pictures.
+
+Edge functions E_k(p) = (b - a) x (p - a) of the edge a -> b opposite corner k; a pixel centre p is inside when all E_k
+have the sign of the area, and E_k / area are its barycentric coordinates (Pineda, SIGGRAPH 1988). The inverse depth w
+is linear on the screen, so the largest w wins and an attribute q is sum(b_k w_k q_k) / w. Corners lie on a grid of
+1/256 pixel and within 2e5 pixels: every E_k is exact in float64, and with the top-left rule a pixel on a shared edge
+belongs to exactly one of its triangles. One thread owns a band of rows and takes the triangles in order: on equal depth
+the first one stays, whatever the number of threads.
+"""
+
+import taichi as ti
+
+from ..lanes import GRAIN
+from ..language.arguments import ARRAY, INDEX
+
+BAND = 32  # rows of one thread
+TABLE = 256  # colours in one colour table
+
+Single = ti.types.ndarray(dtype=ti.f32, ndim=1)
+Byte = ti.types.ndarray(dtype=ti.u8, ndim=1)
+
+
+@ti.func
+def span(first, last, dy, root):
+    """Columns [first, last) cut to where r - dy px may be positive (root = r / dy), one to spare for rounding."""
+    low, high = first, last
+    if dy > 0.0:
+        high = ti.min(last, ti.floor(root) + 2.0)
+    if dy < 0.0:
+        low = ti.max(first, ti.floor(root) - 1.0)
+    return low, high
+
+
+@ti.kernel
+def draw_triangles(
+    triangles: ti.i32,
+    width: ti.i32,
+    height: ti.i32,
+    line: ti.f64,
+    x: ARRAY,
+    y: ARRAY,
+    w: ARRAY,
+    value: ARRAY,
+    light: ARRAY,
+    table: INDEX,
+    edges: INDEX,
+    ink: ARRAY,
+    colours: Single,
+    depth_out: Single,
+    pixel_out: INDEX,
+):
+    """Draw triangles into a depth and a colour buffer, on top of what the buffers hold.
+
+    in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
+    depth w, value (0..1 along the colour table) and light (factor on the colour), all [3 triangles]; table [triangles]
+    number of the colour table; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
+    darkness of lines 0..1; colours [tables * 256 * 3] in 0..255.
+    out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
+    green, blue.
+    """
+    for index in range(((height + BAND - 1) // BAND) * GRAIN):
+        if index % GRAIN == 0:
+            top = index // GRAIN * BAND
+            bottom = ti.min(top + BAND, height)
+            for t in range(triangles):
+                x0, x1, x2 = x[3 * t], x[3 * t + 1], x[3 * t + 2]
+                y0, y1, y2 = y[3 * t], y[3 * t + 1], y[3 * t + 2]
+                row0 = ti.max(top, ti.cast(ti.ceil(ti.min(y0, y1, y2) - 0.5), ti.i32))
+                row1 = ti.min(bottom, ti.cast(ti.floor(ti.max(y0, y1, y2) - 0.5), ti.i32) + 1)
+                area = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
+                if row0 < row1 and area != 0.0:
+                    col0 = ti.max(0, ti.cast(ti.ceil(ti.min(x0, x1, x2) - 0.5), ti.i32))
+                    col1 = ti.min(width, ti.cast(ti.floor(ti.max(x0, x1, x2) - 0.5), ti.i32) + 1)
+                    side = ti.select(area > 0.0, 1.0, -1.0)
+                    # oriented edge directions: d0 = corner 1 -> 2, d1 = 2 -> 0, d2 = 0 -> 1
+                    dx0, dy0 = side * (x2 - x1), side * (y2 - y1)
+                    dx1, dy1 = side * (x0 - x2), side * (y0 - y2)
+                    dx2, dy2 = side * (x1 - x0), side * (y1 - y0)
+                    owns0 = dy0 < 0.0 or (dy0 == 0.0 and dx0 > 0.0)
+                    owns1 = dy1 < 0.0 or (dy1 == 0.0 and dx1 > 0.0)
+                    owns2 = dy2 < 0.0 or (dy2 == 0.0 and dx2 > 0.0)
+                    per_area = side / area
+                    w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
+                    far = 1e30  # an edge that is no line is far away from every pixel
+                    length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
+                    length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
+                    length2 = ti.select((edges[t] & 4) != 0, 1.0 / ti.sqrt(dx2 * dx2 + dy2 * dy2), far)
+                    slope0 = ti.select(dy0 != 0.0, 1.0 / dy0, 0.0)
+                    slope1 = ti.select(dy1 != 0.0, 1.0 / dy1, 0.0)
+                    slope2 = ti.select(dy2 != 0.0, 1.0 / dy2, 0.0)
+                    for row in range(row0, row1):
+                        py = row + 0.5
+                        # along a row E_k = r_k - dy_k px
+                        r0 = dx0 * (py - y1) + dy0 * x1
+                        r1 = dx1 * (py - y2) + dy1 * x2
+                        r2 = dx2 * (py - y0) + dy2 * x0
+                        first, last = span(col0 + 0.0, col1 + 0.0, dy0, r0 * slope0)
+                        first, last = span(first, last, dy1, r1 * slope1)
+                        first, last = span(first, last, dy2, r2 * slope2)
+                        for col in range(ti.cast(first, ti.i32), ti.cast(last, ti.i32)):
+                            px = col + 0.5
+                            e0, e1, e2 = r0 - dy0 * px, r1 - dy1 * px, r2 - dy2 * px
+                            in0 = e0 > 0.0 or (e0 == 0.0 and owns0)
+                            in1 = e1 > 0.0 or (e1 == 0.0 and owns1)
+                            in2 = e2 > 0.0 or (e2 == 0.0 and owns2)
+                            if in0 and in1 and in2:
+                                b0, b1, b2 = e0 * per_area * w0, e1 * per_area * w1, e2 * per_area * w2
+                                inverse = b0 + b1 + b2
+                                here = row * width + col
+                                if ti.cast(inverse, ti.f32) > depth_out[here]:
+                                    depth_out[here] = ti.cast(inverse, ti.f32)
+                                    q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) / inverse
+                                    s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) / inverse
+                                    near = ti.min(e0 * length0, e1 * length1, e2 * length2)
+                                    s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - near))
+                                    step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
+                                    entry = 3 * (table[t] * TABLE + step)
+                                    red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
+                                    green = ti.cast(ti.min(255.0, colours[entry + 1] * s + 0.5), ti.i32)
+                                    blue = ti.cast(ti.min(255.0, colours[entry + 2] * s + 0.5), ti.i32)
+                                    pixel_out[here] = ((1 + table[t]) << 24) | (red << 16) | (green << 8) | blue
+
+
+@ti.kernel
+def clear(cells: ti.i32, depth_out: Single, pixel_out: INDEX):
+    """Empty the buffers: out depth_out, pixel_out [cells] = 0."""
+    for i in range(cells):
+        depth_out[i] = 0.0
+        pixel_out[i] = 0
+
+
+@ti.kernel
+def resolve(
+    width: ti.i32,
+    height: ti.i32,
+    factor: ti.i32,
+    ground: ti.i32,
+    pixel: INDEX,
+    background: Single,
+    shade: Single,
+    image_out: Byte,
+):
+    """Average factor x factor samples to one picture pixel.
+
+    in: picture size [pixel]; samples per pixel along one axis; number of the first colour table that takes shadows (all
+    above do); pixel [height factor * width factor] from `draw_triangles`; background [3 height], a colour for each row;
+    shade [height * width] factor on shadowed surfaces.
+    out: image_out [height * width * 3] red, green, blue.
+    """
+    for here in range(width * height):
+        row, col = here // width, here % width
+        red, green, blue = 0.0, 0.0, 0.0
+        for sample in range(factor * factor):
+            i, j = sample // factor, sample % factor
+            code = pixel[(row * factor + i) * width * factor + col * factor + j]
+            if code == 0:
+                red += background[3 * row]
+                green += background[3 * row + 1]
+                blue += background[3 * row + 2]
+            else:
+                dim = ti.select((code >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
+                red += dim * ((code >> 16) & 255)
+                green += dim * ((code >> 8) & 255)
+                blue += dim * (code & 255)
+        share = 1.0 / (factor * factor)
+        image_out[3 * here] = ti.cast(red * share + 0.5, ti.u8)
+        image_out[3 * here + 1] = ti.cast(green * share + 0.5, ti.u8)
+        image_out[3 * here + 2] = ti.cast(blue * share + 0.5, ti.u8)

@@ -1,0 +1,1 @@
+"""The static solve of the massless contact nodes: measure, tangent, sweeps."""

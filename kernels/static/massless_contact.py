@@ -1,0 +1,128 @@
+"""Massless contact nodes around the static solve: their prediction, and lambda from the ordinary force pass (METHOD 2).
+
+x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of what it overlaps
+lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
+
+The residual of a row is the largest force that is unbalanced or outside its friction cone, or that would undo an
+overlap, over F_ref. What the static solve left unbalanced acts, like their loads, on the nodes that carry the mass of
+the contact nodes: momentum is exact at any residual.
+"""
+
+import taichi as ti
+
+from ..columns import SUMS
+from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
+from ..contact.islands import first_node, island_count, node_count
+from ..contact.local_contact import multipliers
+from ..nodes.boundary_nodes import row
+from .control import F_REF, STATS, SWEEPS
+from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
+from .sliding import friction_limit
+
+
+@ti.func
+def predict(body: ti.template(), contact: ti.template(), ratio, fall):
+    """Predict x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components.
+
+    fall = g dt^2 makes the prediction exact in free flight; last becomes the displacement before the prediction.
+    """
+    for k in range(node_count(contact)):
+        predict_node(body, contact, ratio, fall, k)
+
+
+@ti.func
+def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
+    """Predict node k."""
+    block = ti.static(contact.options.block)
+    b = basis_of(contact.basis, k, block)
+    now = b.transpose() @ row(body.u, contact.nodes[k])
+    move_node(
+        body, contact, k, b @ (ratio * (now - segment(contact.displacement_before, k, block)) + b.transpose() @ fall)
+    )
+    for j in ti.static(range(block)):
+        contact.displacement_before[k * block + j] = now[j]
+
+
+@ti.func
+def move_out(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Move predicted nodes out of what they overlap, the shortest way."""
+    for k in range(node_count(contact)):
+        move_node_out(body, contact, rows, k)
+
+
+@ti.func
+def move_node_out(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+    """Move node k until no row of it has a negative gap."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    b = basis_of(contact.basis, k, block)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    if gaps.min() < 0.0:
+        free = ti.Vector.zero(ti.f64, block)
+        identity = ti.Matrix.identity(ti.f64, block)
+        lengths = multipliers(free, normals, gaps, identity, 0.0, slots)
+        move_node(body, contact, k, b @ (normals.transpose() @ lengths))
+
+
+@ti.func
+def move_node(body: ti.template(), contact: ti.template(), k, step):
+    """Add a step [3] to the displacement of node k."""
+    for j in ti.static(range(3)):
+        place = 3 * contact.nodes[k] + j
+        body.u[place] = body.u[place] + step[j]
+
+
+@ti.func
+def massless_load(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()
+):
+    """Set lambda of every row from the force of the ordinary pass; sum up penalty energy, residual and sweeps."""
+    energy, worst, sweeps = 0.0, 0.0, 0.0
+    for island in range(island_count(contact)):
+        residual = 0.0
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+            energy += stored
+            residual = ti.max(residual, left)
+        worst = ti.max(worst, residual / ti.max(system.stats[island * STATS + F_REF], 1e-300))
+        sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
+    contact.sums[SUMS.contact] = energy
+    contact.sums[SUMS.static_residual] = worst
+    contact.sums[SUMS.sweeps] = sweeps
+
+
+@ti.func
+def massless_load_node(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template(), k
+):
+    """Set the row forces of node k; returns the energy of its penalty [J] and its largest unbalanced force [N]."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    b = basis_of(contact.basis, k, block)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    out_of_balance = b.transpose() @ (row(body.special_force, k) - row(boundary.load, k))
+    if ti.static(contact.options.static_friction):
+        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+    pressing, rest = balance(out_of_balance, normals, contact.active[k], block, slots)
+    off = system.stiffness[k] * constraint_violation(contact, rows, k, gaps, pressing, slots)
+    energy = 0.0
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        force = ti.Vector.zero(ti.f64, 3)
+        if pressing[p] > 0.0:
+            force = pressing[p] * normal_of(rows, r)
+            if ti.static(contact.options.static_friction):
+                friction = vector_of(rows, k * slots + p, rows.at.traction)
+                off = ti.max(off, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+                force += friction
+            energy += 0.5 * contact.compliance[k] * pressing[p] * pressing[p]
+        elif ti.static(contact.options.static_friction):
+            rest += b.transpose() @ vector_of(rows, k * slots + p, rows.at.traction)
+        set_vector(rows, r, rows.at.force, force)
+        if ti.static(rows.at.pressing >= 0):
+            set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
+    begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
+    share = (b @ rest) / ti.max(1.0, float(end - begin))
+    for i in range(begin, end):
+        for j in ti.static(range(3)):
+            place = 3 * contact.residual_receivers[i] + j
+            body.special_force[place] = body.special_force[place] + share[j]
+    return energy, ti.max(largest(rest), off)

@@ -1,0 +1,130 @@
+"""One massless contact node in its own coordinates: basis, constraints, balance (METHOD 2, paper eqs 15-17).
+
+    f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
+
+in the massless components of a node, x = x_0 + B d with B = basis [3, block]; unused columns of B are zero.
+"""
+
+import taichi as ti
+
+from ..contact.constraint_rows import EPSILON, normal_of, number_of
+from ..contact.local_contact import multipliers
+
+SHORT = 1e-6  # a row whose normal is shorter than this in the massless components cannot push the node
+
+
+@ti.func
+def basis_of(basis: ti.template(), k, block: ti.template()):
+    """Return the massless directions [3, block] of node k."""
+    return ti.Matrix([[basis[(3 * k + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(3))])
+
+
+@ti.func
+def block_of(values: ti.template(), e, block: ti.template()):
+    """Return matrix e [block, block] out of values [e, row, column]."""
+    return ti.Matrix(
+        [[values[(e * block + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(block))]
+    )
+
+
+@ti.func
+def segment(values: ti.template(), k, block: ti.template()):
+    """Return numbers [block] of node k out of values [k, block]."""
+    return ti.Vector([values[k * block + j] for j in ti.static(range(block))])
+
+
+@ti.func
+def entries(values: ti.template(), k, stride, first: ti.template(), size: ti.template()):
+    """Return components first, first + 1, ... [size] of node k out of values [component, node] with `stride` nodes."""
+    return ti.Vector([values[(first + j) * stride + k] for j in ti.static(range(size))])
+
+
+@ti.func
+def square(values: ti.template(), k, stride, block: ti.template()):
+    """Return the matrix [block, block] of node k out of values [row, column, node]."""
+    return ti.Matrix(
+        [[values[(i * block + j) * stride + k] for j in ti.static(range(block))] for i in ti.static(range(block))]
+    )
+
+
+@ti.func
+def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.template()):
+    """Return normals [slots, block] in massless components and gaps [slots]; rows that cannot push have gap 1."""
+    normals = ti.Matrix.zero(ti.f64, slots, block)
+    gaps = ti.Vector.one(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        reduced = b.transpose() @ normal_of(rows, r)
+        if reduced.norm() >= SHORT:
+            gaps[p] = number_of(rows, r, rows.at.gap)
+            for j in ti.static(range(block)):
+                normals[p, j] = reduced[j]
+    return normals, gaps
+
+
+@ti.func
+def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
+    """Return lambda [slots] >= 0 of the active rows that balances B^t (f - f_ext) best, and the rest [block].
+
+    For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
+    """
+    rows = ti.Matrix.zero(ti.f64, slots, block)
+    slack = ti.Vector.one(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        if (active >> p) & 1 == 1:
+            slack[p] = 0.0
+            for j in ti.static(range(block)):
+                rows[p, j] = normals[p, j]
+    pressing = multipliers(0.0 - out_of_balance, rows, slack, ti.Matrix.identity(ti.f64, block), 0.0, slots)
+    return pressing, out_of_balance - normals.transpose() @ pressing
+
+
+@ti.func
+def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
+    """Return what stays unbalanced [block] [N] with the contact force that the gap of a penalty really gives."""
+    _pressing, rest = balance(out_of_balance, normals, active, block, slots)
+    if compliance > 0.0:
+        rest = out_of_balance - normals.transpose() @ (ti.max(0.0 - gaps, 0.0) / compliance)
+    return rest
+
+
+@ti.func
+def violated(gap, pressing):
+    """Return by how much [m] a gap violates  gap >= 0, gap lambda = 0; with a penalty the gap includes e lambda."""
+    return ti.select(pressing > 0.0, ti.abs(gap), ti.max(0.0, 0.0 - gap))
+
+
+@ti.func
+def constraint_violation(contact: ti.template(), rows: ti.template(), k, gaps, pressing, slots: ti.template()):
+    """Return the largest violation [m] of the exact constraints of a node beyond the rounding of its gaps."""
+    result = 0.0
+    if contact.compliance[k] == 0.0:
+        for p in ti.static(range(slots)):
+            missed = violated(gaps[p], pressing[p])
+            if missed > 0.0:
+                size = ti.sqrt(number_of(rows, k * slots + p, rows.at.size_squared))
+                result = ti.max(result, missed - EPSILON * size)
+    return result
+
+
+@ti.func
+def largest(vector: ti.template()):
+    """Return the largest magnitude among the entries of a vector."""
+    result = 0.0
+    for j in ti.static(range(vector.n)):
+        result = ti.max(result, ti.abs(vector[j]))
+    return result
+
+
+@ti.func
+def settle(contact: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
+    """Give node k the increment d and the active rows of the mask; returns the defect [N]: change times stiffness."""
+    stride = system.stiffness.shape[0]
+    change = d - entries(system.increment, k, stride, 0, block)
+    defect = system.stiffness[k] * largest(change)
+    if contact.compliance[k] > 0.0 and mask > 0:
+        defect += change.norm() / contact.compliance[k]
+    contact.active[k] = mask
+    for j in ti.static(range(block)):
+        system.increment[j * stride + k] = d[j]
+    return defect

@@ -1,0 +1,114 @@
+"""Stiffness between the contact nodes of one-point hexes (`elements.hex8_reduced`), hourglass stiffness included.
+
+    A_ab = V (A_ab of surface_tangent with the mean gradients G) + kappa (sum over modes h of gamma_ha gamma_hb) I
+    G_a = 1/V int grad N_a dV,   gamma_ha = h_a - sum over k of (h_k x_k) . G_a
+
+From the definitions, by quadrature, since only contact cells need it. Without the second part K_KK would be singular:
+a one-point hex does not feel its contact nodes move against each other in an hourglass pattern.
+"""
+
+import functools
+
+import taichi as ti
+
+from ..elements import FUNCTIONS
+from ..elements.hex8_reduced import HOURGLASS
+from ..lanes import (
+    CONTACT_BLOCK,
+    FIRST_CELL,
+    GRADIENTS_AT,
+    LAST_CELL,
+    MATERIAL_AT,
+    MEMORY_AT,
+    NODES_AT,
+    POINTS,
+    WEIGHTS_AT,
+    WIDTH,
+)
+from ..language.point_memory import tangent_at
+from ..materials import LAWS
+from .surface_tangent import add_pair, corner
+
+CORNERS = 8
+
+
+@ti.func
+def hourglass_modes(a):
+    """(r1 r2, r1 r3, r2 r3, r1 r2 r3) at corner a in VTK order."""
+    r1, r2, r3 = 2.0 * (((a + 1) >> 1) & 1) - 1.0, 2.0 * ((a >> 1) & 1) - 1.0, 2.0 * (a >> 2) - 1.0
+    return ti.Vector([r1 * r2, r1 * r3, r2 * r3, r1 * r2 * r3])
+
+
+@functools.cache
+def make_reduced_tangent(kind: str, law: str, block: int):
+    """reduced_tangent(body, basis, pairs, number) fills pairs.values as `surface_tangent` does."""
+    parts, count, size = LAWS[law].tangents, len(LAWS[law].parameters), len(LAWS[law].state)
+    width, cell_memory = WIDTH, FUNCTIONS[kind].points * size
+
+    @ti.func
+    def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
+        at = number * CONTACT_BLOCK
+        first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
+        parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
+        stiff = parameters[0] + 2.0 * parameters[1]  # lam + 2 mu at small strains
+        for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
+            slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
+            gammas = ti.Vector.zero(ti.f64, 4 * CORNERS)
+            own = cell - first_cell
+            first = pairs.blocks[at + NODES_AT] + own * CORNERS
+            place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width
+            for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+                pairs.values[i] = 0.0
+            origin = pairs.cell_nodes[first]
+            volume = 0.0
+            for q in range(pairs.blocks[at + POINTS]):
+                jacobian = ti.Matrix.zero(ti.f64, 3, 3)
+                for a in range(CORNERS):
+                    x = corner(body.position, pairs.cell_nodes[first + a])
+                    jacobian += x.outer_product(corner(pairs.shape_gradients, gradients + q * CORNERS + a))
+                weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                volume += weight
+                turned = weight * jacobian.inverse().transpose()
+                for a in range(CORNERS):
+                    g = turned @ corner(pairs.shape_gradients, gradients + q * CORNERS + a)
+                    for j in ti.static(range(3)):
+                        slopes[3 * a + j] += g[j]
+            slope = ti.Matrix.zero(ti.f64, 3, 3)
+            twist = ti.Matrix.zero(ti.f64, 4, 3)
+            square = 0.0
+            for a in range(CORNERS):
+                g = corner(slopes, a) / volume
+                square += g.dot(g)
+                node = pairs.cell_nodes[first + a]
+                slope += (corner(body.u, node) - corner(body.u, origin)).outer_product(g)
+                arm = corner(body.position, node) - corner(body.position, origin)
+                twist += hourglass_modes(a).outer_product(arm)
+                for j in ti.static(range(3)):
+                    slopes[3 * a + j] = g[j]
+            kappa = HOURGLASS * stiff * volume * square / 8.0
+            f = ti.Matrix.identity(ti.f64, 3) + slope
+            for a in range(CORNERS):
+                gamma = hourglass_modes(a) - twist @ corner(slopes, a)
+                for h in ti.static(range(4)):
+                    gammas[4 * a + h] = gamma[h]
+            for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                same = 0.0
+                for h in ti.static(range(4)):
+                    same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
+                add_pair(pairs, basis, p, same * ti.Matrix.identity(ti.f64, 3), block, False)
+            for part in ti.static(parts):
+                data = tangent_at(part, f, parameters, 0.0, body, place + cell, 0, size, width)
+                for a in range(CORNERS):
+                    mg = part.corner(data, corner(slopes, a))
+                    for j in ti.static(range(3)):
+                        moved[3 * a + j] = mg[j]
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                    value = volume * part.pair(
+                        data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                    )
+                    add_pair(pairs, basis, p, value, block, False)
+
+    return reduced_tangent

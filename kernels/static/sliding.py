@@ -1,0 +1,231 @@
+"""Friction in the massless components of contact nodes: part of the static solve (METHOD 3).
+
+    slip s = T (x^{n+1} - x^n - step of the partner),   t = -c s/|s| where s is not 0,  |t| <= c = mu lambda
+
+The friction of a row works on the slip of the step that led to it: -(t^n + t^{n+1}).s/2, as the ledger sums forces.
+"""
+
+import taichi as ti
+
+from ..columns import SUMS
+from ..contact.constraint_rows import normal_of, number_of, set_number, set_vector, sum_of_rows, vector_of, velocity_of
+from ..contact.friction import (
+    FORCE,
+    LIMIT,
+    ORIGIN,
+    SLIP_SPEED,
+    STEP,
+    WORK,
+    node_place,
+    put_three,
+    resist,
+    tangents,
+    three,
+)
+from ..contact.islands import node_count
+from ..contact.local_contact import multipliers
+from ..nodes.boundary_nodes import row
+from .massless_node import basis_of, entries, largest, settle, square, violated
+
+SEVERAL = 10  # rounds over the rows of a node that has more than one, until its move agrees to
+AGREED = 1e-14  # of itself
+ROUNDS = 2  # between normal and tangential force of one contact in a sweep; the sweeps go on until nothing changes
+SEARCH = 100  # most trials of a pressing force where these rounds would not converge, until the gap is closed to
+CLOSED = 1e-12  # of what it would be without the contact
+
+
+@ti.func
+def slip_since_last_row(body: ti.template(), contact: ti.template(), rows: ti.template(), k, r):
+    """Return the displacement [3] [m] of node k against the partner of its row r since slip was last restarted."""
+    step = row(body.u, contact.nodes[k]) - three(contact.friction, node_place(k, ORIGIN))
+    return step - contact.friction[STEP] * velocity_of(rows, r, rows.at.mean_velocity)
+
+
+@ti.func
+def restart_slip(body: ti.template(), contact: ti.template()):
+    """Let slip count from the present displacement."""
+    for k in range(node_count(contact)):
+        put_three(contact.friction, node_place(k, ORIGIN), row(body.u, contact.nodes[k]))
+
+
+@ti.func
+def sliding_work(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Add the work that friction did in the step that ends here; slip counts from here on."""
+    work = 0.0
+    for k in range(node_count(contact)):
+        work += sliding_work_node(body, contact, rows, k)
+    contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + work
+    restart_slip(body, contact)
+
+
+@ti.func
+def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+    """Return the work [J] of the friction on node k, and keep it with the friction now for the next step."""
+    slots = ti.static(contact.options.slots)
+    own, strongest = 0.0, 0.0
+    for p in ti.static(range(slots)):
+        now = vector_of(rows, k * slots + p, rows.at.traction)
+        then = vector_of(rows, k * slots + p, rows.at.traction_before)
+        if now.dot(now) + then.dot(then) > 0.0:
+            own -= 0.5 * (now + then).dot(slip_since_last_row(body, contact, rows, k, k * slots + p))
+            strongest = ti.max(strongest, now.norm())
+        set_vector(rows, k * slots + p, rows.at.traction_before, now)
+    contact.friction[node_place(k, WORK)] = own
+    contact.friction[node_place(k, FORCE)] = strongest
+    return own
+
+
+@ti.func
+def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
+    """Return the largest friction force [N] that row r of node k can transmit."""
+    most = number_of(rows, r, rows.at.coefficient) * pressing
+    if ti.static(contact.options.layered):
+        most = ti.min(most, contact.friction[node_place(k, LIMIT)])
+    return most
+
+
+@ti.func
+def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(), k, pressing):
+    """Measure the slip of the rows of node k for the sweeps; returns by how much [N] friction exceeds its law."""
+    slots = ti.static(contact.options.slots)
+    excess = 0.0
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        friction = vector_of(rows, k * slots + p, rows.at.traction)
+        excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+        set_vector(rows, k * slots + p, rows.at.slip, slip_since_last_row(body, contact, rows, k, r))
+    return excess
+
+
+@ti.func
+def solve_single_row(
+    contact: ti.template(), rows: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()
+):
+    """Solve for a node with one row; returns increment, active mask and violation [m]. d: with the old forces.
+
+    Normal and tangential force answer each other, which converges where mu |coupling| < compliance. Beyond that the
+    pressing force is searched for between one that leaves an overlap and one that opens the contact.
+    """
+    normal = entries(system.normals, k, system.stiffness.shape[0], 0, block)
+    across = tangents(normal_of(rows, k))
+    there = across @ b
+    push = flexible @ normal
+    compliance = normal.dot(push) + contact.compliance[k]
+    friction = across @ vector_of(rows, k, rows.at.traction)
+    pressing = number_of(rows, k, rows.at.pressing)
+    d = d - (pressing * push + flexible @ (there.transpose() @ friction))
+    off = 0.0
+    if compliance > 0.0:
+        mobility = there @ flexible @ there.transpose()
+        coupling = there @ push
+        gap = system.gaps[k] + normal.dot(d)
+        slip = across @ vector_of(rows, k, rows.at.slip) + there @ d
+        steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
+        low, high = 0.0, 0.0
+        for turn in range(ti.select(steep, SEARCH, ROUNDS)):
+            if turn < ROUNDS:
+                pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / compliance)
+            elif high > 0.0:
+                pressing = 0.5 * (low + high)
+            else:
+                pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
+            most = friction_limit(contact, rows, k, k, pressing)
+            friction = resist(contact.options.friction, mobility, slip + pressing * coupling, most, scale)
+            after = gap + coupling.dot(friction) + compliance * pressing
+            off = violated(after, pressing)
+            if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
+                break
+            if after < 0.0:
+                low = pressing
+            else:
+                high = pressing
+    else:
+        pressing = 0.0
+        friction = ti.Vector([0.0, 0.0])
+    d += pressing * push + flexible @ (there.transpose() @ friction)
+    set_number(rows, k, rows.at.pressing, pressing)
+    set_vector(rows, k, rows.at.traction, across.transpose() @ friction)
+    return d, ti.select(pressing > 0.0, 1, 0), off
+
+
+@ti.func
+def solve_several_rows(
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    k,
+    d,
+    flexible,
+    b,
+    scale,
+    block: ti.template(),
+    slots: ti.template(),
+):
+    """Solve for a node with several rows; returns increment, active mask and violation [m]. d: with the old forces.
+
+    In turns: the pressing forces of all of them at once, so that dependent normals share them as they do in
+    `balance`; then the friction of one after another.
+    """
+    stride = system.stiffness.shape[0]
+    normals = ti.Matrix(
+        [
+            [system.normals[(p * block + j) * stride + k] for j in ti.static(range(block))]
+            for p in ti.static(range(slots))
+        ]
+    )
+    gaps = entries(system.gaps, k, stride, 0, slots)
+    pressing = ti.Vector([number_of(rows, k * slots + p, rows.at.pressing) for p in ti.static(range(slots))])
+    for _ in range(SEVERAL):
+        before = d
+        d = d - flexible @ (normals.transpose() @ pressing)
+        pressing = multipliers(d, normals, gaps, flexible, contact.compliance[k], slots)
+        d += flexible @ (normals.transpose() @ pressing)
+        for p in ti.static(range(slots)):
+            across = tangents(normal_of(rows, k * slots + p))
+            there = across @ b
+            friction = across @ vector_of(rows, k * slots + p, rows.at.traction)
+            d = d - flexible @ (there.transpose() @ friction)
+            slip = across @ vector_of(rows, k * slots + p, rows.at.slip) + there @ d
+            mobility = there @ flexible @ there.transpose()
+            most = friction_limit(contact, rows, k, k * slots + p, pressing[p])
+            friction = resist(contact.options.friction, mobility, slip, most, scale)
+            d += flexible @ (there.transpose() @ friction)
+            set_vector(rows, k * slots + p, rows.at.traction, across.transpose() @ friction)
+        if largest(d - before) <= AGREED * largest(d):
+            break
+    mask, off = 0, 0.0
+    after = gaps + normals @ d + contact.compliance[k] * pressing
+    for p in ti.static(range(slots)):
+        set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
+        off = ti.max(off, violated(after[p], pressing[p]))
+        if pressing[p] > 0.0:
+            mask += 1 << p
+    return d, mask, off
+
+
+@ti.func
+def update_with_friction(
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    k,
+    rest,
+    block: ti.template(),
+    slots: ti.template(),
+):
+    """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; returns the defect [N]."""
+    stride = system.stiffness.shape[0]
+    flexible = square(system.inverse, k, stride, block)
+    b = basis_of(contact.basis, k, block)
+    scale = ti.max(contact.friction[SLIP_SPEED] * contact.friction[STEP], 1e-300)
+    d = flexible @ (rest + b.transpose() @ sum_of_rows(rows, k, rows.at.traction))
+    for p in ti.static(range(slots)):
+        pressing = number_of(rows, k * slots + p, rows.at.pressing)
+        d += pressing * (flexible @ entries(system.normals, k, stride, p * block, block))
+    mask, off = 0, 0.0
+    if ti.static(slots == 1):
+        d, mask, off = solve_single_row(contact, rows, system, k, d, flexible, b, scale, block)
+    else:
+        d, mask, off = solve_several_rows(contact, rows, system, k, d, flexible, b, scale, block, slots)
+    stiffness = ti.select(contact.compliance[k] > 0.0, 1.0 / ti.max(contact.compliance[k], 1e-300), system.stiffness[k])
+    return ti.max(settle(contact, system, k, d, mask, block), stiffness * off)

@@ -1,0 +1,275 @@
+"""Projected static solve of the massless contact nodes (METHOD 2, paper eqs 15-17).
+
+    f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
+
+A measure of the contact cells gives f_K at the present state (`assemble`); `judge` (static_control.py) says what is
+left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py) or
+`mprgp` (mprgp.py), and x_K += B d.
+What g is the gap to does not matter here: constraint rows hold g and nu at the present state. Islands
+(islands.py) are solved one by one, each as often as it needs. Residuals are relative to F_ref, the largest sum over the
+cells of a node of |f_cell,k|.
+"""
+
+import functools
+
+import taichi as ti
+
+from .. import elements
+from ..contact.cell_viscosity import RATE, stiffen, viscous_force
+from ..contact.constraint_rows import EPSILON, sum_of_rows
+from ..contact.islands import first_block, first_cell, first_node, island_count
+from ..lanes import CONTACT_BLOCK, KIND
+from ..lanes import SWEEP_LANES as LANES
+from ..materials import LAWS
+from ..nodes.boundary_nodes import row
+from .control import (
+    BEFORE,
+    CONVERGED,
+    DONE,
+    F_REF,
+    MEASURE,
+    MINIMUM_FORCE,
+    NEXT,
+    PIVOT,
+    RESIDUAL,
+    ROUNDING,
+    SETTINGS,
+    STALE,
+    STATS,
+    STIFFEST,
+    SWEEP,
+    TODO,
+    TOLERANCE,
+    VISCOUS_RATE,
+    judge,
+)
+from .massless_node import (
+    balance,
+    basis_of,
+    block_of,
+    constraint_violation,
+    constraints,
+    largest,
+    unbalanced,
+)
+from .mprgp import mprgp
+from .reduced_tangent import make_reduced_tangent
+from .sliding import measure_slip
+from .surface_tangent import make_surface_tangent
+from .sweeps import move, sweep
+
+
+@ti.func
+def assemble(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    viscous: ti.template(),
+    island,
+):
+    """Set right sides and constraints of an island and measure its static residual."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
+    residual = 0.0
+    rounding = 0.0
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        moved = row(body.u, contact.nodes[k]).norm() * stats[at + STIFFEST]
+        if contact.compliance[k] > 0.0:
+            moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
+        rounding = ti.max(rounding, EPSILON * moved)
+        left, magnitude = assemble_node(body, boundary, contact, rows, system, viscous, k)
+        residual = ti.max(residual, left)
+        scale = ti.max(scale, magnitude)
+    stats[at + F_REF] = scale
+    stats[at + BEFORE] = stats[at + RESIDUAL]
+    stats[at + RESIDUAL] = residual / scale
+    stats[at + ROUNDING] = rounding / scale
+
+
+@ti.func
+def assemble_node(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    viscous: ti.template(),
+    k,
+):
+    """Set right side B^t (f_ext - f) and constraints of node k; returns its unbalanced force and sum |f_cell|."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    stride = system.stiffness.shape[0]
+    force, magnitude = collect(body, k)
+    if ti.static(contact.options.viscous):
+        force += viscous_force(body, viscous, k)
+    b = basis_of(contact.basis, k, block)
+    right = b.transpose() @ (row(boundary.load, k) - force)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    out_of_balance = 0.0 - right
+    residual = 0.0
+    if ti.static(contact.options.static_friction):
+        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+        pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
+        residual = measure_slip(body, contact, rows, k, pressing)
+    rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
+    residual = ti.max(residual, largest(rest))
+    # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
+    closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
+    residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
+    for j in ti.static(range(block)):
+        system.right[j * stride + k] = right[j]
+    for p in ti.static(range(slots)):
+        system.gaps[p * stride + k] = gaps[p]
+        for j in ti.static(range(block)):
+            system.normals[(p * block + j) * stride + k] = normals[p, j]
+    return residual, magnitude
+
+
+@ti.func
+def collect(body: ti.template(), k):
+    """Return the force of the contact cells on node k and the sum of their magnitudes [N]."""
+    force = ti.Vector.zero(ti.f64, 3)
+    magnitude = 0.0
+    for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
+        part = row(body.rows, body.corner_rows[i])
+        force += part
+        magnitude += part.norm()
+    return force, magnitude
+
+
+@ti.func
+def summed(pairs: ti.template(), e, block: ti.template()):
+    """Sum up entry e of K_KK [block, block] over the cells that share it."""
+    total = ti.Matrix.zero(ti.f64, block, block)
+    for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
+        pair = pairs.entry_pairs[i]
+        if pair >= 0:
+            total += block_of(pairs.values, pair, block)
+        else:
+            total += block_of(pairs.values, -1 - pair, block).transpose()
+    return total
+
+
+@ti.func
+def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()):
+    """Assemble K_KK of an island from the stiffnesses of its cells, in the order of the sweeps."""
+    weakest = 1.0
+    stiffest = 0.0
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        trace, pivot = blocks_of_node(pairs, system, k, block)
+        stiffest = ti.max(stiffest, trace)
+        weakest = ti.min(weakest, pivot / trace)
+    system.stats[island * STATS + PIVOT] = weakest
+    system.stats[island * STATS + STIFFEST] = stiffest
+
+
+@ti.func
+def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.template()):
+    """Assemble the row of node k and invert its diagonal block; returns trace and smallest pivot of that block.
+
+    The first entry of a row is the diagonal; an unused component gets the trace as its stiffness.
+    """
+    stride = system.stiffness.shape[0]
+    for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
+        total = summed(pairs, e, block)
+        for i, j in ti.static(ti.ndrange(block, block)):
+            system.values[pairs.entry_place[e] + (i * block + j) * LANES] = total[i, j]
+    diagonal = summed(pairs, pairs.row_start[k], block)
+    trace = diagonal.trace()
+    filled = diagonal
+    for j in ti.static(range(block)):
+        if diagonal[j, j] == 0.0:
+            filled[j, j] = trace
+    pivot = filled[0, 0]
+    for j in ti.static(range(1, block)):
+        pivot = ti.min(pivot, filled[j, j])
+    if ti.static(block == 3):
+        minor = filled[0, 0] * filled[1, 1] - filled[0, 1] * filled[1, 0]
+        pivot = ti.min(pivot, minor / trace, filled.determinant() / (trace * trace))
+    inverse = filled.inverse()
+    for i, j in ti.static(ti.ndrange(block, block)):
+        system.inverse[(i * block + j) * stride + k] = inverse[i, j]
+    system.stiffness[k] = trace
+    return trace, pivot
+
+
+@functools.cache
+def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
+    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first), to be called after every measure.
+
+    The rows are those of the present state; stats[NEXT] asks for more; viscous: data of viscous contact cells
+    (cell_viscosity.py).
+    """
+    tangents = [
+        make_reduced_tangent(kind, law, block)
+        if elements.FUNCTIONS[kind].tangent == "reduced"
+        else make_surface_tangent(kind, law, block, plain)
+        for kind, law in cells
+    ]
+    refuses = any(LAWS[law].refusal != "" for _, law in cells)
+
+    @ti.func
+    def resolve_island(
+        body: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
+        rows: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        viscous: ti.template(),
+        island,
+        first,
+    ):
+        stats = ti.static(system.stats)
+        at = island * STATS
+        assemble(body, boundary, contact, rows, system, viscous, island)
+        if ti.static(contact.options.viscous):
+            if viscous[RATE] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
+        judge(stats, system.settings, island, first)
+        stats[at + NEXT] = DONE
+        if stats[at + TODO] != DONE:
+            if stats[at + STALE] == 1.0:
+                cell, end = first_cell(contact, island), first_cell(contact, island + 1)
+                for number in range(first_block(contact, island), first_block(contact, island + 1)):
+                    for i in ti.static(range(len(tangents))):
+                        if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
+                            tangents[i](body, contact.basis, pairs, number)
+                if ti.static(contact.options.viscous):
+                    stiffen(pairs, viscous, block, cell, end)
+                    stats[at + VISCOUS_RATE] = viscous[RATE]
+                blocks(pairs, contact, system, island, block)
+                stats[at + STALE] = 0.0
+            solved = 0
+            if ti.static(contact.options.projected):
+                solved = mprgp(contact, system, island, block)
+            if solved == 0:
+                sweep(contact, rows, system, island)
+            move(body.u, contact, system, island)
+            if stats[at + TODO] == SWEEP:
+                stats[at + NEXT] = MEASURE
+        stats[at + CONVERGED] = 0.0
+        if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
+            # beyond the limit of a law a node's own tangent is not positive definite
+            if not refuses or stats[at + PIVOT] > 0.0:
+                stats[at + CONVERGED] = 1.0
+
+    @ti.func
+    def resolve(
+        body: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
+        rows: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        viscous: ti.template(),
+        first,
+    ):
+        for island in range(island_count(contact)):
+            if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
+                resolve_island(body, boundary, contact, rows, pairs, system, viscous, island, first)
+
+    return resolve

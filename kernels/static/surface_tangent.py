@@ -1,0 +1,153 @@
+"""Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
+
+A sum over the parts of the law (`Tangent` of materials/law.py). Only contact cells and only pairs of their corners in
+K, each once: A_ba = A_ab^t. With one volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p,
+volumes V at rest and v now) the points have p in place of k (J - 1), and there is the stiffness of the change itself,
+
+    A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
+"""
+
+import functools
+
+import taichi as ti
+
+from ..elements import FUNCTIONS
+from ..lanes import (
+    CONTACT_BLOCK,
+    FIRST_CELL,
+    GRADIENTS_AT,
+    LAST_CELL,
+    MATERIAL_AT,
+    MEMORY_AT,
+    NODES_AT,
+    POINTS,
+    WEIGHTS_AT,
+    WIDTH,
+)
+from ..language.point_memory import tangent_at
+from ..materials import LAWS
+from .massless_node import basis_of
+
+MOST_CORNERS = 8
+
+
+@ti.func
+def corner(values: ti.template(), a):
+    return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def gradients_at(body: ti.template(), pairs: ti.template(), first, gradients, corners, q):
+    """Return dX/dr and du/dr at Gauss point q of the cell whose corners start at first.
+
+    gradients: where the shape gradients of its kind of cells begin.
+    """
+    jacobian = ti.Matrix.zero(ti.f64, 3, 3)
+    slope = ti.Matrix.zero(ti.f64, 3, 3)
+    for a in range(corners):
+        at = 3 * (gradients + q * corners + a)
+        here, origin = 3 * pairs.cell_nodes[first + a], 3 * pairs.cell_nodes[first]
+        for i, j in ti.static(ti.ndrange(3, 3)):
+            jacobian[i, j] += body.position[here + i] * pairs.shape_gradients[at + j]
+            slope[i, j] += (body.u[here + i] - body.u[origin + i]) * pairs.shape_gradients[at + j]
+    return jacobian, slope
+
+
+@ti.func
+def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, linear: ti.template()):
+    """Return V, v/V - 1 and dv/du of every corner; for the linear law 0 for the second, and dv/du at rest.
+
+    at: numbers of the contact block of the cell; first: where its corners start.
+    """
+    gradients = pairs.blocks[at + GRADIENTS_AT]
+    volume, change = 0.0, 0.0
+    spread = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)
+    for q in range(pairs.blocks[at + POINTS]):
+        jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
+        volume += pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+        now = jacobian if ti.static(linear) else jacobian + slope
+        weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * now.determinant()
+        change += weight
+        turned = weight * now.inverse().transpose()
+        for a in range(corners):
+            g = turned @ corner(pairs.shape_gradients, gradients + q * corners + a)
+            for j in ti.static(range(3)):
+                spread[3 * a + j] += g[j]
+    return volume, change / volume - 1.0, spread
+
+
+@ti.func
+def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()):
+    """Add a stiffness [3, 3] to that of pair p, in the bases of its two nodes; plain: they are the identity."""
+    if ti.static(plain):
+        add_block(pairs, p, value, block)
+    else:
+        left, right = basis_of(basis, pairs.nodes[2 * p], block), basis_of(basis, pairs.nodes[2 * p + 1], block)
+        add_block(pairs, p, left.transpose() @ value @ right, block)
+
+
+@ti.func
+def add_block(pairs: ti.template(), p, value, block: ti.template()):
+    for i, j in ti.static(ti.ndrange(block, block)):
+        place = (p * block + i) * block + j
+        pairs.values[place] = pairs.values[place] + value[i, j]  # "+=" would be an atomic
+
+
+@functools.cache
+def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
+    """surface_tangent(body, basis, pairs, number) fills pairs.values of the cells of a contact block of that kind.
+
+    plain: every basis is the identity.
+    """
+    parts, linear = LAWS[law].tangents, LAWS[law].linear
+    count, size = len(LAWS[law].parameters), len(LAWS[law].state)
+    functions, width = FUNCTIONS[kind], WIDTH
+    mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
+
+    @ti.func
+    def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
+        at = number * CONTACT_BLOCK
+        first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
+        parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
+        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
+        for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
+            slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
+            own = cell - first_cell
+            first = pairs.blocks[at + NODES_AT] + own * corners
+            place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width
+            for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+                pairs.values[i] = 0.0
+            pressure = 0.0
+            if ti.static(mean):
+                stiff = parameters[0]
+                reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)
+                pressure = stiff * change
+                if ti.static(linear):
+                    pressure = 0.0
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
+                    add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
+            for q in range(pairs.blocks[at + POINTS]):
+                jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
+                inverse = jacobian.inverse()
+                # A_ab is linear in G_a and in G_b: each takes the root of the weight
+                weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                turned = ti.sqrt(weight) * inverse.transpose()
+                f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
+                for part in ti.static(parts):
+                    data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
+                    for a in range(corners):
+                        g = turned @ corner(pairs.shape_gradients, gradients + q * corners + a)
+                        mg = part.corner(data, g)
+                        for j in ti.static(range(3)):
+                            slopes[3 * a + j] = g[j]
+                            moved[3 * a + j] = mg[j]
+                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                        left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                        value = part.pair(
+                            data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                        )
+                        add_pair(pairs, basis, p, value, block, plain)
+
+    return surface_tangent

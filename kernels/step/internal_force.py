@@ -1,0 +1,56 @@
+"""The explicit step: internal force of packed cells, then kick and drift of the nodes, in one launch.
+
+    f_i = dW/du_i,   a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
+
+(METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new.)
+With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gives v = -f/m and leaves u alone.
+
+First the cells (cell_phase.py), then the nodes (node_phase.py). Chunks and node ranges are fixed in number: same bits
+on any number of threads.
+
+`params`: lanes.py.
+"""
+
+import functools
+
+import taichi as ti
+
+from ..cells.cell_phase import make_cell_phase
+from ..lanes import GRAIN
+from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.signatures import Signature, kernel_of
+from ..materials import LAWS
+from ..nodes.node_phase import node_phase
+
+
+@functools.cache
+def make_step(
+    kinds: tuple[tuple[str, str], ...],
+    signature: Signature,
+    damped: str = "",
+    viscous: bool = False,
+    cornered: bool = False,
+):
+    """Step kernel of kinds of cells (element, law), memoised; every array flat, u and v [3n], rows zero at the start.
+
+    step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
+    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`. With laws that have
+    state `commit` comes after `ranges`: whether the points keep what it becomes.
+    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
+    """
+    cell_phase = make_cell_phase(kinds, viscous)
+    count = len(kinds)
+
+    @ti.func
+    def step_and_commit(first, end, ranges, commit, body: ti.template()):
+        cell_phase(first, end, body, GRAIN, commit)
+        node_phase(body, ranges, count, GRAIN, damped, cornered)
+
+    @ti.func
+    def step(first, end, ranges, body: ti.template()):
+        step_and_commit(first, end, ranges, 0, body)
+
+    numbers = ("first", "end", "ranges")
+    if any(LAWS[law].state for _, law in kinds):
+        return compiled_with(kernel_of(step_and_commit, signature, (*numbers, "commit")), **KEEP_VECTORS)
+    return compiled_with(kernel_of(step, signature, numbers), **KEEP_VECTORS)

@@ -1,0 +1,123 @@
+"""Old names of modules lead to where the modules stand now, with a warning, for one version.
+
+`tcontact.checks`, `tcontact.errors`, `tcontact.render` and `tcontact.obstacles` stay, without a warning.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+PACKAGE = __name__.partition(".")[0]
+KEPT = {"errors": "base.errors", "checks": "results.checks", "obstacles": "scene.obstacles", "render": "show.render"}
+# room: the modules that moved into it, as old=new where the name has changed too
+ROOMS = {
+    "commands": "cli commands.resume=resuming",
+    "friction_layer": "friction_layer.solve=solution",
+    "lab": "bench study numbers",
+    "lab.study": "study.friction_layer=layer_study",
+    "show": "plots notebook",
+    "run": (
+        "simulate=simulation resume=resumption loop guards history recorder snapshot progress interrupts "
+        "folder_lock end_checks worst_cell checkpoint scene_files"
+    ),
+    "run.watches": "looks far_watch normal_watch path_watch body_meeting",
+    "schemes.explicit": "schemes.central_difference state stable_step damped_step terms.serial_step",
+    "schemes.implicit": (
+        "schemes.discrete_gradient schemes.dissipative schemes.gonzalez schemes.hilber_hughes_taylor "
+        "schemes.midpoint schemes.paper_implicit schemes.transport_averaging schemes.trapezoidal "
+        "implicit=solution"
+    ),
+    "contact": (
+        "terms.contact=term terms.massless_contact terms.static_solve terms.obstacles terms.friction "
+        "terms.friction_layer=layered_friction"
+    ),
+    "cells": "terms.internal_force terms.cell_viscosity stress",
+    "nodes": "terms.boundary_nodes terms.images",
+    "results": "result smoothness report export=exporting study.exact frame_fields",
+    "results.files": "vtkhdf vtkhdf_reader vtu_file xdmf_file",
+    "planning": (
+        "plan=planning describe packing contact_graph sweep_order lumped_mass removal redistribution "
+        "rotation locking measured"
+    ),
+    "scene": "contact_models friction_models dissipation materials periodic reach",
+    "mesh": "mesh_box=box mesh_geometry=geometry mesh_checks=checks mesh_rotation=rotation triangle_distance",
+    "mesh.files": (
+        "mesh_io=reading mesh_file=content mesh_meshio=meshio_files mesh_guard=meshio_guard mesh_abaqus=abaqus"
+    ),
+    "device": "runtime arrays launch tracing atomic_file",
+    "base": "validate warning_kinds",
+}
+MOVED = {
+    old: f"{room}.{new or old.rpartition('.')[2]}"
+    for room, names in ROOMS.items()
+    for old, _, new in (name.partition("=") for name in names.split())
+} | {"terms": "contact"}
+FUNCTIONS = ("plan", "resume", "simulate")  # modules once, and functions of the package
+
+
+def destination(name: str) -> str | None:
+    """The present name of a module by an old one, both below `tcontact`; None if it has not moved."""
+    parts = name.split(".")
+    for count in range(len(parts), 0, -1):
+        head = ".".join(parts[:count])
+        new = MOVED.get(head) or KEPT.get(head)
+        if new:
+            return ".".join([new, *parts[count:]])
+    return None
+
+
+def warn(name: str, new: str) -> None:
+    """Warn of an old name, unless it is one that stays."""
+    if name.split(".")[0] not in KEPT:
+        text = f"tcontact.{name} is tcontact.{new} now; the old name goes with the next version"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
+
+
+class OldNames(MetaPathFinder, Loader):
+    """Finds a module by its old name: it is the same object as by the new one."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Return a spec for what has moved, None for all else."""
+        package, _, rest = name.partition(".")
+        return ModuleSpec(name, self) if package == PACKAGE and destination(rest) else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Import the module by its present name."""
+        rest = spec.name.partition(".")[2]
+        new = destination(rest)
+        assert new is not None
+        warn(rest, new)
+        module = import_module(f"{PACKAGE}.{new}")
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Leave the module as it is, with the spec of its own."""
+        if module.__spec__ is not None:
+            module.__spec__ = module.__spec__.loader_state
+
+
+class OldModule(ModuleType):
+    """Stands for a module whose name is a function of the package now, which an import must not replace."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Take a name of the module from where it stands now."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        old = self.__name__.partition(".")[2]
+        warn(old, MOVED[old])
+        return getattr(import_module(f"{PACKAGE}.{MOVED[old]}"), name)
+
+
+def install() -> None:
+    """Make the old names known to `import`."""
+    sys.meta_path.insert(0, OldNames())
+    for name in FUNCTIONS:
+        sys.modules[f"{PACKAGE}.{name}"] = OldModule(f"{PACKAGE}.{name}")

@@ -1,0 +1,161 @@
+"""Internal force of the cells, with kick and drift of the ordinary nodes in the same pass (METHOD 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..device import arrays, runtime
+from ..device.launch import Prepared
+from ..kernels import lanes
+from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
+from ..planning.domain import Domain
+from ..planning.domain_packs import corner_lists, massless_count, material_numbers, pack_domain
+from ..planning.measured import COMBINE
+from ..planning.packing import chunks_for
+
+if TYPE_CHECKING:
+    from ..kernels.language.bundles import Body
+
+
+class InternalForce:
+    """Force pass over the cells of a domain; its boundary nodes hand out their force instead of being moved.
+
+    packs: how the cells are packed; corner_rows: the force rows of the corners of contact cells, by boundary node.
+    """
+
+    name = "internal-force"
+
+    def __init__(self, domain: Domain) -> None:
+        from ..kernels.language.signatures import signature_of
+        from ..kernels.step.internal_force import make_step
+
+        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()))
+        self.chunks = packs.chunks
+        self.gravity = domain.gravity
+        self.connectivity = arrays.put(packs.connectivity)
+        self.table = arrays.put(packs.chunk_table)
+        self.segments = arrays.put(packs.segments)
+        self.info = arrays.put(packs.with_boundary(domain.boundary))
+        self.reference = arrays.put(domain.reference)
+        self.mass = arrays.put(domain.lumped)
+        self.rows = arrays.zeros(3 * packs.row_count)
+        self.special_force = arrays.zeros(3 * len(domain.boundary))
+        self.node_sums = arrays.zeros(packs.chunks * NODE_SUMS)
+        self.corner_rows = arrays.put(corner_lists(domain, packs)) if len(packs.corners) else None
+        self.viscous = domain.viscosity is not None
+        held = packs.lanes if self.viscous else 0
+        self.cell_sums = arrays.zeros(packs.all_chunks * group_size(*cell_groups(self.viscous)) + held)
+        damping = [] if domain.damping is None else [*domain.damping.constants]
+        damping += [0.0] * (lanes.FREE - lanes.DAMPING - len(damping))
+        self.constants = [*damping, 0.0, float(massless_count(domain)), float(packs.all_chunks)]
+        self.material_at: list[int] = []
+        for block in domain.blocks:
+            self.material_at.append(lanes.DAMPING + len(self.constants))
+            self.constants += material_numbers(domain, block)
+        self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING + self.constants))
+        self.memory = (
+            arrays.zeros(packs.memory) if packs.memory else None
+        )  # of the quadrature points of laws with state
+        signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
+        self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
+        self.kernel: Callable[..., None] = Prepared(self.step)
+        self._measure = Prepared(self.step)
+
+    def advance(
+        self,
+        u: arrays.Array,
+        v: arrays.Array,
+        kick_before: float,
+        kick_after: float,
+        drift: float,
+        *,
+        loaded: bool = True,
+    ) -> None:
+        """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
+        self.set_steps(kick_before, kick_after, drift, loaded=loaded)
+        self.kernel(0, self.packs.all_chunks, self.chunks, *self._commit(loaded), *self.arguments(u, v))
+
+    def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
+        """Corner forces dW/du of the contact cells at u, into their own rows; nothing moves."""
+        self._measure(self.chunks, 2 * self.chunks, 0, *self._commit(False), *self.arguments(u, v))
+
+    def _commit(self, commits: bool) -> tuple[int, ...]:
+        """Whether the points keep what their state becomes; no argument without laws that have state."""
+        return () if self.memory is None else (int(commits),)
+
+    def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
+        """The parameters of the next pass."""
+        gravity = self.gravity if loaded else np.zeros(3)
+        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
+
+    def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
+        """The arrays of the pass, as in kernels/language/bundles.Body."""
+        return (u, v, *self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[arrays.Array, ...]:
+        cells = [self.connectivity, self.table, self.segments]
+        if self.corner_rows is not None:
+            cells.append(self.corner_rows)
+        nodes = (self.info, self.reference, self.mass, self.parameters)
+        sums = (self.rows, self.special_force, self.node_sums, self.cell_sums)
+        return (*cells, *nodes, *sums) if self.memory is None else (*cells, *nodes, *sums, self.memory)
+
+    def bundle(self) -> Body:
+        """The arrays under their names; the positions stand for the state."""
+        from ..kernels.language.bundles import Body
+
+        return Body(
+            u=self.reference,
+            v=self.reference,
+            connectivity=self.connectivity,
+            chunk_table=self.table,
+            segments=self.segments,
+            corner_rows=self.corner_rows,
+            node_info=self.info,
+            position=self.reference,
+            mass=self.mass,
+            params=self.parameters,
+            rows=self.rows,
+            special_force=self.special_force,
+            node_sums=self.node_sums,
+            cell_sums=self.cell_sums,
+            memory=self.memory,
+        )
+
+    def without_boundary(self) -> InternalForce:
+        """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
+        other = copy(self)
+        values = np.array(arrays.get(self.parameters))
+        values[lanes.FREE] = 1.0
+        other.parameters = arrays.put(values)
+        if self.viscous:  # products leave the pressures alone
+            other.cell_sums = arrays.put(arrays.get(self.cell_sums))
+        other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
+        return other
+
+    def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
+        """out += -f(u) / mass at ordinary nodes; u stays as it is."""
+        self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
+
+    def sums(self) -> np.ndarray:
+        """Sums of the last pass over all chunks, as a raw row begins: those of ordinary nodes, then those of cells."""
+        columns = group_columns(*cell_groups(self.viscous))
+        combine = [COMBINE[column.combine] for column in columns for _ in range(column.size)]
+        nodes, count = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self.packs.all_chunks
+        cells = arrays.get(self.cell_sums)[: count * len(combine)].reshape(count, len(combine))
+        return np.array([*nodes.sum(axis=0), *(pick(cells[:, j]) for j, pick in enumerate(combine))])
+
+    def sum_of(self, name: str) -> float:
+        """One number of the cells of the last pass, by the name of its column."""
+        return float(self.sums()[getattr(raw_places(self.viscous).cells, name)])
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
+        shared += [part for part in (self.corner_rows, self.memory) if part is not None]
+        return [*shared, self.cell_sums] if self.viscous else shared

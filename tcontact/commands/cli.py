@@ -1,0 +1,69 @@
+"""The command line: `tcontact COMMAND ...`.
+
+Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the message says what to do instead).
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Sequence
+
+from ..base.errors import InputError, OutputError
+from ..results.report import versions
+from ..run.interrupts import Terminated, terminations
+from . import bench, doctor, export, info, listing, numbers, render, run, study
+from . import resuming as resume
+from .streams import safe_output
+
+COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, doctor)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    top = argparse.ArgumentParser(
+        prog="tcontact",
+        description="Dynamic contact and impact of deformable solids.",
+        epilog="exit code: 0 all well, 1 a run or one of its checks failed, 2 bad usage",
+    )
+    top.add_argument("--version", action="version", version=f"tcontact {versions()['tcontact']}")
+    subparsers = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        command.add(subparsers)
+    top.set_defaults(main=main)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code; argv: the arguments, None = those of the process."""
+    with safe_output() as output:
+        code = _run(argv)
+        output.flush()
+        if output.error is not None:
+            print(f"tcontact: standard output cannot be written ({output.error.strerror})", file=sys.stderr)
+            code = code or 1
+    return code
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home folder that takes no files
+    try:
+        arguments = parser().parse_args(argv)
+    except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
+        return int(stop.code or 0)
+    try:
+        with terminations():
+            return int(arguments.run(arguments))
+    except InputError as error:
+        print(f"tcontact: {error}", file=sys.stderr)
+        return 2
+    except (ImportError, OutputError) as error:
+        print(f"tcontact: {error}", file=sys.stderr)
+        return 1
+    except MemoryError as error:
+        print(f"tcontact: there is not enough memory: {error or 'take fewer cells'}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt as stop:
+        print(f"tcontact: interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", file=sys.stderr)
+        return 1

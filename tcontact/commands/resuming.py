@@ -1,0 +1,67 @@
+"""`tcontact resume DIR`: go on with a run that was interrupted, killed or ran out of disk."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import InputError, OutputError
+from . import origins, words
+from .run import finish
+
+
+def add(subparsers: Any) -> None:
+    """Declare the command."""
+    parser = subparsers.add_parser(
+        "resume",
+        help="go on with a run that stopped",
+        description="Go on with a run that `tcontact run` started and that was interrupted or killed, from its last"
+        " checkpoint: the results are those of a run that never stopped, bit for bit. A run that was killed while its"
+        " pictures were drawn gets them.",
+    )
+    parser.add_argument("folder", metavar="DIR", type=Path, help="the folder of the run")
+    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
+    parser.add_argument(
+        "--checkpoint",
+        metavar="SECONDS",
+        type=words.not_negative,
+        default=60.0,
+        help="wall time between further checkpoints, 0 = only when it is stopped again (default: 60)",
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress bar, no table: only failures are printed")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Go on with the run and return the exit code."""
+    import tcontact as tc
+
+    from ..run.resumption import checked_folder, latest
+
+    folder = checked_folder(arguments.folder)
+    stored = latest(folder)
+    origin = origins.checked(stored.head["origin"], folder)
+    found = origins.rebuilt(origin, folder)
+    arguments.set, arguments.frames = origin["set"], stored.values["course.frames"]
+    arguments.fields = stored.head["fields"]
+
+    def go() -> tc.Result:
+        return tc.resume(
+            folder,
+            found.scene,
+            scheme=found.scheme,
+            threads=arguments.threads,
+            arch=arguments.arch,
+            progress=not arguments.quiet,
+            checkpoint=arguments.checkpoint or None,
+        )
+
+    try:
+        passed, _ = finish(go, found.title, found.case, found.parameters, folder, arguments, origin)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise InputError("DIR", str(folder), f"cannot be written ({error})") from error
+    return 0 if passed else 1

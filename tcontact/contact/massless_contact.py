@@ -1,0 +1,84 @@
+"""Contact nodes without mass, placed by a projected static solve every step (METHOD 2, paper 4.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..cells.cell_viscosity import CellViscosity
+from ..cells.internal_force import InternalForce
+from ..device import arrays
+from ..planning.domain import Domain
+from ..planning.islands import island_starts
+from ..planning.sweep_order import sweep_order
+from ..scene.contact_models import MasslessContact
+from ..scene.scene import Scene
+from .static_solve import StaticSolve
+from .term import ContactTerm
+
+
+class MasslessContactTerm(ContactTerm):
+    """f_K - f_ext,K = lambda nu, g >= 0, lambda >= 0, lambda g = 0 in the massless components of the contact nodes."""
+
+    name = "massless-contact"
+    kernel = "massless"
+
+    def __init__(self, scene: Scene, domain: Domain, force: InternalForce) -> None:
+        super().__init__(scene, domain)
+        model, contact = scene.contact, domain.contact
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
+        assert contact.basis is not None
+        assert contact.graph is not None
+        self.block = contact.block
+        self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
+        self.exact = model.penalty is None
+        self.kicked = bool(domain.inverses[: len(contact.nodes)].any())
+        stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
+        self.massless = contact.basis[:, :, : self.block]
+        self.basis = arrays.put(self.massless)
+        self.compliance = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
+        self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
+        self.displacement_before = arrays.zeros(len(contact.nodes) * self.block)
+        start, rows = domain.residual_receivers
+        self.residual_receivers = arrays.put(np.concatenate([start + len(start), rows]))
+        order = sweep_order(contact.graph, self.block)
+        self.starts = arrays.put(island_starts(self.islands, self.others, order))
+        self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
+        self.projected = self.static_solve.projected
+        self.viscous = domain.viscous_cells
+        self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the present state, if anything is."""
+        return self.static_solve.trouble
+
+    def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+        """The first prediction goes on with the given velocity [k, 3] of K."""
+        now = self.displacement(u)
+        arrays.set_values(self.displacement_before, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
+
+    def displacement(self, u: arrays.Array) -> np.ndarray:
+        """Massless components [k, block] of the displacement."""
+        moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)[: len(self.massless)]]
+        return np.einsum("kic,ki->kc", self.massless, moved)
+
+    def velocity(self, u: arrays.Array, dt: float) -> np.ndarray:
+        """Position difference over the last step, massless components only [k, 3] [m/s]."""
+        now = self.displacement(u)
+        return np.einsum(
+            "kic,kc->ki", self.massless, (now - arrays.get(self.displacement_before).reshape(now.shape)) / dt
+        )
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """By the names of kernels/language/bundles.Contact."""
+        return super().arguments() | {
+            "basis": self.basis,
+            "compliance": self.compliance,
+            "active": self.active,
+            "displacement_before": self.displacement_before,
+            "residual_receivers": self.residual_receivers,
+        }
+
+    def owned(self) -> list[arrays.Array]:
+        return [*super().owned(), *self.static_solve.owned()]

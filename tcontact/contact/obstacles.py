@@ -1,0 +1,111 @@
+"""The obstacles of a scene as the kernels see them: records of where they are, rows of them while they move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.errors import FunctionError
+from ..device import arrays
+from ..scene.obstacles import Obstacle
+from ..scene.obstacles.motion import Motion
+from ..scene.scene import Scene
+
+
+class Obstacles:
+    """Records as in kernels/contact/obstacles.py, relative to `centre` [3] [m], a point among the contact nodes.
+
+    rows_at_once: most rows of a launch. Obstacles that move are put in place by `move` before every launch.
+    """
+
+    def __init__(self, scene: Scene, centre: np.ndarray, rows_at_once: int) -> None:
+        from ..kernels.contact import obstacles as names
+
+        self.names = names
+        self.obstacles = scene.obstacles
+        self.centre = centre
+        self.moving = scene.moving
+        self.tracked = scene.tracked
+        self.shapes = tuple(sorted({obstacle.shape for obstacle in scene.obstacles}))
+        grids = [obstacle.grid for obstacle in scene.obstacles]
+        ends = np.cumsum([0 if grid is None else grid.size for grid in grids])
+        sampled = np.concatenate([np.zeros(0) if grid is None else grid.ravel() for grid in grids])
+        self._start = np.zeros((len(grids), names.RECORD))
+        rows = (rows_at_once + 1) * self._start.size if self.moving else 0
+        for record, obstacle, grid, end in zip(self._start, scene.obstacles, grids, ends, strict=True):
+            record[names.SHAPE] = names.CODES[obstacle.shape]
+            parameters = list(obstacle.parameters)
+            if grid is not None:
+                parameters.append(rows + end - grid.size)  # where its nodes begin
+            record[names.PARAMETERS : names.PARAMETERS + len(parameters)] = parameters
+            record[names.POINT : names.FRAME] = self._point(obstacle) - centre
+            record[names.FRAME : names.PARAMETERS] = obstacle.frame.ravel()
+        self.records = arrays.put(self._start)
+        self.motion = arrays.put(np.concatenate([np.zeros(rows), sampled]))
+        self._motions: list | None = None
+        self._answers: dict[float, np.ndarray] = {}  # records of rows that `ask` has asked for, by their time [s]
+        if self.moving:
+            self._motions = [Motion(obstacle) for obstacle in self.obstacles]
+            arrays.set_values(self.records, self._poses(np.zeros(1)))
+
+    def _point(self, obstacle: Obstacle) -> np.ndarray:
+        """The reference point; of a plane at rest the point nearest to the centre, where gaps have most digits."""
+        if obstacle.shape != "plane" or self.tracked:
+            return np.asarray(obstacle.reference)
+        normal = obstacle.frame[2]
+        away = self.centre - obstacle.reference
+        return np.asarray(self.centre - (away @ normal) * normal)
+
+    def move(self, times: np.ndarray) -> None:
+        """Rows of records for the levels at `times` [s], the present one first."""
+        if self.moving:
+            records = self._answers.pop(float(times[0]), None)
+            arrays.set_values(self.motion, self._poses(times) if records is None else records)
+
+    def ask(self, time: float, step: float, rows: int) -> int:
+        """Ask the functions of time for rows from `time` [s] on, before a body moves; returns how many they answer.
+
+        Raises `FunctionError` if they fail within the first one.
+        """
+        if self._motions is None or not any(motion.varies for motion in self._motions):
+            return rows
+        self._answers = {}
+        for number in range(rows):
+            start = time + number * step
+            try:
+                self._answers[start] = self._poses(start + step * np.arange(2))
+            except FunctionError:
+                if number == 0:
+                    raise
+                return number
+        return rows
+
+    def _poses(self, times: np.ndarray) -> np.ndarray:
+        names = self.names
+        rows = np.tile(self._start, (len(times), 1, 1))
+        assert self._motions is not None
+        steps = np.diff(times)[:, None]
+        for number, motion in enumerate(self._motions):
+            points, frames, velocities, spins = motion.poses(times)
+            record = rows[:, number]
+            record[:, names.POINT : names.FRAME] = points - self.centre
+            record[:, names.FRAME : names.PARAMETERS] = frames.reshape(-1, 9)
+            record[:, names.VELOCITY : names.SPIN] = velocities
+            record[:, names.SPIN : names.MEAN_VELOCITY] = spins
+            record[1:, names.MEAN_VELOCITY : names.MEAN_SPIN] = np.diff(points, axis=0) / steps
+            record[1:, names.MEAN_SPIN :] = _rotation_between(frames) / steps
+        return rows
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of the obstacles."""
+        return [self.records, self.motion]
+
+
+def _rotation_between(frames: np.ndarray) -> np.ndarray:
+    """Rotation vectors [m-1, 3] that turn each frame into the next one (rows are local axes); small angles."""
+    turn = np.einsum("tik,til->tkl", frames[1:], frames[:-1])  # R = Q1^t Q0
+    sine = 0.5 * np.stack(
+        [turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1
+    )
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, 0.5 * (np.trace(turn, axis1=1, axis2=2) - 1.0))
+    return np.asarray(sine * np.where(size > 1e-12, angle / np.where(size > 1e-12, size, 1.0), 1.0)[:, None])

@@ -1,0 +1,182 @@
+"""The static solve that places the massless contact nodes (METHOD 2): its system, its settings, its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..cells.internal_force import InternalForce
+from ..device import arrays
+from ..kernels.lanes import SWEEP_LANES
+from ..kernels.static.node_places import PLACES
+from ..mesh.elements import shape_functions
+from ..mesh.geometry import shortest_edge
+from ..planning.domain import Domain
+from ..planning.islands import Island
+from ..planning.static_solver import static_solver
+from ..planning.sweep_order import SweepOrder
+from ..scene.contact_models import MasslessContact
+from ..scene.scene import Scene
+
+TOLERANCE = 1e-4  # on the static residual, unless the user sets one
+AIM = 1e-6  # the sweeps then go on to here if they can
+LEFT = 1e-5  # what the last use of a tangent may leave of the residual of a nonlinear law
+POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per linearisation of a nonlinear law
+MOST_SWEEPS = 500  # then the solve of a linear law has not converged
+LINEARISATIONS = 4  # a nonlinear law has this many times as many
+REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
+# of a mean dilatation: above it the sweeps, or MPRGP, may not converge with either removal
+MOST_POISSON = {False: 0.499, True: 0.4999}
+STEP_LENGTH = 1.9  # of a projected step, over the bound of the largest eigenvalue: less than 2
+LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
+
+
+class StaticSolve:
+    """Arrays of the solve; `stats` [islands, STATS] and `settings` are numbered in kernels/static/control.py."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        domain: Domain,
+        force: InternalForce,
+        order: SweepOrder,
+        islands: Sequence[Island],
+        slots: int,
+    ) -> None:
+        from ..kernels.static import control as names
+
+        contact, model = domain.contact, scene.contact
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
+        assert contact.graph is not None
+        graph, block = contact.graph, contact.block
+        self.names = names
+        self.islands = islands
+        self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
+        self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
+        self.projected = static_solver(scene, islands[0].body).projected
+        room = len(contact.nodes) + SWEEP_LANES - 1
+        pairs = contact_blocks(domain, force) | {
+            "start": graph.pair_start,
+            "corners": graph.pair_corners,
+            "nodes": graph.pair_nodes,
+            "values": np.zeros(len(graph.pair_nodes) * block * block),
+            "row_start": graph.row_start,
+            "entry_start": graph.entry_start,
+            "entry_pairs": graph.entry_pairs,
+            "entry_place": order.entry_place,
+        }
+        self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
+        self.stats = arrays.put(self._start())
+        self.system = {
+            "lane_start": arrays.put(order.lane_start),
+            "pack_start": arrays.put(order.pack_start),
+            "column": arrays.put(order.column),
+            "values": arrays.zeros(order.column.size * block * block),
+            "inverse": arrays.zeros(room * block * block),
+            "stiffness": arrays.zeros(room),
+            "right": arrays.zeros(room * block),
+            "gaps": arrays.zeros(room * slots),
+            "normals": arrays.zeros(room * slots * block),
+            "response": arrays.zeros(room * (PLACES[block].end if self.projected else block + 1)),
+            "increment": arrays.zeros(3 * room * block),
+            "settings": arrays.put(np.stack([self._settings(scene, domain, island) for island in islands])),
+            "stats": self.stats,
+        }
+
+    def _start(self) -> np.ndarray:
+        stats = np.zeros((len(self.islands), self.names.STATS))
+        stats[:, [self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
+        return stats
+
+    def _settings(self, scene: Scene, domain: Domain, island: Island) -> np.ndarray:
+        contact, model, names, body = domain.contact, scene.contact, self.names, island.body
+        material, graph = body.body.material, None if body.contact is None else body.contact.graph
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
+        linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
+        stiffness = material.lame_lambda + 2.0 * material.lame_mu
+        settings = np.zeros(names.SETTINGS)
+        settings[names.MINIMUM_SWEEPS] = model.sweeps
+        settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
+        settings[names.MAXIMUM_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
+        if self.projected:  # it notices an indefinite tangent by itself
+            settings[names.MAXIMUM_SWEEPS] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
+        settings[names.TOLERANCE] = self.tolerance
+        settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
+        settings[names.REACH] = 1e300
+        settings[names.LINEAR] = 1.0 if linear else 0.0
+        exact = model.penalty is None and scene.friction is None and island.removal == "full"
+        settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
+        if graph is not None:
+            if not linear:
+                settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])
+            settings[names.MINIMUM_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
+            settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
+        return settings
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the last solve did not converge; None if it did. With several islands the first one in trouble."""
+        stats = arrays.get(self.stats).reshape(-1, self.names.STATS)
+        wrong = np.flatnonzero(stats[:, self.names.CONVERGED] != 1.0)
+        if not len(wrong):
+            return None
+        island, numbers = self.islands[wrong[0]], stats[wrong[0]]
+        body = island.body.body
+        whose = "" if len(self.islands) == 1 else f" of {island.body.label}"
+        text = f"the static solve of the contact nodes{whose} stopped at a residual of"
+        text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
+        if not numbers[self.names.PIVOT] > 0.0:
+            from ..kernels.materials import LAWS
+
+            text += f"; the tangent of the law {body.material.law} is not positive definite in strong compression"
+            refusal = LAWS[body.material.law].refusal
+            return f"{text}: {refusal}" if refusal else text
+        poisson, most = body.material.poisson, MOST_POISSON[self.projected]
+        if body.formulation == "mean-dilatation" and poisson > most:
+            text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {most:g},"
+            return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
+        removal = "" if island.removal == "normal" else "removal='normal', "
+        if self.friction > 1.0 and removal:
+            removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
+        return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of the solve."""
+        return [*self.pairs.values(), *self.system.values()]
+
+
+def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
+    """The contact cells block by block, as in kernels/language/bundles.Pairs: their nodes and the data of their
+    points."""
+    blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
+    for number, block in enumerate(domain.blocks):
+        if len(block.contact):
+            _values, slopes, own = shape_functions(block.body.body.mesh.kind)
+            starts = [sum(part.size for part in parts) for parts in (nodes, weights)]
+            blocks.append(
+                (
+                    block.contact[0],
+                    block.contact[-1] + 1,
+                    starts[0],
+                    sum(map(len, gradients)),
+                    starts[1],
+                    len(own),
+                    force.material_at[number],
+                    force.packs.contact_memory[number],
+                    domain.kinds.index(block.kind),
+                )
+            )
+            nodes.append(block.contact_cells.reshape(-1))
+            gradients.append(slopes.reshape(-1, 3))
+            weights.append(own)
+    return {
+        "blocks": np.array(blocks),
+        "cell_nodes": np.concatenate(nodes),
+        "shape_gradients": np.concatenate(gradients),
+        "weights": np.concatenate(weights),
+    }

@@ -1,0 +1,153 @@
+"""What every contact term shares: the contact set, the obstacles, the contact force, friction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ..device import arrays
+from ..kernels.lanes import MOST_SLOTS
+from ..planning.body_plan import ContactPlan
+from ..planning.domain import Domain
+from ..planning.islands import island_starts, islands_of, nodes_without_rows
+from ..scene.scene import Scene
+from .constraint_rows import ConstraintRows
+from .friction import Friction
+from .layered_friction import LayeredFriction, make_friction
+from .obstacles import Obstacles
+
+if TYPE_CHECKING:
+    from ..kernels.language.bundles import ContactOptions
+from ..kernels.lanes import MOST_ROWS
+from ..scene.contact_models import PenaltyContact
+
+
+class ContactTerm:
+    """Contact of the bodies of a domain with the obstacles; the contact nodes are the first boundary nodes.
+
+    By itself it only checks gaps, which is all there is to do where supports hold every node against the obstacle.
+    `kernel`: what kernels/step/serial_step.py calls it.
+    """
+
+    name = "contact"
+    kernel: ClassVar[str] = "gaps"
+    block = 1  # massless components of a node
+    plain = False  # every node is massless in all components, along x, y and z
+    exact = True  # no penalty
+    kicked = True  # some components of contact nodes have mass
+    viscous = False  # the contact cells are
+    projected = False  # MPRGP solves instead of the sweeps
+
+    def __init__(self, scene: Scene, domain: Domain) -> None:
+        assert domain.contact is not None
+        contact: ContactPlan = domain.contact
+        count = len(contact.nodes)
+        self.slots = min(len(scene.obstacles), MOST_SLOTS)
+        centre = domain.reference[contact.all_nodes].mean(axis=0)
+        self.obstacles = Obstacles(scene, centre, MOST_ROWS if domain.small else 1)
+        self.islands = islands_of(domain)
+        self.others = nodes_without_rows(domain, self.islands, len(scene.obstacles))
+        nodes = np.concatenate([contact.nodes, *self.others])
+        self.nodes = arrays.put(nodes.astype(np.int32))
+        self.reference = arrays.put(domain.reference[nodes] - centre)
+        self.starts = arrays.put(island_starts(self.islands, self.others, None))
+        self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
+        self.contact_force = arrays.zeros(3 * count)
+        self.friction: Friction | None = None
+        self.rows: ConstraintRows | None = None
+
+    def finish(self, scene: Scene, domain: Domain) -> None:
+        """Take the friction of the scene, if there is any, and make the rows with what all of this asks of them."""
+        if domain.contact is None or not len(domain.contact.nodes):
+            return
+        count, coefficient = len(domain.contact.nodes), 0.0
+        stays = self.kernel == "massless" and self.block > 1
+        if scene.friction is not None:
+            self.friction, coefficient = make_friction(scene, domain.contact, stays), scene.friction.coefficient
+        self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
+        if self.friction is not None:
+            self.friction.rows = self.rows
+
+    @property
+    def options(self) -> ContactOptions:
+        """What its kernels are made for."""
+        from ..kernels.language.bundles import ContactOptions
+
+        obstacles, friction = self.obstacles, self.friction
+        return ContactOptions(
+            self.kernel,
+            self.block,
+            self.slots,
+            obstacles.shapes,
+            obstacles.moving,
+            obstacles.tracked and self.kernel != "gaps",
+            "" if friction is None else friction.law,
+            isinstance(friction, LayeredFriction),
+            friction is not None and self.kicked,
+            self.viscous,
+            self.projected,
+        )
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the present state, if anything is."""
+        return None
+
+    def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
+        """Velocity [k, 3] [m/s] with which the contact nodes start; dt [s] the first step."""
+
+    def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
+        """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
+        return None
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Contact; what it does not have is left out."""
+        friction = self.friction
+        arguments = {
+            "nodes": self.nodes,
+            "islands": self.starts,
+            "reference": self.reference,
+            "force": self.contact_force,
+        }
+        if friction is not None:
+            arguments |= {"friction": friction.data}
+        return arguments
+
+    def obstacle_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Obstacles."""
+        obstacles = self.obstacles
+        return {"records": obstacles.records, "motion": obstacles.motion, "candidates": self.candidates}
+
+    def row_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Rows."""
+        return {} if self.rows is None else {"values": self.rows.values}
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        own = (item for item in vars(self).values() if hasattr(item, "shape"))
+        return [*self.obstacles.owned(), *own, *([] if self.rows is None else [self.rows.values])]
+
+
+class PenaltyContactTerm(ContactTerm):
+    """lambda_k = kappa A_k max(0, -g_k) on nodes with their ordinary mass, from the position of the kick (METHOD 2)."""
+
+    name = "penalty-contact"
+    kernel = "penalty"
+
+    def __init__(self, scene: Scene, domain: Domain) -> None:
+        super().__init__(scene, domain)
+        assert isinstance(scene.contact, PenaltyContact)
+        assert domain.contact is not None
+        self.penalty_stiffness = arrays.put(scene.contact.stiffness * domain.contact.areas)
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Contact."""
+        return super().arguments() | {"penalty_stiffness": self.penalty_stiffness}
+
+
+class ImpulseContactTerm(ContactTerm):
+    """Closed nodes of ordinary mass get the impulse that stops them (Moreau-Jean, restitution 0; METHOD 2)."""
+
+    name = "impulse-contact"
+    kernel = "impulse"

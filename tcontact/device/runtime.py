@@ -1,0 +1,163 @@
+"""The one place that starts Taichi."""
+
+from __future__ import annotations
+
+import io
+import mmap
+import os
+import shutil
+import tempfile
+import time
+from contextlib import redirect_stdout
+from pathlib import Path
+from types import ModuleType
+
+from ..base.errors import InputError
+from .tracing import quicken
+
+STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
+CACHE_ROOM = 2**26  # bytes that must be free for compiled kernels; one of them takes up to 2 MB
+ADDRESS_ROOM = 3 * 2**29  # bytes of address space: Taichi reserves 1 GiB, its threads and the compiler take the rest
+
+_started: tuple[str, int] | None = None
+
+
+def load() -> ModuleType:
+    """Import Taichi and return the module; a missing system library is named.
+
+    Raises `ImportError` with the package to install when libX11 is absent (Taichi links it even without a screen).
+    """
+    os.environ.setdefault("TI_LOG_LEVEL", "error")
+    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server, and write into the home folder
+    os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
+    try:
+        import taichi
+    except ImportError as error:
+        if "libX11" in str(error):
+            raise ImportError(
+                "Taichi needs the system library libX11.so.6; install it: apt-get install libx11-6"
+            ) from error
+        raise
+    return taichi
+
+
+def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
+    """Start Taichi once per process and return the module.
+
+    arch: "cpu" or "cuda"; threads: CPU threads, None = all cores. float64, no fast math; compiled kernels are kept in
+    `kernel_cache()` where files can be written there. A second call with the same wishes is free; other wishes raise
+    `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the process may not take enough memory.
+    """
+    global _started
+    if arch not in ("cpu", "cuda"):
+        raise InputError("arch", arch, "use 'cpu' or 'cuda'")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise InputError("threads", threads, "give a positive whole number, or None for all cores")
+    if _started is not None:
+        if _started[0] != arch or (threads is not None and threads != _started[1]):
+            raise InputError(
+                "arch, threads",
+                (arch, threads),
+                f"this process already runs on {_started[0]} with {_started[1]} threads; start a new process",
+            )
+        return load()
+    ti = load()
+    quicken()
+    wanted = threads or cores
+    cache = kernel_cache()
+    _check_address_space()
+    cached = _takes_files(cache)
+    if cached:
+        _drop_stale_lock(cache)
+    try:
+        with redirect_stdout(io.StringIO()):  # it announces itself
+            ti.init(
+                arch=ti.cuda if arch == "cuda" else ti.cpu,
+                default_fp=ti.f64,
+                default_ip=ti.i32,
+                fast_math=False,
+                offline_cache=cached,
+                # even where it keeps nothing, it crashes at the end if this folder does not exist
+                offline_cache_file_path=str(cache if cached else Path(__file__).parent),
+                cpu_max_num_threads=wanted,
+                log_level=ti.ERROR,
+                verbose=False,
+            )
+    except RuntimeError as error:
+        raise MemoryError(f"Taichi cannot be started: {error}") from error
+    if arch == "cuda" and ti.cfg.arch != ti.cuda:
+        raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")
+    _started = (arch, wanted)
+    return ti
+
+
+def kernel_cache() -> Path:
+    """Folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
+    named = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
+    return Path(named) if named else user_cache() / "kernels"
+
+
+def user_cache() -> Path:
+    """tcontact in the user's cache folder (XDG_CACHE_HOME); it may be impossible to make."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(_home(), ".cache")) / "tcontact"
+
+
+def _home() -> str:
+    """The home folder; that which holds no files for a user who has none."""
+    home = os.environ["HOME"] if "HOME" in os.environ else os.path.expanduser("~")
+    return home if os.path.isabs(home) else os.devnull
+
+
+def _takes_files(folder: Path) -> bool:
+    """Whether compiled kernels can be kept in a folder, which is made: Taichi crashes at the end where they cannot."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(b"0")
+        return min(shutil.disk_usage(folder).free, _limit("RLIMIT_FSIZE")) >= CACHE_ROOM
+    except (OSError, ValueError):
+        return False
+
+
+def _check_address_space() -> None:
+    """Raise `MemoryError` where a limit leaves no room for Taichi, whose compiler aborts the process without it."""
+    limit = _limit("RLIMIT_AS")
+    if limit == float("inf"):
+        return
+    try:
+        mmap.mmap(-1, ADDRESS_ROOM).close()
+    except OSError as error:
+        text = f"Taichi needs {ADDRESS_ROOM / 2**30:g} GiB of address space beside what is in use"
+        raise MemoryError(f"{text}; this process is limited to {limit / 2**30:.3g} GiB: raise `ulimit -v`") from error
+
+
+def _limit(name: str) -> float:
+    """A limit of the process in bytes by its name in `resource`; inf without one."""
+    try:
+        import resource
+    except ImportError:  # not a POSIX system
+        return float("inf")
+    soft, _ = resource.getrlimit(getattr(resource, name))
+    return float("inf") if soft == resource.RLIM_INFINITY else float(soft)
+
+
+def _drop_stale_lock(cache: Path) -> None:
+    """Remove the lock a killed process left: with it nobody reads or writes the cache any more."""
+    for lock in cache.glob("**/*.lock"):
+        try:
+            if time.time() - lock.stat().st_mtime > STALE_LOCK:
+                lock.unlink()
+        except OSError:
+            pass  # it went away, or is not ours to remove: kernels are compiled anew then
+
+
+def threads() -> int:
+    """CPU threads in use; 0 before the start."""
+    return _started[1] if _started else 0
+
+
+def arch() -> str:
+    """Backend in use, "cpu" or "cuda"; "cpu" before the start."""
+    return _started[0] if _started else "cpu"

@@ -1,0 +1,140 @@
+"""Start the processes, one after the other, and put what they found into one report."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...results.report import versions
+from . import small, timing
+from .configuration import Configuration
+
+LONGEST = 3600.0  # seconds a process may take
+NUMPY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+Say = Callable[[str], None]
+
+
+def collect(configurations: Sequence[Configuration], say: Say, extras: bool = True) -> dict[str, Any]:
+    """Measure everything; a configuration that fails gives rows with their reason.
+
+    say: told what is measured next; extras: the bar of 100 cells, the friction layer, friction, gap queries and the
+    start-up of the main case.
+    """
+    rows: list[dict[str, Any]] = []
+    compiled: dict[tuple[str, str, str], dict[str, Any]] = {}
+    for at in configurations:
+        say(f"{at.kind} {at.law} {at.size}^3, {at.threads} threads, contact {' '.join(at.contacts)}")
+        found = run_worker("measure", at.to_dict())
+        new = found["rows"] if "rows" in found else at.failed(found.get("failed", "no answer"))
+        for row in new:
+            key = (at.kind, at.law, row["contact"])
+            if row["ok"] and key not in compiled:
+                say(f"compile {' '.join(key)}")
+                compiled[key] = compile_seconds(*key, at)
+            row |= compiled.get(key, {})
+        rows += new
+    for row in rows:
+        _scale(row, rows)
+    report: dict[str, Any] = {"machine": machine(), "rows": rows}
+    if extras and configurations:
+        arch = configurations[0].arch
+        threads = list(dict.fromkeys(at.threads for at in configurations))
+        say(f"bar of {small.BAR_CELLS} cells")
+        report["bar"] = [_ok({"threads": n}, run_worker("bar", {"arch": arch, "threads": n})) for n in threads]
+        say("friction layer")
+        report["layer"] = [_ok({"threads": n}, run_worker("layer", {"arch": arch, "threads": n})) for n in threads]
+        for task, text in (("rubbing", "friction of sliding nodes"), ("queries", "gap queries")):
+            say(text)
+            report[task] = [_ok({"threads": n}, run_worker(task, {"arch": arch, "threads": n})) for n in threads]
+        say("import and first step of cube-impact")
+        report["start"] = [_ok({"threads": n}, start_seconds(arch, n)) for n in threads[-1:]]
+    return report
+
+
+def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dict[str, Any]:
+    """compile_cold_s and compile_warm_s: new processes, with an empty kernel cache and with the one the first left."""
+    options = {"kind": kind, "law": law, "contact": contact, "arch": at.arch, "threads": at.threads}
+    result: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
+        for name in ("compile_cold_s", "compile_warm_s"):
+            found = run_worker("compilation", options, cache)
+            result[name] = found.get("compile_s")
+            if "failed" in found:
+                result["compile_reason"] = found["failed"]
+    return result
+
+
+def start_seconds(arch: str, threads: int) -> dict[str, Any]:
+    """cold_s and warm_s of import and first step of cube-impact in new interpreters."""
+    result: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
+        for name in ("cold_s", "warm_s"):
+            done = _python(["-c", small.FIRST_STEP.format(arch=arch, threads=threads)], threads, cache)
+            if done.returncode != 0:
+                return {"failed": _last_line(done.stderr)}
+            seconds, steps, error = done.stdout.split()
+            result |= {name: float(seconds), "steps": int(steps), "energy_error": float(error)}
+    return result
+
+
+def run_worker(task: str, options: dict[str, Any], cache: str | None = None) -> dict[str, Any]:
+    """The answer of a process of its own; {"failed": reason} if it has none."""
+    try:
+        done = _python(
+            ["-m", "tcontact.lab.bench.worker", json.dumps({"task": task} | options)], options["threads"], cache
+        )
+    except subprocess.TimeoutExpired:
+        return {"failed": f"took longer than {LONGEST:g} s"}
+    try:
+        return json.loads(done.stdout.splitlines()[-1])
+    except (IndexError, ValueError):
+        return {"failed": f"exit code {done.returncode}: {_last_line(done.stderr)}"}
+
+
+def _python(arguments: list[str], threads: int, cache: str | None) -> subprocess.CompletedProcess[str]:
+    """A process whose NumPy, too, has so many threads: idle ones that wait for work spinning would take a core."""
+    root = str(Path(__file__).resolve().parents[2])
+    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    environment |= {name: str(max(1, threads)) for name in NUMPY_THREADS}
+    if cache is not None:
+        environment["TI_OFFLINE_CACHE_FILE_PATH"] = cache
+    command = [sys.executable, "-W", "ignore", *arguments]
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=LONGEST, stdin=subprocess.DEVNULL, check=False
+    )
+
+
+def machine() -> dict[str, Any]:
+    """What the figures belong to."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    name = platform.processor()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        name = next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return {"processor": name, "cores": cores, "load": timing.load(), "versions": versions()}
+
+
+def _scale(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
+    """Rate over that of one thread (another process, minutes apart)."""
+    same = ("kind", "law", "size", "arch", "contact")
+    for other in rows:
+        if other["ok"] and row["ok"] and other["threads"] == 1 and all(row[n] == other[n] for n in same):
+            row["over_one_thread"] = row["rate"]["median"] / other["rate"]["median"]
+
+
+def _ok(row: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
+    return row | found | {"ok": "failed" not in found, "reason": found.get("failed", "")}
+
+
+def _last_line(text: str) -> str:
+    return text.strip().splitlines()[-1] if text.strip() else "no message"

@@ -1,0 +1,205 @@
+"""What makes a mesh usable: the checks of `Mesh`; each `InputError` says which cell or node and how many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InputError
+from .elements import ELEMENTS
+from .geometry import FloatArray, IntArray, Surface, cell_face_keys, face_keys, in_face_table, jacobians, surface
+
+FLAT = 1e-12  # det / edges at a point of integration: at or below, the cell has no volume there
+CORNER = 1e-6  # det / edges at a corner: flatter than this is rounding of float32 or printed coordinates, not inversion
+
+
+def checked_nodes(nodes: Any) -> FloatArray:
+    """Coordinates [n, 3] as a read-only float64 copy."""
+    array = _numbers("nodes", nodes, "give an array [n, 3] of coordinates in metres")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError("nodes", f"array of shape {array.shape}", "give coordinates x y z of each node: shape [n, 3]")
+    if len(array) == 0:
+        raise InputError("nodes", "empty array", "a mesh needs at least one cell and its nodes")
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(bad):
+        raise InputError("nodes", _first("node", bad, len(array)), "has a NaN or infinite coordinate; give finite ones")
+    return read_only(array)
+
+
+def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
+    """Corner ids [m, a] as a read-only int64 copy; in range, no doubles within or between cells, no unused node."""
+    corners = ELEMENTS[kind].corners
+    array = _ids("cells", cells, f"give an integer array [m, {corners}] of node ids, corners in VTK order")
+    if array.size == 0:
+        raise InputError("cells", "empty array", "a mesh needs at least one cell")
+    if array.ndim != 2 or array.shape[1] != corners:
+        raise InputError(
+            "cells", f"array of shape {array.shape}", f"{kind} cells have {corners} corners: shape [m, {corners}]"
+        )
+    bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
+    if len(bad):
+        raise InputError("cells", _first("cell", bad, len(array), array), f"node ids count from 0 to {node_count - 1}")
+    ranked = np.sort(array, axis=1)
+    bad = np.flatnonzero((ranked[:, 1:] == ranked[:, :-1]).any(axis=1))
+    if len(bad):
+        raise InputError(
+            "cells", _first("cell", bad, len(array), array), f"names a node twice; give {corners} different corners"
+        )
+    keys = face_keys(array, node_count)
+    order = np.argsort(keys, kind="stable")
+    bad = np.sort(order[1:][keys[order[1:]] == keys[order[:-1]]])
+    if len(bad):
+        raise InputError(
+            "cells", _first("cell", bad, len(array), array), "has the same nodes as an earlier cell; remove the double"
+        )
+    used = np.zeros(node_count, dtype=bool)
+    used[array] = True
+    bad = np.flatnonzero(~used)
+    if len(bad):
+        raise InputError(
+            "nodes",
+            _first("node", bad, node_count),
+            "belongs to no cell; remove it and renumber (read_mesh does so for files)",
+        )
+    return read_only(array)
+
+
+def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
+    """Refuse cells without volume and inverted cells.
+
+    A cell must have a positive Jacobian at every point of integration. A corner may be flat (wedge-like hexes), so
+    corners are refused only when clearly negative; see `FLAT` and `CORNER`.
+    """
+    element = ELEMENTS[kind]
+    gradients = element.rule[1]
+    flat = np.zeros(len(cells), dtype=bool)
+    inverted = np.zeros(len(cells), dtype=bool)
+    for part, det, edges in jacobians(nodes, cells, gradients):
+        if not np.isfinite(edges).all():
+            raise InputError(
+                "nodes", float(np.abs(nodes).max()), "coordinates this large overflow; use metres near the origin"
+            )
+        flat[part] = (np.abs(det) <= FLAT * edges).any(axis=0)
+        inverted[part] = (det < -FLAT * edges).any(axis=0)
+    if len(gradients) > 1:  # else the Jacobian is the same everywhere
+        for part, det, edges in jacobians(nodes, cells, element.shape(element.reference)[1]):
+            inverted[part] |= (det < -CORNER * edges).any(axis=0)
+    bad = np.flatnonzero(inverted)
+    if len(bad):
+        raise InputError(
+            "cells",
+            _first("cell", bad, len(cells), cells),
+            "is inverted (negative Jacobian); list its corners in VTK order or untangle the mesh",
+        )
+    bad = np.flatnonzero(flat)
+    if len(bad):
+        raise InputError(
+            "cells", _first("cell", bad, len(cells), cells), "has no volume; remove it or move its nodes apart"
+        )
+
+
+def checked_surface(cells: IntArray, kind: str, node_count: int) -> Surface:
+    """Boundary of the mesh; a face with more than two cells is refused."""
+    skin = surface(cells, kind, node_count)
+    if len(skin.crowded):
+        value = f"face {skin.crowded[0].tolist()} ({len(skin.crowded)} such)"
+        raise InputError("cells", value, "is shared by more than two cells; remove the overlapping cells")
+    return skin
+
+
+def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
+    """Named node ids [k], each a read-only int64 copy."""
+    checked = {}
+    for name, ids in _named("node_sets", sets).items():
+        field = f"node_sets[{name!r}]"
+        array = _ids(field, ids, "give node ids [k]; for a mask use numpy.flatnonzero(mask)")
+        if array.ndim != 1 or array.size == 0:
+            raise InputError(
+                field, f"array of shape {array.shape}", "give at least one node id, shape [k], or leave the set out"
+            )
+        bad = array[(array < 0) | (array >= node_count)]
+        if len(bad):
+            raise InputError(field, int(bad[0]), f"{len(bad)} ids are no nodes; ids count from 0 to {node_count - 1}")
+        checked[name] = read_only(array)
+    return checked
+
+
+def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, skin: Surface) -> dict[str, IntArray]:
+    """Named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
+    lengths = sorted({len(face) for face in ELEMENTS[kind].faces})
+    corners = " or ".join(map(str, lengths))
+    checked = {}
+    for name, faces in _named("face_sets", sets).items():
+        field = f"face_sets[{name!r}]"
+        array = _ids(field, faces, f"give an integer array [k, {corners}] of node ids")
+        if array.ndim != 2 or array.shape[1] not in lengths or array.size == 0:
+            raise InputError(
+                field,
+                f"array of shape {array.shape}",
+                f"faces of {kind} cells have {corners} corners: shape [k, {corners}], k >= 1",
+            )
+        array = in_face_table(array, kind)
+        bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
+        if len(bad):
+            raise InputError(
+                field, _first("face", bad, len(array), array), f"node ids count from 0 to {node_count - 1}"
+            )
+        loose = np.flatnonzero(skin.find(array, node_count) < 0)
+        if len(loose):  # inner faces are rare: only now look through all of them
+            inner = np.isin(face_keys(array[loose], node_count), cell_face_keys(cells, kind, node_count))
+            bad = loose[~inner]
+            if len(bad):
+                raise InputError(
+                    field, _first("face", bad, len(array), array), "is a face of no cell; give faces that cells have"
+                )
+        checked[name] = read_only(array)
+    return checked
+
+
+def read_only(array: Any) -> Any:
+    """The array, closed for writing."""
+    array.flags.writeable = False
+    return array
+
+
+def _named(field: str, sets: Any) -> Mapping[str, Any]:
+    if not isinstance(sets, Mapping):
+        raise InputError(field, sets, "give a dict from set name to array")
+    for name in sets:
+        if not isinstance(name, str) or not name:
+            raise InputError(field, name, "set names are non-empty strings")
+    return sets
+
+
+def _numbers(field: str, value: Any, remedy: str) -> FloatArray:
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "iuf":
+            raise TypeError
+        return np.array(array, dtype=np.float64, order="C")
+    except Exception as error:  # whatever an object raises
+        raise InputError(field, value, remedy) from error
+
+
+def _ids(field: str, value: Any, remedy: str) -> IntArray:
+    try:
+        array = np.asarray(value)
+    except Exception as error:  # whatever an object raises
+        raise InputError(field, value, remedy) from error
+    if array.size == 0:
+        return np.zeros(array.shape, dtype=np.int64)
+    if array.dtype.kind == "f" and not np.array_equal(array, np.clip(np.rint(array), -(2.0**53), 2.0**53)):
+        raise InputError(field, value, f"node ids are whole numbers; {remedy}")
+    if array.dtype.kind not in "iuf":
+        raise InputError(field, value, remedy)
+    return np.array(array, dtype=np.int64, order="C")
+
+
+def _first(what: str, bad: IntArray, count: int, rows: IntArray | None = None) -> str:
+    """Short description of the offenders, the first one by number."""
+    text = f"{what} {bad[0]}"
+    if rows is not None:
+        text += f" {rows[bad[0]].tolist()}"
+    return text if len(bad) == 1 else f"{text} ({len(bad)} of {count} such)"

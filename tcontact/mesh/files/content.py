@@ -1,0 +1,128 @@
+"""What a mesh file holds, whatever its format, and how it becomes a `Mesh`."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...base.errors import InputError
+from ..elements import ELEMENTS
+from ..geometry import FloatArray, IntArray, in_face_table, jacobians
+from ..mesh import Mesh
+
+KINDS = {element.meshio: element.kind for element in ELEMENTS.values()}
+ORDINARY = {"vertex", "line", "triangle", "quad", *KINDS}
+
+
+class MeshWarning(UserWarning):
+    """Something in a mesh file was repaired or left out."""
+
+
+class MeshFileError(Exception):
+    """A mesh file that cannot be used; the text says what to do."""
+
+
+@dataclass
+class FileMesh:
+    """Contents of a mesh file, rows counted from 0.
+
+    points: [n, 3]; blocks: (cell type in meshio's words, [m, corners]); node_sets: name -> ids;
+    face_sets: name -> arrays of faces, triangles and quads apart.
+    """
+
+    points: FloatArray
+    blocks: list[tuple[str, IntArray]]
+    node_sets: dict[str, IntArray] = field(default_factory=dict)
+    face_sets: dict[str, list[IntArray]] = field(default_factory=dict)
+
+
+def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
+    """Mesh of the volume cells; nodes without cells are dropped, mirrored cells turned.
+
+    Raises `MeshFileError` for cells of other or of several kinds, `InputError` as `Mesh` does.
+    """
+    found = cell_kind({name for name, rows in content.blocks if len(rows)}, kind)
+    cells = np.concatenate([rows for name, rows in content.blocks if KINDS.get(name) == found]).astype(np.int64)
+    if cells.min() < 0 or cells.max() >= len(content.points):
+        raise MeshFileError("cells refer to nodes that the file does not hold; save it again, complete")
+    points = np.asarray(content.points, dtype=np.float64) * scale
+    cells = _turned(points, cells, found)
+
+    number = np.full(len(points), -1, dtype=np.int64)
+    used = np.unique(cells)
+    number[used] = np.arange(len(used))
+    given = content.face_sets
+    if any(len(rows) and KINDS.get(name, found) != found for name, rows in content.blocks):
+        given = {name: _of_these(faces, found, number) for name, faces in given.items()}
+    face_sets = {name: _faces(name, faces, found, number) for name, faces in given.items() if faces}
+    node_sets = {}
+    for name, ids in content.node_sets.items():
+        kept = number[np.unique(ids)]
+        if (kept >= 0).any():
+            node_sets[name] = kept[kept >= 0]
+        else:
+            warnings.warn(f"set {name!r} is left out: none of its nodes belongs to a {found} cell", MeshWarning, 3)
+    return Mesh(points[used], number[cells], found, node_sets, face_sets)
+
+
+def cell_kind(types: set[str], wanted: str | None) -> str:
+    """The one kind of volume cell among the types; `MeshFileError` if there is none, `InputError` if not as wanted."""
+    strange = sorted(types - ORDINARY)
+    if any(name[-1].isdigit() for name in strange):
+        raise MeshFileError(
+            f"second-order cells ({', '.join(strange)}); mesh with first order (gmsh: Mesh.ElementOrder=1)"
+        )
+    if strange:
+        one = ", ".join(element.plural for element in ELEMENTS.values())
+        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with one of {one} alone")
+    kinds = [KINDS[name] for name in sorted(types) if name in KINDS]
+    if not kinds:
+        held = ", ".join(sorted(types)) or "nothing"
+        raise MeshFileError(
+            f"no volume cells, only {held}; mesh the volume and, where groups are used, put it into a physical volume"
+        )
+    if len(kinds) > 1:
+        if wanted in kinds:
+            return str(wanted)
+        mixed = " mixed with ".join(ELEMENTS[kind].plural for kind in kinds)
+        raise MeshFileError(f"{mixed}; take one of them with kind=, a body of each, or remesh")
+    if wanted is not None and kinds[0] != wanted:
+        raise InputError("kind", wanted, f"the file holds {kinds[0]} cells; leave kind out or mesh anew")
+    return kinds[0]
+
+
+def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
+    """Cells with the corners of mirrored ones reordered; a cell counts as mirrored if negative throughout."""
+    element = ELEMENTS[kind]
+    gradients = np.concatenate([element.rule[1], element.shape(element.reference)[1]])
+    mirrored = np.zeros(len(cells), dtype=bool)
+    for part, det, edges in jacobians(points, cells, gradients):
+        mirrored[part] = (det <= 0.0).all(axis=0) & (det < -1e-12 * edges).any(axis=0)
+    if mirrored.any():
+        cells = cells.copy()
+        cells[mirrored] = cells[mirrored][:, element.mirror]
+        warnings.warn(f"corners of {mirrored.sum()} inverted {kind} cells were reordered", MeshWarning, 4)
+    return cells
+
+
+def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
+    """Return those faces of a file with several kinds of cells that the chosen cells can have."""
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    fitting = [faces for faces in arrays if faces.shape[1] in lengths]
+    kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
+    return [faces for faces in kept if len(faces)]
+
+
+def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:
+    """Faces of a set in the new numbering, each once."""
+    lengths = {len(face) for face in ELEMENTS[kind].faces}
+    if any(faces.shape[1] not in lengths for faces in arrays):
+        raise MeshFileError(f"surface {name!r} has faces that are no faces of {kind} cells; mesh it with the volume")
+    faces = np.concatenate([in_face_table(faces, kind) for faces in arrays])
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    faces = number[faces[np.sort(first)]]
+    if (faces < 0).any():
+        raise MeshFileError(f"surface {name!r} has faces that belong to no cell; leave this group out of the file")
+    return faces

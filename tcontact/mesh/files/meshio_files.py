@@ -1,0 +1,118 @@
+"""Gmsh and VTU files, read by meshio."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from ..geometry import IntArray, face_keys
+from .content import KINDS, FileMesh, MeshFileError
+from .meshio_guard import guarded
+
+_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
+_UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # gmsh's own words in its exports
+
+
+def read_vtu(path: Path) -> FileMesh:
+    """Cells of a VTU file. Data arrays are no sets."""
+    mesh = read_file(path, "vtu")
+    return FileMesh(mesh.points, _blocks(mesh))
+
+
+def read_gmsh(path: Path) -> FileMesh:
+    """Cells and physical groups of a gmsh file, 2.2 or 4.1, ASCII or binary.
+
+    Groups of dimension 2 become face sets, all others sets of their nodes. A group without a name is called
+    PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named group but only the first
+    unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell once for each group;
+    the doubles are dropped.
+    """
+    mesh = read_file(path, "gmsh")
+    blocks = _blocks(mesh)
+    names = _physical_names(path)
+    content = FileMesh(mesh.points, blocks)
+    node_ids: dict[str, list[IntArray]] = {}
+    for k, (cell_type, rows) in enumerate(blocks):
+        dimension = _DIMENSION.get(cell_type, -1)
+        tags = np.asarray(mesh.cell_data["gmsh:physical"][k]) if "gmsh:physical" in mesh.cell_data else np.zeros(0, int)
+        members = {}
+        for tag in np.unique(tags[tags != 0]).tolist():
+            name = names.get((dimension, abs(tag))) or f"{_UNNAMED[dimension]}{abs(tag)}"
+            members[name] = np.flatnonzero(tags == tag)
+        for name, sets in mesh.cell_sets.items():
+            if name in mesh.field_data and mesh.field_data[name][1] == dimension and len(sets[k]):
+                members[name] = np.asarray(sets[k], dtype=np.int64)
+        for name, cells in members.items():
+            if dimension == 2:
+                content.face_sets.setdefault(name, []).append(rows[cells])
+            else:
+                node_ids.setdefault(name, []).append(rows[cells].reshape(-1))
+    content.node_sets = {name: np.concatenate(ids) for name, ids in node_ids.items()}
+    content.blocks = [_without_doubles(blocks, name) for name in dict.fromkeys(name for name, _ in blocks)]
+    return content
+
+
+def read_file(path: Path, file_format: str) -> Any:
+    """meshio's mesh, without its printing; its `SystemExit` and complaints about open sections become errors."""
+    import meshio
+
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings(), guarded(path):
+        warnings.simplefilter("ignore")
+        try:
+            mesh = meshio.read(path, file_format)
+        except MemoryError as error:
+            raise MeshFileError("it needs more memory than there is; the file is damaged or too large") from error
+        except SystemExit as error:
+            raise MeshFileError(f"no {file_format} file, or a broken one; save it again") from error
+        except ValueError as error:
+            if "gmsh:physical" not in str(error):
+                raise
+            mesh = _read_partly_grouped(path)
+    if "not closed by" in " ".join(said.getvalue().split()):
+        raise MeshFileError("the file ends too early; save it again, complete")
+    return mesh
+
+
+def _read_partly_grouped(path: Path) -> Any:
+    """A 4.1 file in which only some entities have groups (Mesh.SaveAll=1), which meshio's own table refuses."""
+    import meshio
+    from meshio.gmsh import _gmsh41
+
+    def mesh_of_named_groups(*arguments: Any, cell_data: dict[str, Any], **others: Any) -> Any:
+        cell_data.pop("gmsh:physical", None)
+        return meshio.Mesh(*arguments, cell_data=cell_data, **others)
+
+    with mock.patch.object(_gmsh41, "Mesh", mesh_of_named_groups):
+        return meshio.read(path, "gmsh")
+
+
+def _blocks(mesh: Any) -> list[tuple[str, IntArray]]:
+    return [(block.type, np.asarray(block.data)) for block in mesh.cells if not block.type.startswith("poly")] + [
+        (block.type, np.zeros((len(block.data), 1), dtype=np.int64))
+        for block in mesh.cells
+        if block.type.startswith("poly")
+    ]
+
+
+def _physical_names(path: Path) -> dict[tuple[int, int], str]:
+    """(dimension, tag) -> name. meshio's own table loses a name that two dimensions share."""
+    section = re.search(rb"\$PhysicalNames\s(.*?)\$EndPhysicalNames", path.read_bytes(), re.DOTALL)
+    text = section.group(1).decode(errors="replace") if section else ""
+    return {(int(d), int(tag)): name for d, tag, name in re.findall(r'(?m)^\s*(\d)\s+(\d+)\s+"(.*)"\s*$', text)}
+
+
+def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[str, IntArray]:
+    """All cells of one type, each once."""
+    rows = np.concatenate([block for name, block in blocks if name == cell_type]).astype(np.int64)
+    if len(rows) == 0 or _DIMENSION.get(cell_type) != 3 or rows.min() < 0:
+        return cell_type, rows
+    _, first = np.unique(face_keys(rows, int(rows.max()) + 1), return_index=True)
+    return cell_type, rows[np.sort(first)]

@@ -1,0 +1,214 @@
+"""A mesh: nodes, cells of one kind, named sets. Plain data, checked once, never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.validate import choice, number, vector
+from . import checks
+from .elements import ELEMENTS, Element
+from .geometry import FloatArray, IntArray, Surface, cell_volumes, surface
+from .rotation import rotation_matrix
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh:
+    """An unstructured mesh of one kind of cells.
+
+    nodes: [n, 3] coordinates [m]; cells: [m, 8|4|6] node ids, corners in VTK order; kind: "hex8", "tet4" or "wedge6"
+    (a prism whose triangle 0, 1, 2 turns counter-clockwise seen from 3, 4, 5: so in gmsh, Abaqus and VTK 9.7).
+    node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation;
+    a triangle among quadrilaterals has one of its corners twice.
+    A name may stand in both: its faces are then those of the face set, its nodes those of both.
+
+    The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
+    the same object.
+
+    Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
+    twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
+    empty sets. A cell must have a positive Jacobian at its points of integration; at a corner it may be zero
+    (wedge-like hexes with a flat corner), not negative.
+    """
+
+    nodes: FloatArray
+    cells: IntArray
+    kind: str
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    face_sets: Mapping[str, IntArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        kind = choice("kind", self.kind, ELEMENTS)
+        nodes = checks.checked_nodes(self.nodes)
+        cells = checks.checked_cells(self.cells, kind, len(nodes))
+        checks.check_shapes(nodes, cells, kind)
+        skin = checks.checked_surface(cells, kind, len(nodes))
+        node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
+        face_sets = checks.checked_face_sets(self.face_sets, cells, kind, len(nodes), skin)
+        self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets), _surface=skin)
+
+    @property
+    def element(self) -> Element:
+        """Facts of the kind of its cells."""
+        return ELEMENTS[self.kind]
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return len(self.nodes)
+
+    @property
+    def cell_count(self) -> int:
+        """Number of cells."""
+        return len(self.cells)
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest corner of the bounding box [m], each [3]."""
+        return checks.read_only(self.nodes.min(axis=0)), checks.read_only(self.nodes.max(axis=0))
+
+    @property
+    def size(self) -> float:
+        """Longest edge of the bounding box [m]."""
+        low, high = self.bounds
+        return float((high - low).max())
+
+    def cell_volumes(self) -> FloatArray:
+        """Volume of each cell [m^3], [m]."""
+        return self._volumes
+
+    def boundary_faces(self) -> IntArray:
+        """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside.
+
+        With a kind of cells that has both, a triangle has its last corner twice: [a, b, c, c].
+        """
+        return self._surface.faces
+
+    def faces_of(self, names: str | Iterable[str]) -> IntArray:
+        """Boundary faces of one or several named sets, [k, 4|3], outward, each once.
+
+        Of a face set its own faces, of a node set the faces all of whose nodes lie in it. Inner faces of a set are left
+        out: nothing can touch them. Raises `InputError` for an unknown name and for a set on no boundary face.
+        """
+        found = [self._faces_of_one(name) for name in self._known(names)]
+        faces, first = np.unique(np.concatenate(found), return_index=True)
+        return self._surface.faces[faces[np.argsort(first)]]
+
+    def nodes_of(self, names: str | Iterable[str]) -> IntArray:
+        """Sorted ids of the nodes in one or several named sets, [k]. Raises `InputError` for an unknown name."""
+        sets = [s[name] for name in self._known(names) for s in (self.node_sets, self.face_sets) if name in s]
+        return np.unique(np.concatenate([ids.reshape(-1) for ids in sets]))
+
+    def with_sets(self, node_sets: Mapping[str, Any] | None = None, face_sets: Mapping[str, Any] | None = None) -> Mesh:
+        """The same mesh with sets added or replaced; raises `InputError` as the constructor does."""
+        new_nodes = checks.checked_node_sets({} if node_sets is None else node_sets, self.node_count)
+        faces = {} if face_sets is None else face_sets
+        new_faces = checks.checked_face_sets(faces, self.cells, self.kind, self.node_count, self._surface)
+        merged = {**self.node_sets, **new_nodes}, {**self.face_sets, **new_faces}
+        mesh = self.trusted(self.nodes, self.cells, self.kind, *merged)
+        mesh.__dict__["_surface"] = self._surface
+        return mesh
+
+    def translated(self, offset: Any) -> Mesh:
+        """The mesh moved by `offset` [m], three numbers."""
+        return self._moved("offset", offset, self.nodes + vector("offset", offset))
+
+    def rotated(self, rotation: Any, about: Any = (0.0, 0.0, 0.0)) -> Mesh:
+        """The mesh turned about the point `about` [m].
+
+        rotation: a rotation matrix [3, 3], or (axis, angle): a direction of any length, a right-handed angle [rad].
+        """
+        centre = vector("about", about)
+        return self._moved("rotation", rotation, (self.nodes - centre) @ rotation_matrix(rotation).T + centre)
+
+    def scaled(self, factor: float) -> Mesh:
+        """The mesh with all coordinates multiplied by a positive factor."""
+        return self._moved("factor", factor, self.nodes * number("factor", factor, low=0.0))
+
+    def __repr__(self) -> str:
+        names = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets])) or "none"
+        return f"Mesh({self.cell_count} {self.kind} cells, {self.node_count} nodes, sets: {names})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        sets = dict(self.node_sets), dict(self.face_sets)
+        return Mesh.trusted, (self.nodes, self.cells, self.kind, *sets)
+
+    @classmethod
+    def trusted(
+        cls,
+        nodes: FloatArray,
+        cells: IntArray,
+        kind: str,
+        node_sets: Mapping[str, IntArray],
+        face_sets: Mapping[str, IntArray],
+    ) -> Mesh:
+        """A mesh from arrays known to be sound, without copies or checks; the arrays are closed for writing."""
+        for array in (nodes, cells, *node_sets.values(), *face_sets.values()):
+            checks.read_only(array)
+        mesh = object.__new__(cls)
+        mesh.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets))
+        return mesh
+
+    @cached_property
+    def _surface(self) -> Surface:
+        return surface(self.cells, self.kind, self.node_count)
+
+    @cached_property
+    def _volumes(self) -> FloatArray:
+        return checks.read_only(cell_volumes(self.nodes, self.cells, self.kind))
+
+    def _known(self, names: str | Iterable[str]) -> list[str]:
+        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
+        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
+        try:
+            wanted = [names] if isinstance(names, str) else list(names)
+        except TypeError as error:
+            raise InputError("set", names, remedy) from error
+        if not wanted:
+            raise InputError("set", names, remedy)
+        for name in wanted:
+            if not isinstance(name, str) or name not in known:
+                raise InputError("set", name, remedy)
+        return wanted
+
+    def _faces_of_one(self, name: str) -> IntArray:
+        skin = self._surface
+        if name in self.face_sets:
+            place = skin.find(self.face_sets[name], self.node_count)
+            faces = place[place >= 0]
+        else:
+            inside = np.zeros(self.node_count, dtype=bool)
+            inside[self.node_sets[name]] = True
+            faces = np.flatnonzero(inside[skin.faces].all(axis=1))
+        if len(faces) == 0:
+            raise InputError("set", name, "holds no complete face of the boundary; name a set on the surface")
+        return faces
+
+    def _moved(self, name: str, value: Any, nodes: FloatArray) -> Mesh:
+        """The same cells elsewhere; shapes are looked at again only where rounding can have spoiled them."""
+        mesh = self.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets)
+        mesh.__dict__["_surface"] = self._surface
+        reach = max(float(np.abs(bound).max()) for bound in mesh.bounds)
+        if not (np.isfinite(reach) and reach <= 1e6 * mesh.size and 1e-60 < mesh.size < 1e60):
+            try:
+                checks.check_shapes(checks.checked_nodes(nodes), self.cells, self.kind)
+            except InputError as error:
+                raise InputError(name, value, "cells lose their shape in rounding; stay nearer the origin") from error
+        return mesh
+
+
+def _contents(
+    nodes: FloatArray,
+    cells: IntArray,
+    kind: str,
+    node_sets: Mapping[str, IntArray],
+    face_sets: Mapping[str, IntArray],
+) -> dict[str, Any]:
+    sets = {"node_sets": MappingProxyType(dict(node_sets)), "face_sets": MappingProxyType(dict(face_sets))}
+    return {"nodes": nodes, "cells": cells, "kind": kind, **sets}

@@ -1,0 +1,55 @@
+"""Nodes with tensor mass, supports or contact: their masses and loads, and what is prescribed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..device import arrays
+from ..planning.domain import Domain
+
+SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+
+
+def flat_tensors(tensors: np.ndarray) -> np.ndarray:
+    """Symmetric tensors [s, 3, 3] as (xx, yy, zz, xy, yz, xz) [s, 6]."""
+    return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
+
+
+class BoundaryNodes:
+    """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force."""
+
+    name = "boundary-nodes"
+
+    def __init__(self, domain: Domain, force: arrays.Array) -> None:
+        self.force = force
+        self.nodes = arrays.put(domain.boundary.astype(np.int32))
+        self.mass = arrays.put(flat_tensors(domain.tensors))
+        self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
+        self.load = arrays.put(domain.loads)
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Listed."""
+        return {"nodes": self.nodes, "mass": self.mass, "inverse_mass": self.inverse_mass, "load": self.load}
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        return [self.nodes, self.mass, self.inverse_mass, self.load, self.force]
+
+
+class Supports:
+    """Held and driven components; their reaction is M a + f - f_ext - contact force (METHOD 1)."""
+
+    name = "supports"
+
+    def __init__(self, domain: Domain) -> None:
+        self.rows = arrays.put(domain.support_rows.astype(np.int32))
+        self.axes = arrays.put(domain.support_axes.astype(np.int32))
+        self.speeds = arrays.put(domain.speeds)
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/language/bundles.Supported."""
+        return {"slots": self.rows, "axes": self.axes, "speeds": self.speeds}
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of this term."""
+        return [self.rows, self.axes, self.speeds]

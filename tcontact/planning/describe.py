@@ -1,0 +1,195 @@
+"""A plan in words: terms, sizes, kernels and bytes, before anything is allocated."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from ..kernels.columns import cell_groups, group_size
+from ..kernels.lanes import FRICTION_NODE, ISLAND, MOST_ROWS, MOST_SLOTS, OBSTACLE
+from ..kernels.static.node_places import PLACES
+from ..mesh.elements import FORMULATIONS
+from ..scene.friction_models import FrictionLayer, FrictionModel
+from ..scene.scene import Scene
+from .body_plan import FRICTION_TERMS, BodyPlan
+from .domain import Domain
+from .domain_packs import pack_domain
+from .measured import raw_groups
+from .packing import CellPacks
+from .static_solver import static_solver
+from .sweep_order import sweep_order
+
+REAL, WHOLE = 8, 4  # bytes of a number
+SYMMETRIC = 6
+
+
+class Plan(Protocol):
+    """What a description reads of a plan."""
+
+    @property
+    def contact_term(self) -> str | None: ...
+    @property
+    def domains(self) -> Any: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def terms(self) -> tuple[str, ...]: ...
+
+
+def describe(plan: Plan) -> str:
+    """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
+    lines = ["terms: " + ", ".join(plan.terms)]
+    for domain in plan.domains:
+        lines += [_body(plan, body) for body in domain.bodies]
+        lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
+        sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
+        lines.append("  memory: " + ", ".join(sizes))
+    return "\n".join(lines)
+
+
+def _body(plan: Plan, body: BodyPlan) -> str:
+    mesh = body.body.mesh
+    line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
+    way = FORMULATIONS[body.element]
+    line += f" ({way.integration if body.variant == body.element else way.affine})"
+    if len(body.boundary):
+        line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
+    contact = body.contact
+    if contact is not None:
+        line += f"; {len(contact.nodes)} contact nodes"
+        if contact.graph is not None:
+            line += (
+                f" without mass ({contact.removal} removal, {contact.block} components a node,"
+                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours;"
+                f" static solve by {static_solver(plan.scene, body)})"
+            )
+    return line
+
+
+def kernels(plan: Plan, domain: Domain) -> list[str]:
+    """The kernels a step of the bodies of a domain launch, each with what it does in one launch."""
+    cells = "; ".join(", ".join(kind) for kind in domain.kinds)
+    beside = [] if domain.images is None else ["images of periodic nodes"]
+    if domain.contact is not None:
+        massless = domain.contact.graph is not None
+        load = {"penalty-contact": "penalty load", "impulse-contact": "impulse load"}.get(
+            plan.contact_term or "", "gaps"
+        )
+        beside.append("massless load, prediction" if massless else load)
+        if domain.few_contact_cells and not domain.small:  # else a pass of the other kernel or of this one
+            beside.append("contact cells")
+        if domain.viscous_cells:
+            beside.append("viscosity of the contact cells")
+        if massless:
+            beside.append("static solve")
+        if plan.scene.friction is not None and len(domain.contact.nodes):
+            beside.append("friction")
+    if len(domain.support_rows):
+        beside.append("support reactions")
+    if len(domain.boundary) and domain.damping is not None:
+        beside.append("damping of the boundary nodes")
+    if len(domain.boundary):
+        beside.append("kick and drift of the boundary nodes")
+    layers = _layered(plan, domain)
+    if domain.small:
+        parts = ", ".join([*domain.options, "force pass", *beside]) + ("" if layers else "; many steps a launch")
+        names = [f"serial_step({cells}: {parts})"]
+    else:
+        names = [f"step({', '.join([cells, *domain.options])})"]
+        names += [f"serial_step({', '.join(beside)})"] if beside else []
+        if domain.viscous_cells and not domain.few_contact_cells:
+            names.append(f"viscous_pass({cells})")
+    return [*names, "layer"] if layers else names
+
+
+def memory(plan: Plan, domain: Domain) -> dict[str, int]:
+    """Bytes by term that the bodies of a domain will take, as in `Result.memory`."""
+    nodes, packs = len(domain.reference), pack_domain(domain)
+    listed = len(domain.boundary)
+    result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, domain, packs)}
+    if listed:
+        result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
+    if len(domain.support_rows):
+        result["supports"] = len(domain.support_rows) * (2 * WHOLE + REAL)
+    if domain.images is not None:
+        result["periodic"] = 2 * WHOLE * len(domain.images.followers)
+    contact = domain.contact
+    if contact is not None:
+        slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
+        known = count if len(plan.scene.obstacles) <= slots else 0  # whose smallest gap is that of a row
+        bodies = sum(body.contact is not None for body in domain.bodies)
+        size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + (bodies + 1) * ISLAND * WHOLE
+        size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, domain)
+        size += _obstacles(plan, domain)
+        if contact.graph is not None:
+            graph, block = contact.graph, contact.block
+            order = sweep_order(graph, block)  # padded to lanes
+            size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
+            if static_solver(plan.scene, domain.bodies[0]).projected:
+                size += count * REAL * (PLACES[block].end - block - 1)
+            size += len(domain.residual_receivers[1]) * WHOLE
+            size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
+            size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
+            size += len(packs.corners) * WHOLE
+            size += sum(8 * block.cells.shape[1] * 3 * REAL for block in domain.blocks[:1])
+        result[plan.contact_term or "contact"] = size
+        if domain.viscous_cells and contact.graph is not None:
+            lanes = packs.lanes - packs.first_contact_lane
+            numbers = 7 + 6 * listed + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
+            result["cell-viscosity"] = REAL * numbers
+        if plan.scene.friction is not None and count:
+            size = REAL * (2 + count * FRICTION_NODE)
+            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
+    return result
+
+
+def _row_width(plan: Plan, domain: Domain) -> int:
+    """Numbers of a constraint row."""
+    contact, scene = domain.contact, plan.scene
+    assert contact is not None
+    massless, rubs = contact.graph is not None, scene.friction is not None
+    stays = massless and rubs and contact.block > 1
+    kicked = rubs and (not massless or bool(domain.inverses[: len(contact.nodes)].any()))
+    now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
+    return 7 + massless + 2 * rubs + 3 * (now + (scene.moving and stays) + kicked + 3 * stays)
+
+
+def _layered(plan: Plan, domain: Domain) -> bool:
+    """Whether the bodies have friction layers, which take their step between the two parts of every row."""
+    contact = domain.contact
+    return isinstance(plan.scene.friction, FrictionLayer) and contact is not None and len(contact.nodes) > 0
+
+
+def _obstacles(plan: Plan, domain: Domain) -> int:
+    """Records of the obstacles, rows of them while they move, and grids of distances."""
+    obstacles = plan.scene.obstacles
+    rows = 1
+    if plan.scene.moving:
+        rows += (MOST_ROWS if domain.small else 1) + 1
+    grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
+    return REAL * (OBSTACLE * rows * len(obstacles) + grids)
+
+
+def _layers(friction: FrictionModel, count: int) -> int:
+    """State of `count` friction layers and the space to solve them in."""
+    if not isinstance(friction, FrictionLayer):
+        return 0
+    padded = -(-count // 8) * 8
+    profiles = 3 + (friction.plastic_heat > 0.0)
+    return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
+
+
+def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:
+    nodes, listed = len(domain.reference), len(domain.boundary)
+    rows = 0
+    if domain.small or listed:
+        rows = MOST_ROWS if domain.small and not _layered(plan, domain) else 1
+    viscous = 0
+    if domain.viscosity is not None:
+        viscous = packs.all_chunks * group_size(*cell_groups(True)) + packs.lanes
+    corners = (listed + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
+    width = group_size(*raw_groups(plan.scene, domain))
+    return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL
+
+
+def _readable(size: int) -> str:
+    return f"{size / 1e6:.3g} MB" if size >= 1e5 else f"{size / 1e3:.3g} kB"

@@ -1,0 +1,327 @@
+"""The domain of a run: the bodies that take their steps together, in one numbering of nodes and in flat arrays.
+
+The nodes of a domain are those of its bodies in the numbering of their plans, body after body; so are its contact
+nodes. Its boundary nodes are the contact nodes of all bodies, then those that follow them in periodic bodies, then the
+other ones. Cells stand in blocks of one element and one law. A domain of one body has the arrays of its plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..scene.dissipation import BulkViscosity, Damping
+from ..scene.materials import Material
+from ..scene.periodic import Images
+from ..scene.scene import Scene
+from .body_plan import SMALL, BodyPlan, ContactPlan
+from .contact_graph import ContactGraph
+from .static_solver import static_solver
+
+
+@dataclass(frozen=True)
+class CellBlock:
+    """Cells of one element and one law with its constants.
+
+    variant: the element as its kernels know it; cells [m, corners]: nodes of the domain, the contact cells last;
+    contact [c]: numbers of these among the contact cells of the domain.
+    """
+
+    body: BodyPlan
+    variant: str
+    material: Material
+    cells: np.ndarray
+    contact: np.ndarray
+
+    @property
+    def contact_cells(self) -> np.ndarray:
+        """The nodes [c, corners] of its contact cells."""
+        return self.cells[len(self.cells) - len(self.contact) :]
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """Element and law, which its kernels are made for."""
+        return self.variant, self.material.law
+
+
+class Domain:
+    """Bodies in one numbering.
+
+    numbers: of the bodies in the scene; chunks: of its cells (packing.py), None: as many as suit
+    the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of every
+    body;
+    boundary_place: where the boundary nodes [s] of every body stand in those of the domain; the other attributes as in
+    `BodyPlan`.
+    """
+
+    def __init__(self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,)) -> None:
+        self.bodies, self.numbers = bodies, numbers
+        self.chunks: int | None = None
+        contacts = [body.contact for body in bodies]
+        self.node_start = _starts([len(body.reference) for body in bodies])
+        self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])
+        graphs = [None if contact is None else contact.graph for contact in contacts]
+        self.cell_start = _starts([0 if graph is None else len(graph.cells) for graph in graphs])
+        self.boundary_place = self._boundary_places()
+
+    def _boundary_places(self) -> list[np.ndarray]:
+        classes = []
+        for body in self.bodies:
+            contact = np.zeros(0, dtype=np.int64) if body.contact is None else body.contact.nodes
+            followers = 0 if body.images is None else len(body.images.followers_of(contact))
+            rest = len(body.boundary) - len(contact) - followers
+            classes.append(np.repeat([0, 1, 2], [len(contact), followers, rest]))
+        order = np.argsort(np.concatenate(classes), kind="stable")
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        return np.split(place, np.cumsum([len(part) for part in classes])[:-1])
+
+    def _joined(self, name: str) -> np.ndarray:
+        """An array of the nodes or supports of all bodies."""
+        parts = [getattr(body, name) for body in self.bodies]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _of_boundary(self, values: Callable[[BodyPlan, int], np.ndarray]) -> np.ndarray:
+        """Values of the boundary nodes of all bodies, in the order of the domain."""
+        parts = [values(body, int(start)) for body, start in zip(self.bodies, self.node_start, strict=False)]
+        if len(parts) == 1:
+            return parts[0]
+        result = np.empty((sum(map(len, parts)), *parts[0].shape[1:]), dtype=parts[0].dtype)
+        for place, part in zip(self.boundary_place, parts, strict=True):
+            result[place] = part
+        return result
+
+    @cached_property
+    def reference(self) -> np.ndarray:
+        """Positions [n, 3] [m] of the nodes before anything moves."""
+        return self._joined("reference")
+
+    @cached_property
+    def lumped(self) -> np.ndarray:
+        """Ordinary lumped mass [n] [kg]."""
+        return self._joined("lumped")
+
+    @cached_property
+    def boundary(self) -> np.ndarray:
+        """Boundary nodes [s]: with tensor mass, supports or contact."""
+        return self._of_boundary(lambda body, start: body.boundary + start)
+
+    @cached_property
+    def tensors(self) -> np.ndarray:
+        """Mass tensors [s, 3, 3] [kg] of the boundary nodes."""
+        return self._of_boundary(lambda body, _start: body.tensors)
+
+    @cached_property
+    def inverses(self) -> np.ndarray:
+        """Their inverses on the components that move freely [s, 3, 3] [1/kg]."""
+        return self._of_boundary(lambda body, _start: body.inverses)
+
+    @cached_property
+    def loads(self) -> np.ndarray:
+        """Loads [s, 3] [N] of the boundary nodes."""
+        return self._of_boundary(lambda body, _start: body.loads)
+
+    @cached_property
+    def support_rows(self) -> np.ndarray:
+        """Boundary nodes [r] with prescribed components."""
+        pairs = zip(self.bodies, self.boundary_place, strict=True)
+        return np.concatenate([place[body.support_rows] for body, place in pairs])
+
+    @cached_property
+    def support_axes(self) -> np.ndarray:
+        """Their axes [r]."""
+        return self._joined("support_axes")
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """Prescribed velocities [r] [m/s]."""
+        return self._joined("speeds")
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity [3] [m/s^2]."""
+        return self.bodies[0].gravity
+
+    @property
+    def damping(self) -> Damping | None:
+        """The damping of the scene."""
+        return self.bodies[0].damping
+
+    @property
+    def viscosity(self) -> BulkViscosity | None:
+        """The bulk viscosity of the scene."""
+        return self.bodies[0].viscosity
+
+    @cached_property
+    def images(self) -> Images | None:
+        """Which nodes follow which, of all periodic bodies; None without any. They have no common period."""
+        own = [body.images for body in self.bodies]
+        if len(own) == 1 or all(images is None for images in own):
+            return own[0]
+        counts = np.diff(self.node_start)
+        masters = [
+            np.arange(count) if images is None else images.master for images, count in zip(own, counts, strict=True)
+        ]
+        shifted = [master + start for master, start in zip(masters, self.node_start, strict=False)]
+        return Images(np.concatenate(shifted), np.full(3, np.nan))
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Number [n] in the domain of every node of the user, body after body."""
+        parts = [body.place + start for body, start in zip(self.bodies, self.node_start, strict=False)]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    @cached_property
+    def blocks(self) -> tuple[CellBlock, ...]:
+        """The blocks of cells, body after body."""
+        found = []
+        for number, body in enumerate(self.bodies):
+            graph = None if body.contact is None else body.contact.graph
+            cells, touching = body.cells + self.node_start[number], np.zeros(0, dtype=np.int64)
+            if graph is not None:
+                rest = np.setdiff1d(np.arange(len(cells)), graph.cells)
+                cells = np.concatenate([cells[rest], cells[graph.cells]])
+                touching = np.arange(self.cell_start[number], self.cell_start[number + 1])
+            found.append(CellBlock(body, body.variant, body.body.material, cells, touching))
+        return tuple(found)
+
+    @cached_property
+    def kinds(self) -> tuple[tuple[str, str], ...]:
+        """Elements with their laws, as the kernels of the domain are made for."""
+        return tuple(dict.fromkeys(block.kind for block in self.blocks))
+
+    @cached_property
+    def contact(self) -> ContactPlan | None:
+        """Contact lists of all bodies that can touch; None without any."""
+        plans = [body.contact for body in self.bodies]
+        if len(plans) == 1:
+            return plans[0]
+        there = [(plan, int(start)) for plan, start in zip(plans, self.node_start, strict=False) if plan is not None]
+        if not there:
+            return None
+        bases = [plan.basis for plan, _ in there if plan.basis is not None]
+        graphs = [(number, plan.graph) for number, plan in enumerate(plans) if plan is not None and plan.graph]
+        removals = {plan.removal for plan, _ in there}
+        return ContactPlan(
+            nodes=np.concatenate([plan.nodes + start for plan, start in there]),
+            all_nodes=np.concatenate([plan.all_nodes + start for plan, start in there]),
+            areas=np.concatenate([plan.areas for plan, _ in there]),
+            removal=removals.pop() if len(removals) == 1 else "mixed",
+            basis=np.concatenate(bases) if bases else None,
+            block=max((plan.block for plan, _ in there if plan.graph is not None), default=3),
+            graph=self._graph(graphs) if graphs else None,
+            viscosity=max(plan.viscosity for plan, _ in there),
+        )
+
+    def _graph(self, graphs: list[tuple[int, ContactGraph]]) -> ContactGraph:
+        """The surface problems of all bodies side by side."""
+        total = {field.name: [] for field in fields(ContactGraph)}  # type: ignore[var-annotated]
+        pairs = entries = corners = sources = 0
+        for number, graph in graphs:
+            nodes = int(self.contact_start[number])
+            last = number == graphs[-1][0]
+            shifts = {
+                "nodes": self.node_start[number],
+                "colour_start": nodes,
+                "cells": 0,  # of each body by itself
+                "pair_start": pairs,
+                "pair_corners": 0,
+                "pair_nodes": nodes,
+                "row_start": entries,
+                "column": nodes,
+                "entry_start": sources,
+                "corner_start": corners,
+                "corners": 0,  # cell * width + corner of each body by itself
+            }
+            for name, shift in shifts.items():
+                values = getattr(graph, name)
+                if name.endswith("_start") and name != "colour_start" and not last:
+                    values = values[:-1]
+                total[name].append(values + shift)
+            own = graph.entry_pairs
+            total["entry_pairs"].append(np.where(own >= 0, own + pairs, own - pairs))
+            pairs += len(graph.pair_nodes)
+            entries += len(graph.column)
+            sources += len(graph.entry_pairs)
+            corners += len(graph.corners)
+        return ContactGraph(**{name: np.concatenate(parts) for name, parts in total.items()})
+
+    @cached_property
+    def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Boundary nodes that take what the static solve leaves unbalanced: start [k + 1], places in the boundary."""
+        starts, rows, total = [np.zeros(1, dtype=np.int64)], [], 0
+        for body, place in zip(self.bodies, self.boundary_place, strict=True):
+            if body.contact is not None and len(body.contact.nodes):
+                start, own = body.heirs
+                starts.append(start[1:] + total)
+                rows.append(place[own])
+                total += len(own)
+        return np.concatenate(starts), np.concatenate(rows)
+
+    @property
+    def small(self) -> bool:
+        """Whether one thread takes its steps, many in a launch."""
+        return self._share([len(block.cells) for block in self.blocks]) <= 1.0
+
+    @property
+    def few_contact_cells(self) -> bool:
+        """Whether there are massless contact cells, and so few that one thread does them."""
+        counts = [len(block.contact) for block in self.blocks]
+        return sum(counts) > 0 and self._share(counts) <= 1.0
+
+    def _share(self, counts: list[int]) -> float:
+        """How many cells of every block there are, over what one thread is given; infinite where it is given none."""
+        pairs = [(count, SMALL[block.body.element]) for count, block in zip(counts, self.blocks, strict=True) if count]
+        return sum(count / limit if limit else np.inf for count, limit in pairs)
+
+    @property
+    def several(self) -> float:
+        """How often the domain exceeds what one thread is given."""
+        return self._share([len(block.cells) for block in self.blocks])
+
+    @property
+    def viscous_cells(self) -> bool:
+        """Whether some contact cells are viscous."""
+        return any(body.viscous_cells for body in self.bodies)
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether its rows have a viscous power."""
+        return self.viscosity is not None or self.viscous_cells
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What its kernels are made with besides the ordinary step; empty without."""
+        return self.bodies[0].options
+
+    def to_user(self, values: np.ndarray) -> np.ndarray:
+        """Values [n, ...] of the nodes as the user numbers them, body after body, in an array of their own."""
+        return np.take(values, self.place, axis=0)
+
+
+def _starts(counts: list[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
+    """The bodies in groups that take their steps together: one, where their contact is of one kind.
+
+    Bodies whose nodes have lost different numbers of mass components, or that need different solvers, make kernels of
+    different kinds; what cannot touch goes with the first group.
+    """
+    groups: dict[tuple[int, bool], list[int]] = {}
+    alone = []
+    for number, body in enumerate(bodies):
+        if body.contact is None or not len(body.contact.nodes):
+            alone.append(number)
+            continue
+        massless = body.contact.graph is not None
+        kind = body.contact.block if massless else 0, massless and static_solver(scene, body).projected
+        groups.setdefault(kind, []).append(number)
+    numbers = list(groups.values()) or [[]]
+    numbers[0] = sorted(numbers[0] + alone)
+    return tuple(Domain(tuple(bodies[number] for number in group), tuple(group)) for group in numbers)

@@ -1,0 +1,27 @@
+"""Which bodies lock: cells that resist a change of volume at every point have no freedom left near poisson 1/2.
+
+Measured: the deflection of a cantilever with 2 cells across, against the same mesh at poisson 0.3. Linear tetrahedra
+keep 82 % of it at poisson 0.4, 62 % at 0.45 and 25 % at 0.49; hexahedra with full integration 94, 86 and 65 %;
+with formulation="mean-dilatation" 99 %.
+"""
+
+from __future__ import annotations
+
+from ..mesh.elements import FORMULATIONS
+from ..scene.body import Body
+
+ROUNDING = 1e-9  # of a Poisson's ratio that is computed from other moduli
+
+
+def locking(body: Body, label: str) -> str | None:
+    """Warn of a body whose cells lock, or None; the Poisson's ratio is that of the law at small strains."""
+    poisson = body.material.poisson
+    if not poisson > FORMULATIONS[body.element].locks + ROUNDING:
+        return None
+    element, remedy = body.mesh.element, "give formulation='mean-dilatation'"
+    cells = f"{element.plural} with full integration" if len(element.weights) > 1 else f"linear {element.plural}"
+    if "mean-dilatation" not in element.formulations:
+        remedy = f"mesh the body with hex8 and {remedy}"
+    if not body.material.volumetric:
+        remedy += f" with NeoHookean, as {type(body.material).__name__} does not have it"
+    return f"{label} has poisson {poisson:.5g}: {cells} lock there and come out too stiff; {remedy}"

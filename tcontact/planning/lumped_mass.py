@@ -1,0 +1,40 @@
+"""Row-sum lumped mass of the cells and area weights of contact faces (METHOD 1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
+from ..mesh.mesh import Mesh
+
+QUAD_CORNERS = HEX_CORNERS[:4, :2]  # of the reference quadrilateral [-1, 1]^2, in VTK's order
+
+
+def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
+    """Lumped mass of each corner of each cell [m, corners] [kg]: density times the integral of N_a."""
+    values, gradients, weights = shape_functions(mesh.kind)
+    masses = np.zeros(mesh.cells.shape)
+    corners = mesh.nodes[mesh.cells]
+    for value, gradient, weight in zip(values, gradients, weights, strict=True):
+        jacobian = np.linalg.det(np.einsum("mad,ac->mdc", corners, gradient, optimize=True))
+        masses += density * weight * jacobian[:, None] * value
+    return masses
+
+
+def node_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
+
+    Among quadrilaterals a triangle is one with its last corner twice: the points integrate that exactly too.
+    """
+    areas = np.zeros(len(nodes))
+    if faces.shape[1] == 3:
+        normal = np.cross(nodes[faces[:, 1]] - nodes[faces[:, 0]], nodes[faces[:, 2]] - nodes[faces[:, 0]])
+        np.add.at(areas, faces, (np.linalg.norm(normal, axis=1) / 6.0)[:, None])
+        return areas
+    for point in GAUSS * QUAD_CORNERS:
+        factors = 1.0 + point * QUAD_CORNERS
+        value = factors.prod(axis=1) / 4.0
+        along = (QUAD_CORNERS[:, 0] * factors[:, 1] / 4.0, QUAD_CORNERS[:, 1] * factors[:, 0] / 4.0)
+        tangents = [np.einsum("kad,a->kd", nodes[faces], gradient) for gradient in along]
+        np.add.at(areas, faces, np.linalg.norm(np.cross(*tangents), axis=1)[:, None] * value)
+    return areas

@@ -1,0 +1,117 @@
+"""Measured rows: what a step measures, by name, made of raw rows of a domain; rows of several bodies make one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from ..kernels.columns import COLUMNS, Column, cell_groups, group_columns
+from ..scene.scene import Scene
+from .domain import Domain
+
+COMBINE: dict[str, Callable[..., np.ndarray]] = {
+    "sum": np.sum,
+    "min": np.min,
+    "max": np.max,
+    "fmin": np.fmin.reduce,
+    "first": lambda values, axis: values[0],
+}
+
+
+class Layout:
+    """Where the columns of a scene stand in its rows.
+
+    terms: the parts of a scene that have columns of their own; obstacles: names of those whose loads are measured;
+    place: by name, what is measured first, then from `width` on up to `end` the integrals over time; shown: the columns
+    of the history in their order.
+    """
+
+    def __init__(self, terms: Collection[str] = (), obstacles: tuple[str, ...] = ()) -> None:
+        self.terms, self.obstacles = frozenset(terms), obstacles
+        mine = [column for column in COLUMNS if not column.term or column.term in self.terms]
+        self.shown = [column for column in self._of_obstacles(mine) if column.shown]
+        self.measured = list(self._of_obstacles([column for column in mine if column.groups]))
+        names = {column.name for column in self.measured}
+        self.integrals = [column for column in mine if column.integral_of in names]
+        self.place: dict[str, slice] = {}
+        self.end = 0
+        for column in (*self.measured, *self.integrals):
+            self.place[column.name] = slice(self.end, self.end + column.size)
+            self.end += column.size
+        self.width = sum(column.size for column in self.measured)
+        self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
+        self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
+
+    def _of_obstacles(self, columns: list[Column]) -> Iterator[Column]:
+        """The columns, those of an obstacle once for each of them, after the first of which all others come."""
+        each = [column for column in columns if "obstacle" in column.groups]
+        for column in columns:
+            if column not in each:
+                yield column
+            elif column is each[0]:
+                yield from (part._replace(name=f"{part.name}:{name}") for name in self.obstacles for part in each)
+
+    def numbers(self, names: Iterable[str]) -> np.ndarray:
+        """Places of all numbers of those of these columns that there are."""
+        places = [self.place[name] for name in names if name in self.place]
+        return np.array([number for place in places for number in range(place.start, place.stop)], dtype=int)
+
+    def stored(self, row: np.ndarray) -> Any:
+        """Energy that is stored at a row [end], or at each of several [end, m] [J]."""
+        return sum(row[self.place[column.name].start] for column in self.measured if column.energy == "stored")
+
+
+def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
+    """The groups of columns in the raw rows of a domain, in their order (kernels/step/raw_rows.py)."""
+    groups = ["nodes", *cell_groups(domain.dissipates)]
+    if domain.small or len(domain.boundary) or domain.contact is not None:
+        groups += ["boundary", "support"]
+    if domain.contact is not None:
+        groups += ["contact", "gaps"]
+        if len(domain.contact.nodes):
+            groups += ["friction"] if scene.friction is not None else []
+            groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
+    return tuple(groups)
+
+
+class RawRows:
+    """Makes measured rows of the raw rows of a domain; groups: those that its raw rows have, in their order."""
+
+    def __init__(self, groups: tuple[str, ...], layout: Layout) -> None:
+        self.layout = layout
+        first: dict[int, int] = {}  # place in a measured row -> place in a raw row
+        further: dict[int, int] = {}  # what another group adds there
+        names, start = iter(layout.obstacles), 0
+        for group in groups:
+            obstacle = f":{next(names)}" if group == "obstacle" else ""
+            for column in group_columns(group):
+                here, start = range(start, start + column.size), start + column.size
+                if column.name == "mass_displacement":
+                    self._moved = here
+                for place, raw in zip(layout.numbers([column.name + obstacle]), here, strict=False):
+                    (further if place in first else first)[place] = raw
+        self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
+
+    def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+        """Measured rows [n, width] of raw rows, at the times [s] and in the gravity [m/s^2]."""
+        rows = np.repeat(self.layout.empty, len(raw), axis=0)
+        rows[:, self.layout.place["time"].start] = times
+        rows[:, self._first[0]] = raw[:, self._first[1]]
+        rows[:, self._further[0]] += raw[:, self._further[1]]
+        weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
+        rows[:, self.layout.place["load_work"].start] += weight
+        return rows
+
+
+def combined(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
+    """The rows [m, width] of all bodies together, each column as the table says."""
+    if len(rows) == 1:
+        return rows[0]
+    total = np.sum(rows, axis=0)
+    for column in layout.measured:
+        if column.combine != "sum":
+            place = layout.place[column.name]
+            total[:, place] = COMBINE[column.combine]([row[:, place] for row in rows], axis=0)
+    return total

@@ -1,0 +1,285 @@
+"""Cells in packs of lanes, packs in chunks that own compact force rows: the shape that is fast on CPUs.
+
+A pack holds `width` cells of one block (an element with a law and its constants) as [corner][lane]. The packs of all
+blocks are divided into a fixed number of chunks, so that sums have the same bits at any thread count. Each chunk adds
+forces, without atomics, into its own row over the nodes [low, high] it spans. low and high never fall from chunk to
+chunk: every chunk between a node's first and last one has a row for it. Contact cells stand last, in as many chunks of
+their own; each corner of theirs has a row of its own, which the static solve and the node sum read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+from ..kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MOST_CHUNKS, WIDTH
+from ..mesh.geometry import grid_planes
+
+__all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
+
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Cells of one element and one law with its constants, as the kernels see them.
+
+    cells [m, corners]: nodes, the contact cells last; width: lanes of a pack; kind: number of the element and law among
+    those that the kernel was made for; material: where its constants stand in `params`; contact: number of contact
+    cells; memory: how many numbers the quadrature points of a cell keep.
+    """
+
+    cells: NDArray[np.integer]
+    width: int
+    kind: int = 0
+    material: int = MATERIALS
+    contact: int = 0
+    memory: int = 0
+
+
+@dataclass(frozen=True)
+class CellPacks:
+    """Index arrays of the step kernel.
+
+    connectivity int32: node of (pack, corner, lane), block after block, then the contact cells of all blocks; the last
+    pack of a block is filled up by repeating its last cell, without weight;
+    chunk_table [chunks * (kinds + 3)], segments int32: as in kernels/cells/cell_phase.py, lanes.py;
+    node_info [nodes] int32: first chunk that touches the node, last one, boundary node + 1 (0 = ordinary), by bits as
+    in lanes.py; first > last for a node without cells outside the contact cells.
+    row_count: rows in all (3 force components each); lanes: of all packs; corner_rows: how many
+    rows belong to corners; corner_start [blocks + 1], corners: row of every corner of the contact cells, by block;
+    memory: numbers that all quadrature points keep; contact_memory [blocks]: where those of the contact cells begin.
+    """
+
+    connectivity: IntArray
+    chunk_table: IntArray
+    segments: IntArray
+    node_info: IntArray
+    chunks: int
+    row_count: int
+    lanes: int
+    first_contact_lane: int
+    corner_rows: int
+    corner_start: NDArray[np.int64]
+    corners: NDArray[np.int64]
+    memory: int
+    contact_memory: NDArray[np.int64]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes the kernel keeps for these cells: index arrays and force rows."""
+        arrays = (self.connectivity, self.chunk_table, self.segments, self.node_info)
+        return sum(array.nbytes for array in arrays) + 24 * self.row_count
+
+    @property
+    def first_corner_row(self) -> int:
+        """The first of the rows that corners of contact cells have for their own."""
+        return self.row_count - self.corner_rows
+
+    @property
+    def all_chunks(self) -> int:
+        """Chunks of the ordinary cells and, if there are any, of the contact cells."""
+        return self.chunks * (2 if len(self.corners) else 1)
+
+    def with_boundary(self, nodes: NDArray[np.integer]) -> IntArray:
+        """A copy of node_info [node_count] in which nodes[s] is boundary node s: it hands out its force and stays.
+
+        Raises `InputError` for a node out of range or named twice.
+        """
+        boundary = np.asarray(nodes, dtype=np.int64).ravel()
+        if boundary.size and (boundary.min() < 0 or boundary.max() >= len(self.node_info)):
+            limits = (boundary.min(), boundary.max())
+            raise InputError("boundary nodes", limits, f"give nodes in 0..{len(self.node_info) - 1}")
+        if np.unique(boundary).size != boundary.size:
+            raise InputError("boundary nodes", boundary, "name each node once")
+        info = self.node_info.copy()
+        info[boundary] |= (np.arange(boundary.size, dtype=np.int32) + 1) << 2 * CHUNK_BITS
+        return info
+
+
+def chunks_for(threads: int) -> int:
+    """Chunks for so many threads: as many as there are threads, but not fewer than `CHUNKS`."""
+    return min(MOST_CHUNKS, max(CHUNKS, threads))
+
+
+def pack_cells(
+    connectivity: NDArray[np.integer], node_count: int, width: int, chunks: int = CHUNKS, contact: int = 0
+) -> CellPacks:
+    """Pack the cells [m, corners] of one block, the last `contact` of which are contact cells; see `pack_blocks`."""
+    return pack_blocks([Block(np.asarray(connectivity), width, contact=contact)], node_count, 1, chunks)
+
+
+def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: int = CHUNKS) -> CellPacks:
+    """Pack blocks of cells of renumbered nodes (see `slab_order`) for the step kernel.
+
+    kinds: how many elements with a law the kernel was made for; chunks: at most 31. Any order of the cells works, one
+    that is local keeps the rows short. Raises `InputError` for an empty or out-of-range connectivity, width < 1 or
+    chunks not in 1..31.
+    """
+    for block in blocks:
+        _check(block, node_count)
+    if not 1 <= chunks <= MOST_CHUNKS:
+        raise InputError("chunks", chunks, f"use 1 to {MOST_CHUNKS} ({CHUNK_BITS} bits in node_info)")
+    ordinary = [_padded(block.cells[: len(block.cells) - block.contact], block.width) for block in blocks]
+    touching = [_padded(block.cells[len(block.cells) - block.contact :], block.width) for block in blocks]
+    parts = [*ordinary, *touching]
+    places = np.concatenate([[0], np.cumsum([part.size for part in parts])])
+    lanes = np.concatenate([[0], np.cumsum([part.shape[0] * part.shape[1] for part in parts])])
+
+    sizes = [
+        part.shape[0] * part.shape[1] * block.memory for part, block in zip(parts, [*blocks, *blocks], strict=True)
+    ]
+    memory = np.concatenate([[0], np.cumsum(sizes)])
+
+    spans = _shared_out(ordinary, chunks)
+    first = np.full(node_count, chunks, dtype=np.int32)
+    last = np.full(node_count, -1, dtype=np.int32)
+    low = np.full(chunks, node_count, dtype=np.int64)
+    high = np.full(chunks, -1, dtype=np.int64)
+    for chunk in range(chunks):
+        for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
+            touched = part[start:end]
+            if touched.size:
+                low[chunk], high[chunk] = min(low[chunk], touched.min()), max(high[chunk], touched.max())
+                last[touched.ravel()] = chunk
+    for chunk in reversed(range(chunks)):
+        for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
+            first[part[start:end].ravel()] = chunk
+    low = np.minimum.accumulate(low[::-1])[::-1]
+    high = np.maximum.accumulate(high)
+    span = np.maximum(high - low + 1, 0)
+    offset = np.concatenate(([0], np.cumsum(span)))
+    own = int(offset[-1] - places[len(blocks)])  # row of place 0, for contact cells
+    bases = np.where(span > 0, offset[:-1] - low, 0)
+    orphan = last < 0
+    first[orphan], last[orphan] = 1, 0
+
+    table: list[int] = []
+    segments: list[tuple[int, ...]] = []
+    halves = [(spans, 0, bases, 0)]
+    if any(block.contact for block in blocks):
+        halves.append((_shared_out(touching, chunks), len(blocks), np.zeros(chunks, dtype=np.int64), 1))
+    for ranges, shift, row_bases, owns in halves:
+        for chunk in range(chunks):
+            for kind in range(kinds):
+                table.append(len(segments))
+                for number, block in enumerate(blocks):
+                    start, end = ranges[chunk][number]
+                    if block.kind == kind and end > start:
+                        cells = block.contact if owns else len(block.cells) - block.contact
+                        where = (
+                            places[number + shift],
+                            block.material,
+                            own,
+                            lanes[number + shift],
+                            memory[number + shift],
+                        )
+                        segments.append((start, end, cells, *where))
+            table += [len(segments), int(row_bases[chunk]), owns]
+    corners = [
+        own + places[len(blocks) + number] + _corner_places(block.contact, *part.shape[1:])
+        for number, (block, part) in enumerate(zip(blocks, touching, strict=True))
+    ]
+    return CellPacks(
+        connectivity=np.concatenate([part.transpose(0, 2, 1).ravel() for part in parts]).astype(np.int32),
+        chunk_table=np.array(table, dtype=np.int32),
+        segments=np.array(segments, dtype=np.int32).ravel(),
+        node_info=first | (last << CHUNK_BITS),
+        chunks=chunks,
+        row_count=int(offset[-1] + places[-1] - places[len(blocks)]),
+        lanes=int(lanes[-1]),
+        first_contact_lane=int(lanes[len(blocks)]),
+        corner_rows=int(places[-1] - places[len(blocks)]),
+        corner_start=np.concatenate([[0], np.cumsum([len(part) for part in corners])]),
+        corners=np.concatenate(corners),
+        memory=int(memory[-1]),
+        contact_memory=memory[len(blocks) : -1],
+    )
+
+
+def _check(block: Block, node_count: int) -> None:
+    cells = block.cells
+    if cells.ndim != 2 or cells.size == 0:
+        raise InputError("connectivity", cells.shape, "give at least one cell, as [cells, corners]")
+    if cells.min() < 0 or cells.max() >= node_count:
+        limits = (int(cells.min()), int(cells.max()))
+        raise InputError("connectivity", limits, f"node numbers lie in 0..{node_count - 1}")
+    if block.width < 1:
+        raise InputError("width", block.width, "give at least one lane")
+
+
+def _padded(cells: NDArray[np.integer], width: int) -> IntArray:
+    """Cells [m, corners] as [packs, width, corners], filled up by repeating the last one."""
+    count, corners = cells.shape
+    packs = -(-count // width)
+    padded = np.empty((packs * width, corners), dtype=np.int32)
+    padded[:count] = cells
+    padded[count:] = cells[-1:]
+    return padded.reshape(packs, width, corners)
+
+
+def _corner_places(count: int, width: int, corners: int) -> NDArray[np.int64]:
+    """Places [count * corners] in the connectivity of a block of the corners of its cells, cell by cell."""
+    cell, corner = np.divmod(np.arange(count * corners), corners)
+    return ((cell // width) * corners + corner) * width + cell % width
+
+
+def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]]]:
+    """First and end pack of every block [blocks] in every chunk [chunks].
+
+    Packs of all blocks are taken in the order of their lowest nodes, without changing that within a block, and divided
+    so that every chunk has about as many corners.
+    """
+    lowest = [np.maximum.accumulate(part.min(axis=(1, 2), initial=2**31 - 1)) for part in parts]
+    owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.argsort(np.concatenate(lowest), kind="stable")
+    owner = owner[order]
+    work = np.concatenate([[0], np.cumsum(np.array([part.shape[2] for part in parts], dtype=np.int64)[owner])])
+    bounds = np.searchsorted(work * chunks, work[-1] * np.arange(chunks + 1), side="right") - 1
+    before = np.stack([np.concatenate([[0], np.cumsum(owner == number)])[bounds] for number in range(len(parts))])
+    return [[(int(row[0]), int(row[1])) for row in zip(start, end, strict=True)] for start, end in pairwise(before.T)]
+
+
+def slab_order(
+    nodes: NDArray[np.float64], cells: NDArray[np.integer], normal: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(node_order, cell_order): new node k is old node node_order[k]; likewise cells.
+
+    Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.
+    Slabs are the grid planes where the coordinates form a grid (box meshes, graded or not), else equal shares of the
+    nodes about one mean spacing thick. Cells follow their lowest node: neighbours in space stay neighbours in memory.
+    nodes [n, 3], cells [m, corners]; normal: of the contact face, whose nodes stay together if numbers of slabs tie.
+    """
+    points = np.asarray(nodes, dtype=np.float64)
+    count = len(points)
+    extent = np.ptp(points, axis=0)
+    size = float(extent.max())
+    if size == 0.0:
+        return np.arange(count), np.arange(len(cells))
+    planes = [grid_planes(points[:, axis], 1e-6 * size) for axis in range(3)]
+    counts = [int(plane.max()) + 1 for plane in planes]
+    if np.prod(np.array(counts, dtype=float)) > 2.0 * count:
+        thick = np.maximum(extent, 1e-3 * size)
+        spacing = (np.prod(thick) / count) ** (1.0 / 3.0)
+        planes = [_shares(points[:, axis], round(extent[axis] / spacing)) for axis in range(3)]
+        counts = [int(plane.max()) + 1 for plane in planes]
+    along = -1 if normal is None else int(np.abs(normal).argmax())
+    slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
+    node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
+    rank = np.empty(count, dtype=np.int64)
+    rank[node_order] = np.arange(count)
+    renumbered = rank[np.asarray(cells)]
+    return node_order, np.lexsort((renumbered.sum(axis=1), renumbered.min(axis=1)))
+
+
+def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:
+    """Slab of each value, with slab limits at quantiles: equal values stay together, refined zones get thin slabs."""
+    if slabs < 2:
+        return np.zeros(len(coordinate), dtype=np.int64)
+    limits = np.quantile(coordinate, np.arange(1, slabs) / slabs)
+    return np.searchsorted(np.unique(limits), coordinate, side="right")

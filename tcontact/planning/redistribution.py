@@ -1,0 +1,175 @@
+"""Mass redistribution: contact nodes hand their mass to their neighbours (METHOD 1, paper 4.2).
+
+    Mbar_T = I_T M_T I_T^t,   w_i = dist(i, k)^-1 / sum_j dist(j, k)^-1   over the nodes i, j of cell T outside K
+
+For row-sum lumped mass this is a weighted scatter of the share m of each cell, per massless direction b of node k:
+M_k -= m b b^t and M_i += w_i m b b^t. Total mass is exact and every M_i only grows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..mesh.mesh import Mesh
+from ..scene.periodic import Images
+from .removal import MasslessNodes
+
+
+@dataclass(frozen=True)
+class Redistribution:
+    """tensors [k, 3, 3] [kg]: mass of the nodes [k] that lost or gained some; every other node keeps its scalar."""
+
+    nodes: np.ndarray
+    tensors: np.ndarray
+
+
+class _Transfers:
+    """Collects (giver, direction, receiver, mass) as arrays and sums them into tensors."""
+
+    def __init__(self) -> None:
+        self.parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def add(self, receivers: np.ndarray, masses: np.ndarray, directions: np.ndarray) -> None:
+        self.parts.append((receivers.reshape(-1), masses.reshape(-1), directions.reshape(-1, 3)))
+
+    def tensors(self) -> tuple[np.ndarray, np.ndarray]:
+        receivers, masses, directions = (np.concatenate(column) for column in zip(*self.parts, strict=True))
+        nodes, slot = np.unique(receivers, return_inverse=True)
+        tensors = np.zeros((len(nodes), 3, 3))
+        np.add.at(tensors, slot.reshape(-1), masses[:, None, None] * directions[:, :, None] * directions[:, None, :])
+        return nodes, tensors
+
+
+def redistribute(
+    mesh: Mesh,
+    masses: np.ndarray,
+    massless: MasslessNodes,
+    free: np.ndarray,
+    depth: int = 1,
+    images: Images | None = None,
+) -> Redistribution:
+    """Mass tensors after the contact nodes handed over their mass.
+
+    masses [m, corners]: lumped mass of the cells [kg]; free [n, 3]: components without support (a supported neighbour
+    receives only if the cell has no free one); depth: equal shares over that many layers of nodes, the first one inside
+    the cell, weights 1/distance inside a layer; images: of a periodic body, whose masters alone give and receive.
+    """
+    slot = np.full(mesh.node_count, -1)
+    slot[massless.nodes] = np.arange(len(massless.nodes))
+    named = mesh.cells if images is None else images.master[mesh.cells]
+    cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
+    cells, share = named[cells_here], masses[cells_here]
+    cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K)
+    giver = cells[cell, corner]
+    around = cells[cell]  # [rows, corners]
+    outside = slot[around] < 0
+    places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, whoever their masters are
+    distance = np.linalg.norm(places - places[np.arange(len(cell)), corner][:, None], axis=2)
+    inverse = np.where(outside, 1.0 / np.where(outside, distance, 1.0), 0.0)
+    graph = _Graph(named, slot)
+    layers = graph.layer_count(massless.nodes, depth) if depth > 1 else np.ones(len(massless.nodes), dtype=int)
+    transfers = _Transfers()
+    for column in range(3):
+        direction = massless.basis[slot[giver], :, column]
+        has = np.abs(direction).any(axis=1)
+        able = (free[around] | (np.abs(direction) <= 1e-6)[:, None, :]).all(axis=2)
+        weight = np.where(able, inverse, 0.0)
+        some: np.ndarray = weight.sum(axis=1) > 0.0
+        weight = np.where(some[:, None], weight, inverse)
+        total = weight.sum(axis=1)
+        mass = share[cell, corner] / layers[slot[giver]]
+        inner = has & (total > 0.0)
+        rows = np.flatnonzero(inner)
+        part = weight[rows] / total[rows][:, None] * mass[rows][:, None]
+        row, receiver = np.nonzero(part)
+        transfers.add(around[rows[row], receiver], part[row, receiver], direction[rows[row]])
+        for lone in np.flatnonzero(has & (total == 0.0)):  # a cell without any node outside K
+            nodes = graph.nearest(int(giver[lone]))
+            near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[giver[lone]], images)
+            transfers.add(nodes, near / near.sum() * mass[lone], np.tile(direction[lone], (len(nodes), 1)))
+    if depth > 1:
+        whole = np.zeros(len(massless.nodes))
+        np.add.at(whole, slot[giver], share[cell, corner])
+        for index, node in enumerate(massless.nodes):
+            for nodes in graph.layers(int(node), int(layers[index]))[1:]:
+                near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[node], images)
+                part = near / near.sum() * whole[index] / layers[index]
+                for direction in massless.basis[index].T[: massless.rank[index]]:
+                    transfers.add(nodes, part, np.tile(direction, (len(nodes), 1)))
+    receivers, gained = transfers.tensors()
+    lumped = np.zeros(mesh.node_count)
+    np.add.at(lumped, named, masses)
+    removed = np.einsum("kic,kjc->kij", massless.basis, massless.basis)
+    kept = (
+        np.where((massless.rank == 3)[:, None, None], 0.0, np.eye(3) - removed) * lumped[massless.nodes][:, None, None]
+    )
+    gained += lumped[receivers][:, None, None] * np.eye(3)
+    return Redistribution(np.concatenate([massless.nodes, receivers]), np.concatenate([kept, gained]))
+
+
+def _distance(difference: np.ndarray, images: Images | None) -> np.ndarray:
+    return np.asarray(np.linalg.norm(difference if images is None else images.shortest(difference), axis=1))
+
+
+class _Graph:
+    """Neighbourhood through cells, walked node by node where a cell alone does not say who receives."""
+
+    def __init__(self, cells: np.ndarray, slot: np.ndarray) -> None:
+        self.cells, self.slot = cells, slot
+
+    @cached_property
+    def _around(self) -> tuple[np.ndarray, np.ndarray]:
+        """Cells node by node, and where those of each node start."""
+        flat = self.cells.reshape(-1)
+        owners = np.argsort(flat, kind="stable") // self.cells.shape[1]
+        return owners, np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(self.slot)))])
+
+    def neighbours(self, nodes: np.ndarray) -> np.ndarray:
+        """All nodes that share a cell with any of the nodes."""
+        owners, start = self._around
+        parts = [owners[start[node] : start[node + 1]] for node in nodes]
+        return np.unique(self.cells[np.unique(np.concatenate(parts))])
+
+    def nearest(self, node: int) -> np.ndarray:
+        """The nodes with mass in the nearest graph layer around a node of K."""
+        front = np.array([node])
+        while True:
+            front = self.neighbours(front)
+            outside = front[self.slot[front] < 0]
+            if len(outside):
+                return outside
+
+    def layers(self, node: int, depth: int) -> list[np.ndarray]:
+        """The first `depth` layers of nodes with mass behind a node of K; fewer if the body ends."""
+        found = [self.nearest(node)]
+        for number in range(2, depth + 1):
+            around = self.neighbours(found[-1])
+            layer = around[self._levels[around] == number]
+            if len(layer) == 0:
+                break
+            found.append(layer)
+        return found
+
+    def layer_count(self, nodes: np.ndarray, depth: int) -> np.ndarray:
+        """How many of the wanted layers exist behind each node of K."""
+        return np.array([len(self.layers(int(node), depth)) for node in nodes])
+
+    @cached_property
+    def _levels(self) -> np.ndarray:
+        """Graph distance of every node to K; -1 where no path leads there."""
+        level = np.where(self.slot >= 0, 0, -1)
+        reached, distance = self.slot >= 0, 0
+        while (level < 0).any():
+            distance += 1
+            hit = reached[self.cells].any(axis=1)
+            new = np.zeros_like(reached)
+            new[self.cells[hit]] = True
+            new &= ~reached
+            if not new.any():
+                break
+            level[new] = distance
+            reached |= new
+        return level

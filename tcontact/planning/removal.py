@@ -1,0 +1,159 @@
+"""Which mass the contact nodes lose: the set K and a basis of the massless directions of its nodes (METHOD 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..scene.body import Body
+from ..scene.contact_models import MasslessContact
+from ..scene.periodic import Images
+from ..scene.reach import within_reach
+from ..scene.scene import Scene
+from .rotation import spin
+
+FACING = np.cos(np.radians(15.0))  # faces that look at their plane within 15 degrees may lose normal mass only
+SPINS = 0.05  # [rad] by which a body that spins at the start turns in the duration: with less its normals stay
+PARALLEL = 1.0 - 1e-9
+FLAT = 1e-6  # a direction shorter than this in the free components of a node counts as supported
+
+
+@dataclass(frozen=True)
+class MasslessNodes:
+    """nodes [k] in the numbering of the mesh; basis [k, 3, 3]: unit columns spanning the massless directions, zero
+    columns behind them; rank [k]: how many; removal: "normal" or "full"."""
+
+    nodes: np.ndarray
+    basis: np.ndarray
+    rank: np.ndarray
+    removal: str
+
+    def masters(self, images: Images) -> MasslessNodes:
+        """Drop the nodes that follow another image of themselves."""
+        kept = images.master[self.nodes] == self.nodes
+        return replace(self, nodes=self.nodes[kept], basis=self.basis[kept], rank=self.rank[kept])
+
+
+def choose_removal(scene: Scene, body: Body) -> str:
+    """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
+
+    It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
+    looks along it, and the body does not start with a spin that turns it by 0.05 rad in the duration.
+    """
+    assert isinstance(scene.contact, MasslessContact)
+    if scene.contact.removal != "auto":
+        return scene.contact.removal
+    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
+    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in near):
+        return "full"
+    normals = np.array([obstacle.frame[2] for obstacle in near])
+    if (np.abs(normals @ normals[0]) < PARALLEL).any():
+        return "full"
+    corners = body.initial_nodes[body.contact_faces]
+    diagonals = (corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    outward = np.cross(*diagonals)
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    facing = (-(outward @ normals.T)).max(axis=1)
+    if not (facing > FACING).all():
+        return "full"
+    turned = float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
+    return "full" if turned > SPINS else "normal"
+
+
+def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
+    """The nodes of the contact set that lose mass, with the directions they lose it in.
+
+    A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
+    removal the normals are those of the obstacles within reach.
+    """
+    assert isinstance(scene.contact, MasslessContact)
+    removal = choose_removal(scene, body)
+    nodes = body.contact_nodes
+    free = np.isnan(body.prescribed[nodes])  # [k, 3]
+    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
+    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in near], axis=1)
+    given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
+    patterns, member = np.unique(given, axis=0, return_inverse=True)
+    member = member.reshape(-1)
+    basis = np.zeros((len(nodes), 3, 3))
+    rank = np.zeros(len(nodes), dtype=np.int64)
+    for index, pattern in enumerate(patterns):
+        open_axes = pattern[:3].astype(bool)
+        directions = np.eye(3)[open_axes] if removal == "full" else pattern[3:].reshape(-1, 3) * open_axes
+        columns = orthonormal(directions)
+        basis[member == index, :, : columns.shape[1]] = columns
+        rank[member == index] = columns.shape[1]
+    kept = rank > 0
+    return MasslessNodes(nodes[kept], basis[kept], rank[kept], removal)
+
+
+def orthonormal(directions: np.ndarray) -> np.ndarray:
+    """Orthonormal columns [3, r] that span the given rows; rows shorter than 1e-6 do not count.
+
+    Gram-Schmidt in the order given: a single direction stays exactly itself.
+    """
+    columns: list[np.ndarray] = []
+    for direction in directions:
+        rest = direction - sum((column * (column @ direction) for column in columns), np.zeros(3))
+        if len(columns) == 2:  # the third one is known, without the rounding of two projections
+            third = np.cross(columns[0], columns[1])
+            rest = third * (third @ direction)
+        length = np.linalg.norm(rest)
+        if length > FLAT:
+            columns.append(np.asarray(rest) / length)
+    return np.array(columns).T if columns else np.zeros((3, 0))
+
+
+def check_clusters(body: Body, massless: MasslessNodes) -> None:
+    """Refuse a contact set that nothing holds: the static solve needs every cluster of K tied to nodes with mass.
+
+    A cluster (K nodes connected through cells) is held if no rigid motion of it leaves its neighbours with mass, and
+    the components that its nodes keep, at rest. Raises `InputError`.
+    """
+    mesh = body.mesh
+    inside = np.zeros(mesh.node_count, dtype=bool)
+    inside[massless.nodes] = True
+    cells = mesh.cells[inside[mesh.cells].any(axis=1)]
+    mine = inside[cells]
+    label = np.where(inside, np.arange(mesh.node_count), mesh.node_count)
+    while True:  # smallest label wins, through the cells
+        lowest = np.where(mine, label[cells], mesh.node_count).min(axis=1)
+        before = label.copy()
+        np.minimum.at(label, cells[mine], np.broadcast_to(lowest[:, None], cells.shape)[mine])
+        label[inside] = label[label[inside]]
+        if (label == before).all():
+            break
+    owner = np.where(mine, label[cells], mesh.node_count).min(axis=1)
+    kept = np.eye(3) - np.einsum("kic,kjc->kij", massless.basis, massless.basis)
+    place = np.searchsorted(massless.nodes, np.arange(mesh.node_count))
+    for cluster in np.unique(owner):
+        members = np.unique(cells[owner == cluster])
+        neighbours, own = members[~inside[members]], members[inside[members]]
+        if len(neighbours) == 0:
+            raise InputError(
+                "Body.contact",
+                body.contact,
+                f"no node with mass lies next to the {len(own)} contact nodes around node {own[0]}; make the contact"
+                " set smaller (only the faces that can touch) or the mesh finer",
+            )
+        centre = mesh.nodes[own].mean(axis=0)
+        scale = np.abs(mesh.nodes[members] - centre).max()
+        gram = np.zeros((6, 6))
+        for nodes, held in ((neighbours, np.broadcast_to(np.eye(3), (len(neighbours), 3, 3))), (own, kept[place[own]])):
+            arm = (mesh.nodes[nodes] - centre) / scale
+            modes = np.zeros((len(nodes), 3, 6))
+            modes[:, :, :3] = np.eye(3)
+            for axis in range(3):
+                modes[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+            rows = (held @ modes).reshape(-1, 6)
+            gram += rows.T @ rows
+        values = np.linalg.eigvalsh(gram)
+        if values[0] < 1e-9 * values[-1]:
+            raise InputError(
+                "MasslessContact.removal",
+                massless.removal,
+                f"the {len(own)} contact nodes around node {own[0]} can turn about their {len(neighbours)} neighbours"
+                " with mass; full removal needs three not in line: use removal='normal' or a finer mesh",
+            )

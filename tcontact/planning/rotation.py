@@ -1,0 +1,72 @@
+"""How fast a body turns at the start, and how far it has turned: removal="normal" suits bodies and walls that do not.
+
+Normal removal takes mass along the normals of the start. Where these turn, the angular momentum is lost (METHOD 1).
+
+    spin      t, w of the rigid motion nearest to the velocity field, min sum m |v - t - w x r|^2, among the motions
+              that the supports and the periodic directions leave free; for a free body I w = L
+    rotation  R nearest to the deformation, max tr R^T sum m x X^T (polar decomposition)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene.body import Body
+from .lumped_mass import cell_masses
+
+FREE = 1e-9  # eigenvalue of the held motions, over the largest, below which a rigid motion is free
+
+
+def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m]."""
+    if (velocity == velocity[:1]).all():
+        return np.zeros(3)
+    mass = np.zeros(len(nodes))
+    np.add.at(mass, body.mesh.cells, cell_masses(body.mesh, body.material.density))
+    arm = nodes - (mass @ nodes) / mass.sum()
+    size = float(np.abs(arm).max())
+    motions = _rigid_motions(arm / size)
+    free = _free_motions(body, motions)
+    if free.shape[1] == 0:
+        return np.zeros(3)
+    motions = motions @ free
+    gram = np.einsum("n,nic,nid->cd", mass, motions, motions)
+    right = np.einsum("n,nic,ni->c", mass, motions, velocity)
+    return np.asarray((free @ np.linalg.lstsq(gram, right, rcond=None)[0])[3:] / size)
+
+
+def _rigid_motions(arm: np.ndarray) -> np.ndarray:
+    """Velocities [n, 3, 6] of the nodes in the three translations and the three rotations."""
+    motions = np.zeros((len(arm), 3, 6))
+    motions[:, :, :3] = np.eye(3)
+    for axis in range(3):
+        motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+    return motions
+
+
+def _free_motions(body: Body, motions: np.ndarray) -> np.ndarray:
+    """Columns [6, k]: rigid motions that move no supported component and leave opposite periodic sides alike."""
+    rows = motions[np.isfinite(body.prescribed)]
+    if body.images is not None:
+        periodic = body.images.period > 0.0
+        kept = periodic if periodic.sum() == 1 else np.zeros(3, dtype=bool)  # it may turn about the one period
+        rows = np.concatenate([rows, np.eye(6)[3:][~kept]])
+    if len(rows) == 0:
+        return np.eye(6)
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    return np.asarray(vectors[:, values <= FREE * values[-1]])
+
+
+def rotation(start: np.ndarray, now: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Rotation matrix [3, 3] that takes start [n, 3] nearest to now [n, 3], both with weights mass [n]."""
+    weights = mass / mass.sum()
+    before, after = start - weights @ start, now - weights @ now
+    left, _sizes, right = np.linalg.svd(np.einsum("n,ni,nj->ij", weights, after, before))
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    return np.asarray(left @ right)
+
+
+def angle(turn: np.ndarray, about: np.ndarray | None = None) -> float:
+    """Angle [rad] of a rotation matrix, or that by which it tilts the unit vector `about`."""
+    cosine = 0.5 * (np.trace(turn) - 1.0) if about is None else about @ turn @ about
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -1,0 +1,145 @@
+"""Checks: a named value against a bound, and those that hold for every impact.
+
+A case returns a list of these from `checks(result)`; `tcontact run` prints them, writes them into summary.json and
+fails when one does. A value that is not a number never passes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..kernels.columns import COLUMNS
+from ..mesh.mesh import Mesh
+from .result import Result
+
+
+@dataclass(frozen=True)
+class Check:
+    """One value against its bound.
+
+    name: what is checked; value: what the run gave; bound: the condition in words, such as "<= 0.05"; passed: whether
+    the value meets it.
+    """
+
+    name: str
+    value: float | str
+    bound: str
+    passed: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """The check as plain data for summary.json; a value that is not finite becomes text."""
+        value = self.value
+        if isinstance(value, float) and not math.isfinite(value):
+            value = str(value)
+        return {"name": self.name, "value": value, "bound": self.bound, "passed": self.passed}
+
+
+def at_most(name: str, value: float, bound: float) -> Check:
+    """value <= bound."""
+    return Check(name, float(value), f"<= {bound:.4g}", bool(value <= bound))
+
+
+def at_least(name: str, value: float, bound: float) -> Check:
+    """value >= bound."""
+    return Check(name, float(value), f">= {bound:.4g}", bool(value >= bound))
+
+
+def between(name: str, value: float, low: float, high: float) -> Check:
+    """low <= value <= high."""
+    return Check(name, float(value), f"{low:.5g} .. {high:.5g}", bool(low <= value <= high))
+
+
+def equals(name: str, value: float, wanted: float) -> Check:
+    """value == wanted, for counts."""
+    return Check(name, float(value), f"= {wanted:g}", bool(value == wanted))
+
+
+def finished(result: Result) -> Check:
+    """The run reached its end, at the time that its scene asks for."""
+    whole = bool(result.time >= result.scene.duration * (1.0 - 1e-9))
+    return Check("finished", result.reason, "= finished", result.reason == "finished" and whole)
+
+
+def momentum_balance(result: Result, bound: float) -> Check:
+    """Change of momentum = impulse of contact, supports, gravity and damping, in every row.
+
+    The largest deviation relative to the largest momentum or impulse of the run.
+    """
+    history, scene = result.history, result.scene
+    change = history["momentum"] - history["momentum"][0]
+    impulse = sum(history[column.name] for column in COLUMNS if column.impulse and column.name in history)
+    if scene.gravity is not None:
+        impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
+    parts = [
+        np.abs(history[name]).max(initial=0.0) for name in ("momentum", "impulse", "support_impulse") if name in history
+    ]
+    scale = max(*parts, np.abs(impulse).max(), np.finfo(float).tiny)
+    return at_most("momentum = impulses", np.abs(change - impulse).max() / scale, bound)
+
+
+def thrown(result: Result) -> Check:
+    """Momentum at the start against mass times mean velocity of the nodes: one velocity, or an affine one on a box."""
+    wanted = np.zeros(3)
+    for body in result.scene.bodies:
+        wanted = wanted + body.material.density * volume(body.mesh) * body.initial_velocity.mean(axis=0)
+    momentum = result.history["momentum"]
+    error = np.linalg.norm(momentum[0] - wanted) / np.linalg.norm(wanted)
+    return at_most("momentum at the start / m v, error", error if np.isfinite(momentum).all() else np.nan, 1e-6)
+
+
+def pushing(result: Result) -> Check:
+    """Contact forces push, never pull: smallest normal component over the steps and, at the end, over the nodes.
+
+    Relative to the largest contact force; for scenes with one flat obstacle.
+    """
+    normal = result.scene.obstacles[0].frame[2]
+    total = result.history["contact_force"] @ normal
+    nodes = result.contact_node_force @ normal
+    scale = max(np.abs(total).max(), np.finfo(float).tiny)
+    return at_least("contact pushes", np.min([total.min(), nodes.min(), 0.0]) / scale, 0.0)
+
+
+def touched(result: Result) -> Check:
+    """The bodies touched an obstacle: rows of the history with a contact force."""
+    largest = np.abs(result.history["contact_force"]).max(axis=1)
+    return at_least("rows with contact", np.sum(largest > 0.0) if np.isfinite(largest).all() else np.nan, 1)
+
+
+def mean_time(time: np.ndarray, impulse: np.ndarray) -> float:
+    """Mean time [s] of a force with the running impulse [N s] in rows: its first moment over its integral."""
+    given = np.diff(impulse)
+    with np.errstate(invalid="ignore"):
+        return float(np.divide(given @ (time[1:] + time[:-1]) / 2.0, given.sum()))
+
+
+def no_overlap(result: Result) -> Check:
+    """Deepest overlap relative to the size of the body, for the exact constraint."""
+    size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in result.scene.bodies)
+    return at_most("overlap / size", abs(np.max([0.0, -np.min(result.history["gap_min"])])) / size, 1e-12)
+
+
+def energy(result: Result, bound: float) -> Check:
+    """Largest energy error of the run relative to the largest kinetic + elastic energy."""
+    return at_most("energy error", float(np.abs(result.history["energy_error"]).max()), bound)
+
+
+def no_gain(result: Result, bound: float) -> Check:
+    """Largest rise of the energy above its start, relative to the largest kinetic + elastic energy."""
+    history = result.history
+    largest = float((history["kinetic"] + history["elastic"]).max())
+    gain = float((history["energy"] - history["energy"][0]).max())
+    return at_most("energy gained", gain / max(largest, 1e-300), bound)
+
+
+def mass(result: Result) -> float:
+    """Total mass of the bodies [kg], from their reference volumes."""
+    return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
+
+
+def volume(mesh: Mesh) -> float:
+    """Volume of a mesh [m^3] in the reference state."""
+    return float(mesh.cell_volumes().sum())

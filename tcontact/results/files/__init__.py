@@ -1,0 +1,1 @@
+"""Files of frames: VTKHDF written and read, .vtu and .xdmf for other programs."""

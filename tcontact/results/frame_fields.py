@@ -1,0 +1,66 @@
+"""What a frame of result.vtkhdf holds for a scene, and how large the file gets: known before the run.
+
+Every number takes 8 bytes and the mesh is stored once, so that the size is the mesh plus frames times the fields.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import InputError
+from ..scene.friction_models import FrictionLayer
+from ..scene.scene import Scene
+
+NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure": 1}  # numbers a node
+LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # with a FrictionLayer
+CELLWISE = {"von_mises": 1}  # numbers a cell
+ALWAYS = "displacement"  # without it there is no shape to draw
+FIXED = 1_100_000  # what a file without frames takes [byte]: mostly room for 4096 rows of the history
+
+
+def available(scene: Scene) -> tuple[str, ...]:
+    """Names of the fields that frames of this scene can hold."""
+    layers = LAYERS if isinstance(scene.friction, FrictionLayer) and scene.touching else {}
+    return (*NODAL, *layers, *CELLWISE)
+
+
+def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
+    """The fields to write, in their own order; None = all. Raises `InputError` with those that exist."""
+    known = available(scene)
+    if fields is None:
+        return known
+    if isinstance(fields, str) or not isinstance(fields, Sequence):
+        raise InputError("fields", fields, f"give a list of names out of {', '.join(known)}, or None for all")
+    for name in fields:
+        if name not in known:
+            raise InputError("fields", name, f"frames of this scene can hold {', '.join(known)}")
+    return tuple(name for name in known if name in fields or name == ALWAYS)
+
+
+def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
+    """Bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
+    nodes = sum(body.mesh.node_count for body in scene.bodies)
+    cells = sum(body.mesh.cell_count for body in scene.bodies)
+    corners = sum(body.mesh.cells.size for body in scene.bodies)
+    nodal = NODAL | LAYERS
+    numbers = sum(nodal[name] * nodes if name in nodal else CELLWISE[name] * cells for name in chosen(scene, fields))
+    mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)
+    return FIXED + mesh + 8 * frames * numbers
+
+
+def check_room(folder: Path, scene: Scene, frames: int, fields: Sequence[str] | None) -> None:
+    """Raise `InputError` where the disk has no room for the frames."""
+    place = next((one for one in (folder, *folder.absolute().parents) if one.is_dir()), None)
+    if place is None:
+        return
+    needed, free = size(scene, frames, fields), shutil.disk_usage(place).free
+    if needed > free:
+        raise InputError(
+            "frames",
+            frames,
+            f"result.vtkhdf would take {needed / 1e6:.4g} MB and {folder} has {free / 1e6:.4g} MB free; fewer frames,"
+            " fewer fields or another folder",
+        )

@@ -1,0 +1,99 @@
+"""What a run returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..friction_layer import LayerState
+from ..scene.scene import Scene
+from .smoothness import PressureRecord
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The end of a run, how it went, and its history.
+
+    ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
+    missed-contact | interrupted | function-failed (a function of time that the scene holds) | not-written (only in
+    `OutputError.result`); message: what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit
+    [s]: the stable step of the start;
+    wall_s, compile_s [s]: time of the steps without writing frames, and of everything before (planning, compiling, the
+    first step);
+    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
+    position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
+    history: dict of arrays, one row per step (row 0 = start), columns as in docs/COLUMNS.md;
+    warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
+    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`;
+    layers: the friction layers of every body at the end, None for one without (`friction_layer.LayerState`).
+    """
+
+    ok: bool
+    reason: str
+    message: str
+    steps: int
+    time: float
+    dt: float
+    dt_limit: float
+    wall_s: float
+    compile_s: float
+    cell_updates_per_s: float
+    memory: dict[str, int]
+    terms: tuple[str, ...]
+    position: np.ndarray
+    velocity: np.ndarray
+    contact_node_force: np.ndarray
+    history: dict[str, np.ndarray]
+    scene: Scene
+    warnings: list[str] = field(default_factory=list)
+    contact_pressures: tuple[PressureRecord, ...] = ()
+    scheme: Any = None
+    layers: tuple[LayerState | None, ...] = ()
+
+    notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
+
+    def nodes_of(self, name: str) -> slice:
+        """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
+        start = 0
+        known = []
+        for index, body in enumerate(self.scene.bodies):
+            known.append(self.scene.label(index))
+            if known[-1] == name:
+                return slice(start, start + body.mesh.node_count)
+            start += body.mesh.node_count
+        raise InputError("name", name, "use one of " + ", ".join(repr(label) for label in known))
+
+    @property
+    def obstacle_force(self) -> dict[str, np.ndarray]:
+        """Force [rows, 3] [N] on every obstacle by name, where there are several or one moves."""
+        return self._of_obstacles("obstacle_force:")
+
+    @property
+    def obstacle_moment(self) -> dict[str, np.ndarray]:
+        """Moment [rows, 3] [N m] on every obstacle about its reference point, by name."""
+        return self._of_obstacles("obstacle_moment:")
+
+    def _of_obstacles(self, start: str) -> dict[str, np.ndarray]:
+        return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
+
+    def reversed(self) -> Result:
+        """The same state with all velocities negated: given as `initial`, it runs time backwards."""
+        return replace(self, velocity=-self.velocity)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: how it went as a table, and a picture of the end."""
+        return str(self.notebook.html(self))
+
+    def _repr_png_(self) -> bytes:
+        """In a notebook: a picture of the end, coloured by the von Mises stress."""
+        return bytes(self.notebook.picture(self))
+
+    def __repr__(self) -> str:
+        error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")
+        return (
+            f"Result({self.reason}, {self.steps} steps to {self.time:.6g} s, dt {self.dt:.3g} s,"
+            f" energy error {error:.2g}, {self.wall_s:.3g} s)"
+        )

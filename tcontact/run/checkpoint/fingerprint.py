@@ -1,0 +1,114 @@
+"""The physics of a scene in plain words, to tell whether another scene is the same and what differs.
+
+It is made of all fields of all dataclasses of the scene and the scheme, so that a new option is part of it without a
+word here. A function counts by its values: one of the nodes by those at the nodes, one of time by `SAMPLES` values,
+evenly spaced over the duration. A function of time that differs over less than `duration / SAMPLES` may go unnoticed
+here; the times that the run has asked for are compared besides (`obstacles.call_record`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...scene.body import Body, Support
+from ...scene.obstacles import Obstacle, Sdf
+from ...scene.scene import Scene
+
+SHORT = 12  # numbers of an array that are written out
+SAMPLES = 4096  # of a function of time
+FUNCTIONS_OF_TIME = (Obstacle, Support)  # what has a velocity or an angular_velocity that may be one
+
+
+def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
+    """Every property that the motion depends on, by its name: numbers with all digits, arrays by their contents.
+
+    A run that started from the end of another one (`initial`) is known by the state in its checkpoint alone.
+    Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
+    """
+    found: dict[str, str] = {}
+    for field in fields(scene):
+        _add(found, field.name, getattr(scene, field.name), scene.duration)
+    _add(found, "scheme", scheme, scene.duration)
+    return found
+
+
+def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:
+    """Raise `InputError` that names what differs from the run that left the checkpoint."""
+    names = [name for name in [*stored, *(set(present) - set(stored))] if stored.get(name) != present.get(name)]
+    if names:
+        first = names[0]
+        others = f" (and {', '.join(names[1:4])}{', ...' if len(names) > 4 else ''})" if len(names) > 1 else ""
+        was = stored.get(first, "not there")
+        remedy = f"the run that is to go on had {was}{others}; resume it as it was, or start a new run elsewhere"
+        raise InputError(first, present.get(first, "not there"), remedy)
+
+
+def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
+    """The fields of a dataclass; those given as functions by what the functions give."""
+    found = {field.name: getattr(thing, field.name) for field in fields(thing)}
+    if isinstance(thing, Body):
+        found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
+    if isinstance(thing, Sdf) and (callable(thing.distance) or callable(thing.gradient)):
+        found |= {"distance": thing.grid[..., 0], "gradient": thing.grid[..., 1:]}
+    if isinstance(thing, FUNCTIONS_OF_TIME):
+        for name in ("velocity", "angular_velocity"):
+            if callable(found.get(name)):
+                found[name] = {"function": _samples(found[name], f"{place}.{name}", duration)}
+    return found
+
+
+def _samples(function: Callable[[float], Any], name: str, duration: float) -> np.ndarray:
+    """Values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run that comes there."""
+    times = duration * (np.arange(SAMPLES) + 0.381966) / SAMPLES
+
+    def value(time: float) -> np.ndarray:
+        try:
+            given = np.asarray(function(time), dtype=np.complex128).ravel()
+        except Exception:  # the run stops there and says so
+            return np.full(3, np.nan)
+        return given.view(np.float64) if given.imag.any() else given.real
+
+    rows = [value(float(time)) for time in times]
+    for number in (0, SAMPLES // 2, SAMPLES - 1):
+        if not np.array_equal(rows[number], again := value(float(times[number])), equal_nan=True):
+            remedy = (
+                f"it gave {rows[number].tolist()} and then {again.tolist()} at t = {times[number]:.6g} s, and no run"
+                " with it can be resumed; make it a function of the time alone, or run without checkpoints"
+            )
+            raise InputError(name, function, remedy)
+    return np.concatenate(rows)
+
+
+def _add(found: dict[str, str], name: str, value: Any, duration: float) -> None:
+    """Put the text of a value into `found`; that of a compound one by parts."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            _add(found, f"{name}.{key}", item, duration)
+    elif is_dataclass(value) and not isinstance(value, type):
+        found[name] = type(value).__name__
+        for key, item in _properties(value, name, duration).items():
+            _add(found, f"{name}.{key}", item, duration)
+    elif isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        if array.size <= SHORT:
+            found[name] = str(array.tolist())
+        else:
+            found[name] = f"{array.dtype.name} {array.shape} {hashlib.sha256(array.tobytes()).hexdigest()[:16]}"
+    elif isinstance(value, (list, tuple)):
+        if all(isinstance(item, (bool, int, float, str, np.generic)) for item in value):
+            found[name] = str([item.item() if isinstance(item, np.generic) else item for item in value])
+        else:
+            for index, item in enumerate(value):
+                _add(found, f"{name}[{index}]", item, duration)
+    elif isinstance(value, np.generic):
+        found[name] = repr(value.item())
+    elif callable(value):
+        found[name] = f"function {getattr(value, '__qualname__', type(value).__name__)}"
+    else:
+        found[name] = str(value) if hasattr(value, "value") else repr(value)

@@ -1,0 +1,96 @@
+"""When to write a checkpoint, and what stands in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..watched import Run
+from . import contents, store
+from .options import Checkpoint
+
+if TYPE_CHECKING:
+    from ..recorder import Recorder
+
+SHARE = 0.01  # of the wall time that checkpoints may take
+
+
+START = "start:"
+
+Start = tuple[list[np.ndarray], list[np.ndarray]]
+
+
+def start_of(stored: store.Stored) -> Start | None:
+    """Takes the start out of the arrays of a checkpoint; None if it is the one of the scene."""
+    parts: Start = ([], [])
+    for name in [name for name in stored.found if name.startswith(START)]:
+        parts[int(name[len(START)])].append(stored.found.pop(name))
+    return parts if parts[0] else None
+
+
+class Keeper:
+    """Writes the checkpoints of one run into its folder.
+
+    options: when, None = only before a run stops for a signal; new: fingerprints of the arrays of the run as it was
+    made, with nothing done yet; head: what `resume` has to know: fingerprint, options, origin of the run; start:
+    displacements [m] and velocities [m/s] that it was made with if those are not the ones of the scene.
+    """
+
+    def __init__(
+        self,
+        options: Checkpoint | None,
+        folder: Path,
+        new: contents.Prints,
+        recorder: Recorder,
+        head: dict[str, Any],
+        start: Start | None = None,
+    ) -> None:
+        self.every_seconds = None if options is None else options.every_seconds
+        self.every_steps = None if options is None else options.every_steps
+        self.folder, self.recorder, self.head, self.new = folder, recorder, head, new
+        self.keep = bool(head["keep"])
+        self._start = {} if start is None else {f"{START}{k}/{i}": a for k in (0, 1) for i, a in enumerate(start[k])}
+        self.written = 0
+        self._failed = False
+        self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)
+
+    def due(self, row: int, stopping: bool, ended: bool) -> bool:
+        """Whether a checkpoint is wanted before the step that starts at `row`.
+
+        stopping: no more steps follow, for a signal; ended: because it is the last one.
+        """
+        if stopping or (ended and self.keep):
+            return True
+        if self.every_steps is not None and row >= self._next_row:
+            return row > 0
+        return self.every_seconds is not None and perf_counter() >= self._next_time
+
+    def restored(self, row: int) -> None:
+        """The run goes on from that row."""
+        if self.every_steps is not None:
+            self._next_row = row + self.every_steps
+
+    def save(self, run: Run, row: int) -> None:
+        """Write one; a run goes on without it where that is impossible, with a warning."""
+        began = perf_counter()
+        found, values = contents.collect(run, self.new)
+        head = self.head | {"row": row, "frames": len(self.recorder.file), "new": self.new}
+        try:
+            self.recorder.file.sync()
+            store.write(self.folder, head, values, found | self._start)
+            self.written += 1
+        except OSError as error:
+            if not self._failed:
+                run.warn(f"no checkpoint could be written into {self.folder} ({error.strerror}); free some space there")
+            self._failed = True
+        ended = perf_counter()
+        self._next_time = self._wait(ended, ended - began)
+        if self.every_steps is not None:
+            self._next_row = row + self.every_steps
+
+    def _wait(self, now: float, cost: float) -> float:
+        """When the next one is due [s], cost [s]: of the last one."""
+        return now + max(self.every_seconds or 0.0, cost / SHARE)

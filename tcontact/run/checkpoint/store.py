@@ -1,0 +1,89 @@
+"""The two files of a folder: a new checkpoint takes the place of the older one, by renaming, when it is whole."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...device.atomic_file import part_of, replaced
+
+FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
+FORMAT = 4
+HEAD = "head"
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A checkpoint that was read: head and values are plain data, found are the arrays; path: its file."""
+
+    path: Path
+    head: dict[str, Any]
+    values: dict[str, Any]
+    found: dict[str, np.ndarray]
+
+    @property
+    def row(self) -> int:
+        """The step that it stands at."""
+        return int(self.head["row"])
+
+
+def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dict[str, np.ndarray]) -> Path:
+    """Write a checkpoint in place of the older one of the two; returns its file. Raises `OSError`."""
+    rows = {name: -1 if (stored := _head(folder / name)) is None else int(stored["row"]) for name in FILES}
+    path = folder / min(FILES, key=lambda name: rows[name])
+    text = json.dumps({"format": FORMAT, **head, "values": values, "names": list(found)})
+    parts = {str(number): array for number, array in enumerate(found.values())}
+    with replaced(path) as part, part.open("wb") as file:
+        parts[HEAD] = np.frombuffer(text.encode(), dtype=np.uint8)
+        np.savez(file, allow_pickle=False, **parts)
+        file.flush()
+    return path
+
+
+def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
+    """The whole checkpoints of a folder, latest first, and the files that are damaged."""
+    good, bad = [], []
+    for path in (folder / name for name in FILES):
+        if path.is_file():
+            try:
+                good.append(_read(path))
+            except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError):
+                bad.append(path)
+    return sorted(good, key=lambda stored: -stored.row), bad
+
+
+def remove(folder: Path) -> None:
+    """Remove the checkpoints of a folder, and what a kill left of one."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+        part_of(folder / name).unlink(missing_ok=True)
+
+
+def _read(path: Path) -> Stored:
+    """Raises one of several errors for a file that is damaged; zip keeps a checksum of every part."""
+    data = path.read_bytes()
+    with zipfile.ZipFile(io.BytesIO(data)) as parts:
+        if parts.testzip() is not None:
+            raise zipfile.BadZipFile(f"{path} is damaged")
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        head = json.loads(stored[HEAD].tobytes())
+        found = {name: stored[str(number)] for number, name in enumerate(head.pop("names"))}
+    values = head.pop("values")
+    if head.pop("format") != FORMAT:
+        raise ValueError(f"{path} has another format")
+    return Stored(path, head, values, found)
+
+
+def _head(path: Path) -> dict[str, Any] | None:
+    """Only the plain data of a checkpoint; None if there is none that can be read."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return dict(json.loads(stored[HEAD].tobytes()))
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError):
+        return None

@@ -1,0 +1,95 @@
+"""What the history of a finished run says against it: a large energy error, friction layers that were not accurate.
+
+Each warning says how large the error is and what makes it smaller.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.warning_kinds import EnergyWarning, LayerWarning
+from ..scene.contact_models import ImpulseContact, PenaltyContact
+from ..scene.friction_models import FrictionLayer
+from ..scene.scene import Scene
+from ..schemes import Scheme
+
+LARGE = 0.05  # largest energy error that needs no warning, over the largest kinetic and elastic energy of the run
+FAR = 5.0  # largest error of the friction layers that needs no warning, over their tolerance
+
+
+def end_warnings(
+    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
+) -> list[tuple[str, type[Warning]]]:
+    """Return what a finished run has to be warned of: text and kind.
+
+    history: as in `Result`; dt [s]: first step; rounding [J]: changes of the energy up to this are no error.
+    """
+    found = [
+        (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
+        (layer_warning(scene, history), LayerWarning),
+    ]
+    return [(text, kind) for text, kind in found if text is not None]
+
+
+def energy_warning(
+    scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
+) -> str | None:
+    """Say how large the energy error of the run was and what makes it smaller; None up to 5 %.
+
+    The error is that of the history: the largest change of the energy over the largest kinetic and elastic energy.
+    """
+    error = history["energy_error"]
+    if not len(error) or not np.nanmax(error) > LARGE:
+        return None
+    row = int(np.nanargmax(error))
+    change = history["energy"][row] - history["energy"][0]
+    if abs(change) <= rounding:
+        return None
+    what = "above" if change > 0.0 else "below"
+    text = f"the energy error reached {error[row]:.2g} at t = {history['time'][row]:.6g} s, where the energy was {what}"
+    return f"{text} that of the start; {'; '.join(_remedies(scene, scheme, dt, change))}"
+
+
+def _remedies(scene: Scene, scheme: Any, dt: float, change: float) -> list[str]:
+    if scheme.implicit:
+        return _implicit(scheme, dt)
+    if scene.touching and isinstance(scene.contact, ImpulseContact) and change < 0.0:
+        remedy = "ImpulseContact loses energy in every impact by design, the less the finer the mesh"
+        return [f"{remedy}: use MasslessContact, which conserves it"]
+    found = []
+    if scene.touching and isinstance(scene.contact, PenaltyContact):
+        found.append("a penalty on nodes with mass changes the energy near its stable step: use MasslessContact")
+    if scheme.dt is None:
+        found.append(f"use a smaller cfl, for example {0.5 * scheme.step_size(1.0):.2g}")
+    else:
+        found.append(f"use a smaller dt, for example {0.5 * dt:.2g} s")
+    if scene.viscosity is None:
+        found.append("for shocks give the scene viscosity=tc.BulkViscosity(), whose work is in the ledger")
+    return found
+
+
+def _implicit(scheme: Any, dt: float) -> list[str]:
+    smaller = f"use a smaller dt, for example {0.5 * dt:.2g} s"
+    if "energy" in scheme.conserves:
+        return [f"{scheme.name} conserves energy only as far as its equations are solved: {smaller}, or a smaller rtol"]
+    if scheme.dissipates:
+        return [f"{scheme.name} dissipates by design, the less the smaller dt is: {smaller}, or discrete-gradient"]
+    return [f"{scheme.name} does not conserve energy: use discrete-gradient, or {smaller}"]
+
+
+def layer_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None:
+    """Say how far the layers were off and what makes the error smaller; None up to five times their tolerance."""
+    model, error = scene.friction, history.get("layer_error", np.zeros(0))
+    if not isinstance(model, FrictionLayer) or not len(error) or not np.nanmax(error) > FAR * model.tolerance:
+        return None
+    row = int(np.nanargmax(error))
+    if history["layer_substeps"].max() >= model.substeps:
+        remedy = f"give the layers more than substeps={model.substeps}, or use a smaller cfl or dt"
+    else:
+        remedy = "use a smaller cfl or dt; removal='normal' solves the layers together with the motion"
+    return (
+        f"layer_error reached {error[row]:.2g} at t = {history['time'][row]:.6g} s,"
+        f" {error[row] / model.tolerance:.2g} times FrictionLayer.tolerance = {model.tolerance:g}; {remedy}"
+    )

@@ -1,0 +1,75 @@
+"""One run at a time in a folder: a file that the process holds locked; the lock ends with its process in any case."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ..base.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows: folders are not locked there
+    fcntl = None  # type: ignore[assignment]
+
+NAME = ".running"
+_held: set[Path] = set()
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the folder, which exists; within a process the block may be entered again.
+
+    Raises `InputError` if another process runs there, or if the folder cannot be written.
+    """
+    path = folder.resolve() / NAME
+    if fcntl is None or path in _held:
+        yield
+        return
+    file = _acquire(path, folder)
+    _held.add(path)
+    try:
+        yield
+    finally:
+        _held.discard(path)
+        with suppress(OSError):
+            path.unlink()
+        os.close(file)
+
+
+def check_free(folder: Path) -> None:
+    """Raise `InputError` if another process runs in the folder; changes nothing."""
+    path = folder.resolve() / NAME
+    if fcntl is not None and path not in _held and os.path.lexists(path):
+        with suppress(OSError):
+            os.close(_acquire(path, folder))
+
+
+def _acquire(path: Path, folder: Path) -> int:
+    while True:
+        if os.path.lexists(path) and not stat.S_ISREG(os.lstat(path).st_mode):
+            remedy = f"its {NAME} is no ordinary file, as a run makes it; remove that, or name another folder"
+            raise InputError("out", str(folder), remedy)
+        try:
+            file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
+        except OSError as error:
+            raise InputError(
+                "out", str(folder), f"cannot be written ({error.strerror}); name another folder"
+            ) from error
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            owner = os.pread(file, 32, 0).decode(errors="replace").strip() or "unknown"
+            os.close(file)
+            raise InputError(
+                "out", str(folder), f"process {owner} is writing a run there; wait for it or name another folder"
+            ) from error
+        if os.fstat(file).st_nlink:  # else its owner removed it just now
+            with suppress(OSError):
+                os.ftruncate(file, 0)
+                os.pwrite(file, f"{os.getpid()}\n".encode(), 0)
+            return file
+        os.close(file)

@@ -1,0 +1,107 @@
+"""Guards: look at every row and say when a run must stop, where and what to try."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scene.scene import Scene
+from ..schemes.explicit.body_view import BodyView
+from .history import History
+from .worst_cell import worst_cell
+
+GROWTH = 10.0  # an energy this many times what the run can hold is a blow-up
+TINY = 1e-14  # of density c^2 per volume: energies below it are rounding
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why a run stops: reason as in `Result.reason`, and a message with place, time and remedy."""
+
+    reason: str
+    message: str
+
+
+class Guards:
+    """NaN, inverted cells, energy growth and static solves that did not converge."""
+
+    def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
+        self.scene, self.implicit = scene, implicit
+        self.states = states
+        self.floor = sum(
+            TINY * float(state.plan.lumped.sum()) * state.plan.body.material.wave_speed**2 for state in states
+        )
+        self.nonlinear = [not state.plan.body.material.linear for state in states]
+
+    def limits(self, history: History, jacobian: float) -> dict[str, float]:
+        """What a body that does many rows at once has to stop at, for `check` to look at the row.
+
+        jacobian: the smallest det F that asks for nothing.
+        """
+        if history.steps == 0:
+            return {}
+        least = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
+        return {"jacobian": least, "energy": GROWTH * history.budget() + self.floor}
+
+    def check(self, row: np.ndarray, history: History, over_limit: bool, step: float = 0.0) -> Stop | None:
+        """The stop that the last row asks for, or None.
+
+        over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
+        """
+        layout = history.layout
+        time = f"at t = {row[layout.place['time'].start]:.6g} s"
+        remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
+        if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
+            state, where = self._worst(
+                step, [view for view, may in zip(self.states, self.nonlinear, strict=True) if may]
+            )
+            if over_limit:
+                return Stop("diverged", f"{where} {time}; {remedy}")
+            from ..kernels.materials import LAWS  # imports Taichi
+
+            advice = LAWS[state.plan.body.material.law].refusal or self._against_inversion()
+            return Stop("inverted-cell", f"{where} {time}; {advice}")
+        finite = all(np.isfinite(row[place]).all() for place in layout.summed)
+        energy = layout.stored(row)
+        if not finite or energy > GROWTH * history.budget() + self.floor:
+            what = (
+                "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
+            )
+            what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
+            _state, where = self._worst(step, self.states)
+            advice = remedy if over_limit else "lower cfl, or the contact stiffness"
+            if self.implicit:
+                advice = "use a scheme that conserves energy (discrete-gradient), or a smaller dt"
+            return Stop("diverged", f"{what} {time}; {where}; {advice}")
+        for state in self.states:
+            if state.trouble:
+                return Stop("not-converged", f"{state.plan.label}, {time}: {state.trouble}")
+        return None
+
+    def _against_inversion(self) -> str:
+        """What helps when cells are crushed: in a shock bulk viscosity, as a smaller step does not."""
+        elsewhere = "without a shock, refine the mesh there or lower the speed"
+        if self.implicit:
+            return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"
+        viscosity = self.scene.viscosity
+        if viscosity is None:
+            advice = "in a shock give the scene viscosity=tc.BulkViscosity(), which helps more than a lower cfl"
+            return f"{advice}; {elsewhere}"
+        more = 2.0 * viscosity.quadratic
+        return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
+
+    def _worst(self, step: float, among: list[BodyView]) -> tuple[BodyView, str]:
+        """The body with the smallest det F at the level of the row, and the cell in words; step [s]: made since."""
+        worst = None
+        for state in among:
+            with np.errstate(all="ignore"):
+                there = state.displacement_before(step)
+            cell, value = worst_cell(state.plan.body.mesh, there, state.plan.body.formulation)
+            if worst is None or not value >= worst[2]:
+                worst = state, cell, value
+        assert worst is not None
+        state, cell, value = worst
+        mesh = state.plan.body.mesh
+        place = ", ".join(f"{part:.4g}" for part in mesh.nodes[mesh.cells[cell]].mean(axis=0))
+        return state, f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"

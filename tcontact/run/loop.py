@@ -1,0 +1,360 @@
+"""The loop: one step after the other, a row of history each, until the end or until a guard stops it."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import FunctionError, InputError, OutputError
+from ..base.warning_kinds import LockingWarning
+from ..device import arrays
+from ..planning.locking import locking
+from ..planning.measured import combined
+from ..planning.planning import Plan
+from ..results.result import Result
+from ..scene.contact_models import MasslessContact, PenaltyContact
+from ..scene.friction_models import FLUTTERS
+from ..scene.scene import Scene
+from ..schemes import Scheme
+from ..schemes.explicit.body_view import BodyView
+from ..schemes.explicit.stable_step import StableStep, StableSteps, largest_rate, with_viscosity
+from .checkpoint.keeper import Keeper
+from .end_checks import end_warnings
+from .guards import Guards, Stop
+from .history import MOST_ROWS, History
+from .interrupts import interrupts
+from .progress import ProgressBar
+from .recorder import Recorder
+from .snapshot import Snapshot
+from .watches.looks import Looks
+
+FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
+LAST_CHECK = 800
+FEW_PRODUCTS = 6
+CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
+SLID = 0.05  # work of friction over the largest energy from which on something slides; what sticks at once stays below
+CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
+
+
+@dataclass
+class Course:
+    """How far a run has come, between two steps: what a checkpoint needs beside bodies and history.
+
+    time [s] of the row to come; before [s]: the step that ended there; due [s]: when frames are wanted; frames: how
+    many in all; first_dt [s]; wall [s] spent on steps so far.
+    """
+
+    begun: bool = False
+    time: float = 0.0
+    before: float = 0.0
+    row: int = 0
+    due: list[float] = field(default_factory=list)
+    frames: int = 0
+    first_dt: float = 0.0
+    wall: float = 0.0
+
+
+class Run:
+    """One run: bodies, step size, history, course. Attributes that change are what a checkpoint holds."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        planned: Plan,
+        scheme: Scheme,
+        displacement: list[np.ndarray],
+        velocity: list[np.ndarray],
+        history_every: int,
+        pressures: bool = False,
+        history_rows: int = MOST_ROWS,
+    ) -> None:
+        self.scene, self.planned, self.scheme = scene, planned, scheme
+        self.warnings: list[str] = []
+        self.domains: list[Any] = scheme.states(scene, planned, displacement, velocity)
+        views = {id(view.plan): view for domain in self.domains for view in domain.views}
+        self.states: list[BodyView] = [views[id(body)] for body in planned.bodies]
+        # a function of time that fails is asked by what can touch, which goes first: then nothing has moved yet
+        self._order = sorted(self.domains, key=lambda domain: domain.contact is None)
+        for body in planned.bodies:
+            text = locking(body.body, body.label)
+            if text is not None:
+                self.warn(text, LockingWarning)
+        stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
+        stiffness = None if scheme.implicit else stiffness
+        self.limits = [
+            StableSteps(
+                domain.internal_force.without_boundary(),
+                [StableStep(view.plan, scene.obstacles, stiffness, view.viscous_force) for view in domain.views],
+            )
+            for domain in self.domains
+        ]
+        self.dt_limit = self._limit()
+        if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
+            self.limits = []  # it stays what it is: free the memory
+        self.dt: float = self.scheme.step_size(self.dt_limit)
+        self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
+        records = [(state, state.pressure_record()) for state in self.states if pressures]
+        self.pressures = [(state, record) for state, record in records if record is not None]
+        self.course = Course()
+        self.guards = Guards(scene, self.states, scheme.implicit)
+        self.looks = Looks(self)
+        self.over_limit = False
+        self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
+        self._warn_over(self.dt, self.dt_limit)
+        rubbing = scene.friction is not None and scene.friction.coefficient >= FLUTTERS
+        self._may_flutter = rubbing and any(
+            body.contact and body.contact.removal == "normal" for body in planned.bodies
+        )
+
+    def _limit(self, **options: int) -> float:
+        pairs = zip(self.domains, self.limits, strict=True)
+        found = min(limit.estimate(np.array(arrays.get(domain.u)), **options) for domain, limit in pairs)
+        self._elastic = min(limit.elastic for limit in self.limits)
+        self._damped = min(limit.damped for limit in self.limits)
+        return found
+
+    def _warn_over(self, dt: float, limit: float) -> None:
+        if dt > limit and not self.over_limit and not self.scheme.implicit:
+            self.over_limit = True
+            self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
+
+    def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
+        """Warn now and in the result."""
+        self.warnings.append(text)
+        warnings.warn(text, kind, stacklevel=4)
+
+    def go(
+        self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
+    ) -> Result:
+        """All steps; returns the result.
+
+        frames: how many to record; started: when the call of the user began; keeper: leaves checkpoints. A run that was
+        restored from a checkpoint goes on from there, with the frames that it had.
+        """
+        if not np.isfinite(self.dt):
+            raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
+        validate.step_count("scheme.dt", self.dt, self.scene.duration)
+        end = self.scene.duration * (1.0 - 1e-9)
+        course, first, output, compiled = self.course, True, 0.0, started
+        spent = course.wall
+        failed: FunctionError | None = None
+        unwritten: OutputError | None = None
+        if recorder is not None and frames > 0:
+            recorder.prepare()
+        with interrupts() as interrupted:
+            if not course.begun:
+                self._begin(frames, end)
+            while True:
+                cut = interrupted()
+                if keeper is not None and keeper.due(course.row, bool(cut), course.time >= end):
+                    writing = perf_counter()
+                    course.wall = spent + (0.0 if first else writing - compiled - output)
+                    keeper.save(self, course.row)
+                    output += perf_counter() - writing
+                time, before, row_number, due = course.time, course.before, course.row, course.due
+                final = time >= end or bool(cut)
+                after = 0.0 if final else self.dt
+                frame = (final and course.frames > 0) or (bool(due) and time >= due[0] - 0.5 * self.dt)
+                snapshot = self._snapshot(before, after) if final or frame else None
+                many = 1
+                if snapshot is None and before == after:
+                    many = self._rows_until(min(end, due[0] - 0.5 * self.dt if due else end) - time, row_number)
+                try:
+                    done = self._step(time, before, after, many)
+                except FunctionError as error:  # nothing has moved yet: the run ends at this level
+                    failed, after, final, frame = error, 0.0, True, course.frames > 0
+                    snapshot = self._snapshot(before, after)
+                    done = self._step(time, before, after, 1)
+                times = np.cumsum([time, *[after] * (done - 1)])
+                table = combined([domain.rows(times) for domain in self.domains], self.planned.layout)
+                self._keep(table)
+                row, time = table[-1], float(times[-1])
+                row_number += done - 1
+                if first:
+                    first, compiled, output = False, perf_counter(), 0.0
+                stop = self.guards.check(row, self.history, self.over_limit, after)
+                stop = stop or self.looks.take(self, row_number, time, after)
+                if snapshot is not None and frame and recorder is not None:
+                    writing = perf_counter()
+                    try:
+                        recorder.frame(time, snapshot)
+                    except OutputError as error:
+                        unwritten, stop = error, Stop("not-written", str(error))
+                    output += perf_counter() - writing
+                    course.due = [when for when in due if when - 0.5 * self.dt > time]
+                if stop is not None or final:
+                    break
+                self._watch(row, row_number)
+                course.before, course.time, course.row = after, time + after, row_number + 1
+                bar.update(course.time)
+        wall = spent + perf_counter() - compiled - output
+        self._keep(None)
+        if stop is None:
+            self._warn_held(row)
+        kept = f"at t = {time:.6g} s; everything up to then is kept"
+        if stop is None and failed is not None:
+            stop = Stop("function-failed", f"{failed}; stopped {kept}")
+        if stop is None and time < end:
+            if keeper is not None and keeper.written:
+                kept += f"; `tcontact resume {keeper.folder}` goes on from there"
+            stop = Stop("interrupted", f"stopped by {cut} {kept}")
+        if snapshot is None:
+            snapshot = Snapshot(self.states, 0.0, 0.0, self.dt)
+        result = self._result(stop, row_number, time, course.first_dt, snapshot, compiled - started, wall)
+        if unwritten is not None:
+            unwritten.result = result
+            raise unwritten
+        return result
+
+    def _begin(self, frames: int, end: float) -> None:
+        """When frames are due, and the bodies at the start; end [s]: of the run."""
+        steps, course = max(1, int(np.ceil(end / self.dt))), self.course
+        if frames > 1:  # the last comes anyway
+            course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
+        course.begun, course.frames, course.first_dt = True, frames, self.dt
+        for domain in self.domains:
+            self.scheme.begin(domain, self.dt)
+
+    def _snapshot(self, before: float, after: float) -> Snapshot:
+        return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
+
+    def _keep(self, table: np.ndarray | None) -> None:
+        """Take rows into the history, None to close it, and the pressures of the row that it kept."""
+        count = self.history.count
+        if table is None:
+            self.history.finish()
+        else:
+            self.history.add(table)
+        if self.history.count > count:
+            for state, record in self.pressures:
+                record.add(state.contact_node_force())
+        while table is not None and self.history.thin():
+            for _, record in self.pressures:
+                record.thin()
+
+    def _warn_flutter(self) -> None:
+        """Say so when something slides with a coefficient that is beyond the viscosity of the contact cells."""
+        if self._may_flutter and self.history.rubbed() > SLID * self.history.reference_energy:
+            self._may_flutter = False
+            assert self.scene.friction is not None
+            self.warn(
+                f"flutter: what slides on nodes that keep their tangential mass with a friction coefficient of"
+                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) loses some of its friction; compare with"
+                " MasslessContact(removal='full')"
+            )
+
+    def _step(self, time: float, before: float, after: float, many: int) -> int:
+        """One step of every body, or up to `many` of a small one; returns how many."""
+        if many == 1:
+            for domain in self._order:
+                self.scheme.step(domain, time, before, after)
+            return 1
+        stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
+        if self.scene.viscosity is not None and self.scheme.dt is None:
+            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
+        try:
+            return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
+        except FunctionError:  # at one of these rows: go as far as the functions do
+            return self._step(time, before, after, 1)
+
+    def _rows_until(self, span: float, number: int) -> int:
+        """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""
+        if len(self.domains) > 1 or self.pressures:
+            return 1
+        rows = min(self.domains[0].rows_at_once, int(span / self.dt))
+        if any(self.guards.nonlinear):
+            rows = min(rows, self._next_check - number + 1)
+        return max(1, min(rows, self.looks.rows(number)))
+
+    def _of(self, row: np.ndarray, name: str) -> float:
+        """A number of a measured row."""
+        return float(row[self.history.layout.place[name].start])
+
+    def _warn_held(self, row: np.ndarray) -> None:
+        """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
+        gap = self._of(row, "gap_min")
+        held = any(len(state.plan.support_rows) for state in self.states)
+        exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
+        if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
+            self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
+
+    def _watch(self, row: np.ndarray, number: int) -> None:
+        """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
+        self._warn_flutter()
+        if self.scene.viscosity is not None:
+            self._keep_below(with_viscosity(self._elastic, self._of(row, "viscous_rate"), self._damped))
+        if self.scheme.implicit or not any(self.guards.nonlinear):
+            return
+        jacobian = self._of(row, "jacobian_min")
+        crushed = jacobian < self._jacobian - CRUSHED
+        if number < self._next_check and not crushed:
+            return
+        if not all(np.isfinite(arrays.get(domain.u)).all() for domain in self.domains):
+            return  # for the guards to stop at the next row
+        limit = self._limit(products=FEW_PRODUCTS)
+        if self._keep_below(limit):
+            self._check_every = FIRST_CHECK // 2
+        if crushed:
+            self._jacobian = jacobian
+        self._check_every = min(2 * self._check_every, LAST_CHECK)
+        self._next_check = number + self._check_every
+
+    def _keep_below(self, limit: float) -> bool:
+        """Shorten a step that comes close to the stable one [s], or warn where it was given; whether it changed."""
+        if self.scheme.dt is not None or self.over_limit:
+            self._warn_over(self.dt, limit)
+            return False
+        if self.dt <= CLOSE * limit:  # an even step is worth more than the cfl number asked for
+            return False
+        self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
+        return True
+
+    def _result(
+        self,
+        stop: Stop | None,
+        steps: int,
+        time: float,
+        dt: float,
+        last: Snapshot,
+        compile_s: float,
+        wall_s: float,
+    ) -> Result:
+        cells = sum(body.mesh.cell_count for body in self.scene.bodies)
+        history = self.history.columns()
+        if stop is None:
+            for text, kind in end_warnings(self.scene, self.scheme, history, dt, self.guards.floor):
+                self.warn(text, kind)
+        memory: dict[str, int] = {}
+        for domain in self.domains:
+            for name, size in domain.memory().items():
+                memory[name] = memory.get(name, 0) + size
+        return Result(
+            ok=stop is None,
+            reason="finished" if stop is None else stop.reason,
+            message="" if stop is None else stop.message,
+            steps=steps,
+            time=time,
+            dt=dt,
+            dt_limit=self.dt_limit,
+            wall_s=wall_s,
+            compile_s=compile_s,
+            cell_updates_per_s=cells * steps / wall_s if wall_s > 0.0 else 0.0,
+            memory=memory,
+            terms=self.planned.terms,
+            position=np.concatenate(
+                [body.mesh.nodes + u for body, u in zip(self.scene.bodies, last.displacements, strict=True)]
+            ),
+            velocity=np.concatenate(last.velocities()),
+            contact_node_force=np.concatenate([state.contact_force() for state in self.states]),
+            history=history,
+            scene=self.scene,
+            warnings=self.warnings,
+            contact_pressures=tuple(record for _, record in self.pressures),
+            scheme=self.scheme,
+            layers=tuple(state.layers() for state in self.states),
+        )

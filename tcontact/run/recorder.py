@@ -1,0 +1,168 @@
+"""Writes frames into result.vtkhdf while a run goes on; everything complete survives a stop."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import FunctionError, InputError, OutputError
+from ..cells.stress import VonMises
+from ..results.files.vtkhdf import ResultData, ResultFile
+from ..results.frame_fields import LAYERS
+from ..scene.obstacles.description import describe
+from ..scene.scene import Scene
+from ..schemes.explicit.body_view import BodyView
+from .checkpoint.store import FILES as CHECKPOINTS
+from .folder_lock import check_free
+from .snapshot import Snapshot
+
+FILE = "result.vtkhdf"
+
+
+def check_folder(out: Any) -> Path:
+    """The output folder, checked before anything starts. Raises `InputError` if it cannot take a new result."""
+    try:
+        folder = Path(out)
+    except TypeError as error:
+        raise InputError("out", out, "give a folder name or None") from error
+    if out == "":
+        raise InputError("out", out, "give a folder name, '.' for this one")
+    if "\0" in str(folder):
+        raise InputError("out", out, "a folder name has no null characters")
+    try:
+        is_file = folder.exists() and not folder.is_dir()
+    except OSError as error:
+        raise InputError("out", str(folder), f"no folder can have this name ({error.strerror})") from error
+    if is_file:
+        raise InputError("out", str(folder), "this is a file; give a folder")
+    check_free(folder)
+    if os.path.lexists(folder / FILE):
+        raise InputError(
+            "out", str(folder), f"it already holds {FILE} of another run; choose another folder or remove it"
+        )
+    return folder
+
+
+def make_folder(folder: Path) -> None:
+    """Make the output folder, before time is spent on the run. Raises `InputError` where that is impossible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
+
+
+class Recorder:
+    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
+    with friction layers also their surface temperature [K] and shear stress [Pa]."""
+
+    def __init__(
+        self,
+        folder: Path,
+        scene: Scene,
+        states: list[BodyView],
+        title: str,
+        fields: Sequence[str],
+        frames: int | None = None,
+    ) -> None:
+        """fields: what frames hold; frames: go on with so many frames of the file that is there; None = start anew.
+
+        Raises `InputError` where the file cannot be made or gone on with.
+        """
+        self.states, self.folder = states, folder
+        self.fields = fields
+        points = np.concatenate([body.mesh.nodes for body in scene.bodies])
+        blocks, start = [], 0
+        for body in scene.bodies:
+            blocks.append((body.mesh.kind, body.mesh.cells + start))
+            start += body.mesh.node_count
+        bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
+        self.obstacles, self.times = scene.obstacles, [0.0]
+        self.stress: list[VonMises] = []
+        self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
+        try:
+            if frames is None:
+                static = {"body": bodies} if len(scene.bodies) > 1 else None
+                self.file = ResultFile.create(folder / FILE, points, blocks, self.attributes, static)
+            else:
+                self.times += [float(time) for time in ResultData.open(folder / FILE).times[:frames]]
+                self.file = ResultFile.reopen(folder / FILE, frames, self.attributes)
+        except OSError as error:
+            remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
+            raise InputError("out", str(folder), remedy) from error
+
+    def prepare(self) -> None:
+        """Before the first frame: what every frame needs, for the fields that it holds."""
+        if "contact_pressure" in self.fields:
+            area = _joined([state.contact_areas() for state in self.states])
+            self._touching = np.flatnonzero(area > 0.0)
+            self._area = area[self._touching]
+        if "von_mises" in self.fields:
+            self.stress = [VonMises(state.plan.body) for state in self.states]
+
+    def frame(self, time: float, snapshot: Snapshot) -> None:
+        """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
+        self.times.append(float(time))
+        moved = snapshot.displacements
+        nodal = {"displacement": _joined(moved)}
+        if "velocity" in self.fields:
+            nodal["velocity"] = _joined(snapshot.velocities())
+        if "contact_force" in self.fields or "contact_pressure" in self.fields:
+            force = _joined([state.contact_force() for state in self.states])
+            if "contact_force" in self.fields:
+                nodal["contact_force"] = force
+            if "contact_pressure" in self.fields:
+                nodal["contact_pressure"] = pressure = np.zeros(len(force))
+                pressure[self._touching] = np.linalg.norm(force[self._touching], axis=1) / self._area
+        if not LAYERS.keys().isdisjoint(self.fields):
+            layers = [state.layer_fields() for state in self.states]
+            nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
+        cellwise = {}
+        if self.stress:
+            cellwise["von_mises"] = _joined([of(part) for of, part in zip(self.stress, moved, strict=True)])
+        try:
+            self.file.append(time, nodal, cellwise)
+        except OSError as error:
+            raise self._unwritten(f"the frame at t = {time:.6g} s", error) from error
+
+    def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+        """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
+        try:
+            there = describe(self.obstacles, sorted(set(self.times)))
+        except FunctionError:  # at a time that the run did not ask for: without the motion
+            there = self.attributes["obstacles"]
+        try:
+            self.file.write_history(history)
+            self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
+            self.file.close()
+        except OSError as error:
+            raise self._unwritten("the history", error) from error
+
+    def abandon(self) -> None:
+        """Close the file as it is on disk."""
+        self.file.close()
+
+    def _unwritten(self, what: str, error: OSError) -> OutputError:
+        kept = "all frames are"
+        if what.startswith("the frame"):
+            self.times.pop()
+            kept = f"the {len(self.times) - 1} frames before it are"
+        return unwritten(self.folder, what, kept, error)
+
+
+def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:
+    """What is said when a file cannot be written."""
+    if not (folder / FILE).exists():
+        where = "the folder" if not folder.is_dir() else "the file"
+        text = f"{what} cannot be written: {where} was removed or renamed while the run went on; run again"
+        return OutputError(f"{folder / FILE}: {text}")
+    go_on = f"then `tcontact resume {folder}`" if any((folder / name).exists() for name in CHECKPOINTS) else "run again"
+    return OutputError(f"{folder / FILE}: {what} cannot be written ({error.strerror}); {kept} kept; make room, {go_on}")
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Values of all bodies, one after the other; no copy for one body."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

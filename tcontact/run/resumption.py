@@ -1,0 +1,129 @@
+"""`resume`: go on with a run from the last whole checkpoint in its folder, bit for bit as if it had never stopped."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from ..base import validate
+from ..base.errors import InputError
+from ..device import runtime
+from ..planning.planning import plan
+from ..results.files.vtkhdf import ResultData
+from ..results.report import versions
+from ..results.result import Result
+from ..scene.scene import Scene
+from ..schemes import scheme_of
+from .checkpoint import Checkpoint, contents, store
+from .checkpoint.fingerprint import compare, fingerprint
+from .checkpoint.keeper import Keeper, start_of
+from .checkpoint.options import checked
+from .folder_lock import locked
+from .loop import Run
+from .progress import ProgressBar
+from .recorder import FILE, Recorder
+from .simulation import carry_out, start_of_scene
+
+
+def resume(
+    folder: str | Path,
+    scene: Scene,
+    scheme: Any = "central-difference",
+    threads: int | None = None,
+    arch: str = "cpu",
+    progress: bool = False,
+    checkpoint: float | dict[str, Any] | Checkpoint | None = 60.0,
+) -> Result:
+    """Go on with the run that stopped in `folder` and return its `Result`, history and frames from its start included.
+
+    scene, scheme: the same as before; what else `simulate` was told (frames, history, pressures) is in the checkpoint;
+    threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits); checkpoint=None
+    leaves none but the one of a run that Ctrl-C or SIGTERM stops.
+    A damaged checkpoint is passed over for the older one, with a warning.
+
+    Raises `InputError` if the scene differs, naming the difference, if there is nothing to go on from, or if another
+    process runs in the folder. All fields of the scene and the scheme are compared. Of a function of time no more can
+    be known than its values: it is compared at 4096 times over the duration, and at the times at which the run has
+    asked it so far (all of them up to 32768 calls, then evenly thinned ones). A function that differs between these
+    times alone, for less than 1/4096 of the duration, goes unnoticed.
+    """
+    started = perf_counter()
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give the tcontact.Scene that was run")
+    validate.flag("progress", progress)
+    scheme, options = scheme_of(scheme), checked(checkpoint, folder)
+    path = checked_folder(folder)
+    with locked(path):
+        stored = latest(path)
+        physics = fingerprint(scene, scheme)
+        compare(stored.head["physics"], physics)
+        planned = plan(scene)
+        scheme.check(planned)
+        runtime.start(arch, threads)
+        start = start_of(stored)
+        displacement, velocity = start or start_of_scene(scene)
+        names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep", "chunks")
+        head = {name: stored.head[name] for name in names}
+        rows = head["history_every"], head["pressures"], head["history_rows"]
+        for domain in planned.domains:  # the same bits on a machine with another number of threads
+            domain.chunks = head["chunks"]
+        run = Run(scene, planned, scheme, displacement, velocity, *rows)
+        new = contents.prints(run)
+        if contents.differs(stored.head["new"], new, stored.found):
+            made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"
+            text = f"prepared the scene a little differently than the run did ({made}): the last digits may differ"
+            warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
+        try:
+            contents.restore(run, stored.found, stored.values)
+        except InputError:  # a function of time is another one
+            raise
+        except (KeyError, ValueError, IndexError) as error:
+            made = stored.head.get("versions", {})
+            remedy = f"was left by another version of the program ({made}); resume it with that one"
+            raise InputError("folder", str(stored.path), remedy) from error
+        recorder = Recorder(path, scene, run.states, " + ".join(planned.terms), head["fields"], stored.head["frames"])
+        head |= {"origin": stored.head["origin"], "versions": versions()}
+        if options is not None:
+            head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
+        keeper = Keeper(options, path, new, recorder, head, start)
+        keeper.restored(run.course.row)
+        with ProgressBar(scene.duration, "resume", progress) as bar:
+            bar.update(run.course.time)
+            return carry_out(run, run.course.frames, path, recorder, keeper, bar, started)
+
+
+def checked_folder(folder: Any) -> Path:
+    """The folder of a run. Raises `InputError`."""
+    path = validate.path("folder", folder, "give the folder of a run")
+    if not validate.is_folder(path):
+        raise InputError("folder", str(path), "no such folder; give the folder of a run that stopped")
+    return path
+
+
+def latest(folder: Path) -> store.Stored:
+    """The latest whole checkpoint whose frames are in the result file. Raises `InputError` if there is none."""
+    good, bad = store.read_all(folder)
+    for path in bad:
+        warnings.warn(f"{path} is damaged and passed over", RuntimeWarning, stacklevel=3)
+    if not good:
+        raise InputError("folder", str(folder), _nothing(folder, bool(bad)))
+    frames = len(ResultData.open(folder / FILE))
+    for stored in good:
+        if stored.head["frames"] <= frames:
+            return stored
+    raise InputError("folder", str(folder), f"{FILE} holds {frames} frames, fewer than its checkpoints; run again")
+
+
+def _nothing(folder: Path, damaged: bool) -> str:
+    if damaged:
+        return "its checkpoints are damaged; run again"
+    if not (folder / FILE).is_file():
+        return "holds no run; give the folder of a run that stopped"
+    reason = ResultData.open(folder / FILE).attributes.get("reason")
+    if reason == "interrupted":
+        return "the run there was interrupted and left no checkpoint: run again, with checkpoint= (--checkpoint)"
+    if reason is not None:
+        return f"the run there has ended; there is nothing to go on with (`tcontact render {folder} --plots` draws it)"
+    return "holds no checkpoint: it stopped before the first one, or was run without; run again"

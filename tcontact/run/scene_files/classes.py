@@ -1,0 +1,43 @@
+"""The classes a scene file can name, by the place they stand in."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from ...friction_layer import metals
+from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
+from ...scene.dissipation import BulkViscosity, Damping
+from ...scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from ...scene.materials import LAWS
+from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
+from ...schemes import SCHEMES
+
+# place -> type words -> class; a place with one class needs no word
+CLASSES: dict[str, dict[str, type]] = {
+    "material": {kind.__name__: kind for kind in LAWS.values()},
+    "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
+    "contact": {kind.__name__: kind for kind in (MasslessContact, PenaltyContact, ImpulseContact)},
+    "friction": {kind.__name__: kind for kind in (Coulomb, RegularizedCoulomb, FrictionLayer)},
+    "damping": {kind.__name__: kind for kind in Damping.__subclasses__()},
+    "viscosity": {"BulkViscosity": BulkViscosity},
+    "metal": {"Metal": metals.Metal},
+    "scheme": dict(SCHEMES),
+}
+METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
+SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # each may be "none"
+RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")
+SURFACE = ("surface", "cells", "margin", "scale")  # of an Sdf from a file of triangles
+
+
+def keys_of(kind: type) -> list[str]:
+    """Names of the arguments of a dataclass."""
+    return [field.name for field in fields(kind) if field.init]
+
+
+def word_of(place: str, value: Any) -> str | None:
+    """The type word of an object at a place; None if it is none of the classes there."""
+    for word, kind in CLASSES[place].items():
+        if type(value) is kind:
+            return word
+    return None

@@ -1,0 +1,248 @@
+"""From a TOML file to a scene; every refusal names the place in the file."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...base.validate import choice, number
+from ...mesh.box import box_mesh
+from ...mesh.elements import ELEMENTS
+from ...mesh.files.reading import read_mesh
+from ...mesh.mesh import Mesh
+from ...scene.body import Body, Support
+from ...scene.obstacles import Sdf
+from ...scene.scene import Scene
+from .classes import CLASSES, METALS, RUN, SCENE_PARTS, SURFACE, keys_of
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
+
+MOST_BYTES = 2**24  # of the TOML itself; long arrays stand beside it
+BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
+FILE = {"file": "path", "scale": "scale", "kind": "kind"}
+ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets")}
+
+
+def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, dict[str, Any]]:
+    """The scene of a TOML file, and the options of its [run] table as keywords of `simulate`.
+
+    Files named in it are looked for beside it. Raises `InputError` naming the place in the file: no or broken TOML,
+    unknown keys and words, missing keys, files that are missing or broken, and everything the classes refuse.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError("path", path, "give the name of a TOML file")
+    file = Path(path)
+    data = _toml(file)
+    reader = Reader(file.parent)
+    options = reader.run(data.pop("run", {}))
+    return reader.scene(data), options
+
+
+def _toml(file: Path) -> dict[str, Any]:
+    try:
+        if not file.is_file():
+            raise InputError("path", str(file), "no such file; give a scene as TOML")
+        if file.stat().st_size > MOST_BYTES:
+            raise InputError("path", str(file), "is too large for a scene; put long arrays into an .npz file beside it")
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, RecursionError) as error:
+        raise InputError("path", str(file), f"cannot be read ({error})") from error
+    except InputError:
+        raise
+    except ValueError as error:  # UnicodeDecodeError, TOMLDecodeError, null bytes in the name
+        raise InputError("path", str(file), f"is no valid TOML ({error})") from error
+
+
+class Reader:
+    """Builds the objects of a scene file; folder: where the files it names lie."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def scene(self, data: dict[str, Any]) -> Scene:
+        """The scene of the whole table."""
+        known = keys_of(Scene)
+        check_keys("", data, [*known, "run"])
+        for key in ("bodies", "duration"):
+            if key not in data:
+                raise InputError(key, "missing", f"add {key} to the file")
+        values = dict(data)
+        values["bodies"] = [self.body(f"bodies[{i}]", table) for i, table in enumerate(tables("bodies", data))]
+        if "obstacles" in data:
+            found = enumerate(tables("obstacles", data))
+            values["obstacles"] = [self.obstacle(f"obstacles[{i}]", table) for i, table in found]
+        for key in SCENE_PARTS:
+            if key in data:
+                values[key] = None if data[key] == "none" else self.plain(key, data[key], key)
+        if data.get("pairs") == "none":
+            values["pairs"] = None
+        return made("scene", Scene, values)
+
+    def run(self, data: Any) -> dict[str, Any]:
+        """Keywords of `simulate`."""
+        check_keys("run", table("run", data), RUN)
+        values = dict(data)
+        if isinstance(values.get("scheme"), dict):
+            values["scheme"] = self.plain("run.scheme", values["scheme"], "scheme", word="central-difference")
+        return values
+
+    def body(self, place: str, data: dict[str, Any]) -> Body:
+        """A body."""
+        check_keys(place, data, keys_of(Body))
+        values = dict(data)
+        for key in ("mesh", "material"):
+            if key not in data:
+                raise InputError(f"{place}.{key}", "missing", "every body needs one")
+        values["mesh"] = self.mesh(f"{place}.mesh", data["mesh"])
+        values["material"] = self.plain(f"{place}.material", data["material"], "material")
+        for key in ("velocity", "displacement"):
+            if key in data:
+                values[key] = self.array(f"{place}.{key}", data[key])
+        if "supports" in data:
+            supports = []
+            for i, support in enumerate(tables(f"{place}.supports", data, "supports")):
+                check_keys(f"{place}.supports[{i}]", support, keys_of(Support))
+                supports.append(made(f"{place}.supports[{i}]", Support, support))
+            values["supports"] = supports
+        return made(place, Body, values)
+
+    def mesh(self, place: str, data: Any) -> Mesh:
+        """A box, a mesh file, or nodes and cells."""
+        given = table(place, data)
+        for first, names, build in (("box", BOX, box_mesh), ("file", FILE, self._mesh_file), ("nodes", ARRAYS, Mesh)):
+            if first in given:
+                check_keys(place, given, names)
+                return made(place, build, {names[key]: value for key, value in given.items()})
+        remedy = 'give box = [..] and cells = [..], or file = "part.msh", or nodes, cells and kind'
+        raise InputError(place, list(given), remedy)
+
+    def obstacle(self, place: str, data: dict[str, Any]) -> Any:
+        """An obstacle; an Sdf from a surface or from arrays in a file."""
+        if data.get("type") != "Sdf":
+            return self.plain(place, data, "obstacles")
+        values = {key: value for key, value in data.items() if key != "type"}
+        if isinstance(data.get("surface"), str):
+            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center"])
+            values["surface"] = str(self.folder / data["surface"])
+            return made(place, Sdf.from_surface, values)
+        check_keys(place, values, keys_of(Sdf))
+        for key in ("distance", "gradient"):
+            if key in values:
+                values[key] = self.array(f"{place}.{key}", values[key])
+        if "surface" in values:
+            pair = table(f"{place}.surface", values["surface"])
+            check_keys(f"{place}.surface", pair, ("points", "triangles"))
+            values["surface"] = tuple(
+                np.asarray(self.array(f"{place}.surface.{key}", pair.get(key, []))) for key in ("points", "triangles")
+            )
+        return made(place, Sdf, values)
+
+    def plain(self, place: str, data: Any, kind: str, word: str | None = None) -> Any:
+        """An object of plain data; kind: the place it belongs to in `CLASSES`."""
+        if kind == "metal" and isinstance(data, str):
+            return METALS[choice(place, data, METALS)]
+        values = dict(table(place, data))
+        words = CLASSES[kind]
+        default = word or (next(iter(words)) if len(words) == 1 or kind == "contact" else None)
+        word = values.pop("type", default)
+        if word is None:
+            raise InputError(f"{place}.type", "missing", "use one of " + ", ".join(repr(one) for one in words))
+        built = words[choice(f"{place}.type", word, words)]
+        check_keys(place, values, keys_of(built))
+        if kind == "friction" and "material" in values:
+            values["material"] = self.plain(f"{place}.material", values["material"], "metal")
+        return made(place, built, values)
+
+    def array(self, place: str, data: Any) -> Any:
+        """Numbers written out, or those of an array in an .npz file."""
+        if not isinstance(data, dict):
+            return data
+        check_keys(place, data, ("file", "array"))
+        if not isinstance(data.get("file"), str) or not isinstance(data.get("array"), str):
+            raise InputError(place, data, 'give { file = "name.npz", array = "name in it" }')
+        return _from_npz(place, self.folder / data["file"], [data["array"]])[data["array"]]
+
+    def _mesh_file(self, path: Any, scale: Any = 1.0, kind: str | None = None) -> Mesh:
+        if not isinstance(path, str):
+            raise InputError("file", path, "give the name of a mesh file")
+        file = self.folder / path
+        if file.suffix.lower() != ".npz":
+            return read_mesh(file, scale, kind)
+        found = _from_npz("file", file, None)
+        if not {"nodes", "cells", "kind"} <= found.keys():
+            raise InputError("file", str(file), "holds no mesh: nodes, cells and kind; save the scene again")
+        if found["kind"].dtype.kind != "U" or found["kind"].ndim:
+            raise InputError("file", str(file), "its kind is no text; save the scene again")
+        sets: dict[str, dict[str, Any]] = {"node_sets": {}, "face_sets": {}}
+        for name, values in found.items():
+            group, _, label = name.partition("/")
+            if group in sets and label:
+                sets[group][label] = values
+        mesh = Mesh(found["nodes"], found["cells"], str(found["kind"]), **sets)
+        if kind is not None and mesh.kind != choice("kind", kind, ELEMENTS):
+            raise InputError("kind", kind, f"the file holds {mesh.kind} cells; leave kind out")
+        return mesh if number("scale", scale, low=0.0) == 1.0 else mesh.scaled(scale)
+
+
+def _from_npz(place: str, file: Path, names: list[str] | None) -> dict[str, np.ndarray]:
+    """Arrays of an .npz file by name, None for all."""
+    if not file.is_file():
+        raise InputError(place, str(file), "no such file; it is looked for beside the scene")
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            wanted = list(arrays.files) if names is None else names
+            missing = [name for name in wanted if name not in arrays.files]
+            if not missing:
+                return {name: np.asarray(arrays[name]) for name in wanted}
+            held = ", ".join(arrays.files) or "nothing"
+    except Exception as error:  # a broken archive fails in many ways
+        raise InputError(place, str(file), f"cannot be read ({error}); save the scene again") from error
+    raise InputError(place, missing[0], f"{file.name} holds no such array; it holds {held}")
+
+
+def made(place: str, build: Callable[..., Any], values: dict[str, Any]) -> Any:
+    """What `build` makes of the values; its refusals and missing arguments name the place."""
+    try:
+        return build(**values)
+    except InputError as error:
+        raise InputError(f"{place}: {error.field}", error.value, error.remedy) from error
+    except TypeError as error:
+        if "argument" not in str(error):
+            raise
+        raise InputError(place, values, f"something is missing ({error})") from error
+
+
+def table(place: str, data: Any) -> dict[str, Any]:
+    """A table of TOML."""
+    if not isinstance(data, dict):
+        raise InputError(place, data, "give a table, [like.this] or { like = 'this' }")
+    return data
+
+
+def tables(place: str, data: dict[str, Any], key: str | None = None) -> list[dict[str, Any]]:
+    """A list of tables."""
+    given = data[key or place]
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        raise InputError(place, given, f"give a list of tables: [[{place}]]")
+    return given
+
+
+def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
+    """Refuse a key that is none of the known ones."""
+    words = list(known)
+    for key in data:
+        if key not in words:
+            close = difflib.get_close_matches(key, words, 1)
+            hint = f"did you mean {close[0]}? " if close else ""
+            where = f"{place}.{key}" if place else key
+            raise InputError(where, data[key], f"unknown key; {hint}Known are {', '.join(words)}")

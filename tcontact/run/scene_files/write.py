@@ -1,0 +1,187 @@
+"""From a scene to a TOML file, exactly: numbers in all their digits, long arrays in an .npz file beside it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base import validate
+from ...base.errors import InputError
+from ...mesh.box import box_mesh
+from ...mesh.mesh import Mesh
+from ...scene.body import Body
+from ...scene.obstacles import Obstacle, Sdf
+from ...scene.scene import Scene
+from .classes import METALS, RUN, SCENE_PARTS, word_of
+from .toml import to_toml
+
+INLINE = 24  # numbers; longer arrays stand beside the TOML
+
+
+def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
+    """Write a scene, and options of `simulate` as its [run] table; `load_scene` then gives the same run, bit for bit.
+
+    path: the TOML file; what is too long for it goes to NAME.npz beside it (boxes of `box_mesh` are written as such).
+    Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
+    that are functions of time, which have no plain data, and for a file that cannot be written.
+    """
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give a tcontact.Scene")
+    file = validate.path("path", path, "give the name of a TOML file")
+    if not file.name:
+        raise InputError("path", path, "give the name of a TOML file")
+    writer = Writer(file.with_suffix(".npz").name)
+    data = writer.scene(scene, run)
+    text = to_toml(data)
+    try:
+        if writer.arrays:
+            np.savez_compressed(file.with_suffix(".npz"), **writer.arrays)
+        for name, arrays in writer.meshes.items():
+            np.savez_compressed(file.with_name(name), **arrays)
+        file.write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise InputError("path", str(file), f"cannot be written ({error}); name another file") from error
+
+
+class Writer:
+    """Collects the tables of a scene; beside: name of the .npz file for its arrays."""
+
+    def __init__(self, beside: str) -> None:
+        self.beside = beside
+        self.arrays: dict[str, Any] = {}
+        self.meshes: dict[str, dict[str, Any]] = {}
+
+    def scene(self, scene: Scene, run: Mapping[str, Any]) -> dict[str, Any]:
+        """The whole table."""
+        data: dict[str, Any] = {"duration": float(scene.duration)}
+        if scene.gravity is not None:
+            data["gravity"] = scene.gravity.tolist()
+        for key in SCENE_PARTS:
+            value = getattr(scene, key)
+            if value is not None:
+                data[key] = self.plain(key, value)
+            elif key == "contact":
+                data[key] = "none"
+        if scene.pairs is None:
+            data["pairs"] = "none"
+        for key, value in run.items():
+            if key not in RUN:
+                raise InputError(f"run.{key}", value, "not an option of a scene file; it knows " + ", ".join(RUN))
+        options = {key: value for key, value in run.items() if value is not None}
+        if "scheme" in options and not isinstance(options["scheme"], str):
+            options["scheme"] = self.plain("scheme", options["scheme"])
+        data |= {"run": options} if options else {}
+        data["bodies"] = [self.body(i, body) for i, body in enumerate(scene.bodies)]
+        if scene.obstacles:
+            data["obstacles"] = [self.obstacle(i, obstacle) for i, obstacle in enumerate(scene.obstacles)]
+        return data
+
+    def body(self, index: int, body: Body) -> dict[str, Any]:
+        """A body."""
+        data: dict[str, Any] = {} if body.name is None else {"name": body.name}
+        data |= {"mesh": self.mesh(index, body.mesh), "material": self.plain("material", body.material)}
+        data["velocity"] = self.nodal(f"velocity-{index}", body.velocity, body.initial_velocity)
+        if body.displacement is not None:
+            data["displacement"] = self.nodal(f"displacement-{index}", body.displacement, body.initial_displacement)
+        if body.contact is not None:
+            data["contact"] = list(body.contact) if len(body.contact) > 1 else body.contact[0]
+        if body.formulation != "full":
+            data["formulation"] = body.formulation
+        if body.periodic is not None:
+            data["periodic"] = body.periodic
+        if body.supports:
+            data["supports"] = [
+                {
+                    "set": support.set,
+                    "axes": support.axes,
+                    "velocity": np.asarray(support.velocity, dtype=float).tolist(),
+                }
+                for support in body.supports
+            ]
+        return data
+
+    def mesh(self, index: int, mesh: Mesh) -> dict[str, Any]:
+        """A box by its numbers, or a file of arrays."""
+        box = box_of(mesh)
+        if box is not None:
+            return box
+        name = f"{Path(self.beside).stem}-mesh-{index}.npz"
+        arrays = {"nodes": mesh.nodes, "cells": mesh.cells, "kind": np.array(mesh.kind)}
+        for group in ("node_sets", "face_sets"):
+            for label, ids in getattr(mesh, group).items():
+                arrays[f"{group}/{label}"] = ids
+        self.meshes[name] = arrays
+        return {"file": name}
+
+    def obstacle(self, index: int, obstacle: Obstacle) -> dict[str, Any]:
+        """An obstacle; the grid of an Sdf stands beside the file."""
+        for key in ("velocity", "angular_velocity"):
+            if callable(getattr(obstacle, key)):
+                remedy = "a function of time has no plain data; give a vector, or keep this scene in Python"
+                raise InputError(f"obstacles[{index}].{key}", getattr(obstacle, key), remedy)
+        if not isinstance(obstacle, Sdf):
+            return self.plain("obstacles", obstacle)
+        data = self.plain("obstacles", obstacle, leave=("distance", "gradient", "nodes", "surface"))
+        data["distance"] = self.array(f"distance-{index}", obstacle.grid[..., 0])
+        data["gradient"] = self.array(f"gradient-{index}", obstacle.grid[..., 1:])
+        if obstacle.surface is not None:
+            points, triangles = obstacle.surface
+            data["surface"] = {
+                "points": self.array(f"points-{index}", np.asarray(points)),
+                "triangles": self.array(f"triangles-{index}", np.asarray(triangles)),
+            }
+        return data
+
+    def plain(self, place: str, value: Any, leave: tuple[str, ...] = ()) -> dict[str, Any]:
+        """An object of plain data by its arguments, without those at their defaults."""
+        word = word_of(place, value)
+        if word is None:
+            raise InputError(place, value, "is of no class that a scene file knows")
+        data: dict[str, Any] = {"type": word}
+        for field in fields(value):
+            given = getattr(value, field.name)
+            if field.name in leave or given is None:
+                continue
+            if field.name == "material":
+                names = [name for name, metal in METALS.items() if metal == given]
+                data["material"] = names[0] if names else self.plain("metal", given)
+            elif field.default is MISSING or not np.array_equal(given, field.default):
+                data[field.name] = given.tolist() if isinstance(given, (np.ndarray, np.generic)) else given
+        return data
+
+    def nodal(self, name: str, given: Any, values: np.ndarray) -> Any:
+        """A vector as it is, anything else as an array."""
+        if not callable(given) and np.shape(given) == (3,):
+            return np.asarray(given, dtype=np.float64).tolist()
+        return self.array(name, values)
+
+    def array(self, name: str, values: np.ndarray) -> Any:
+        """Numbers written out if they are few, else the name of an array beside the file."""
+        if values.size <= INLINE:
+            return values.tolist()
+        self.arrays[name] = values
+        return {"file": self.beside, "array": name}
+
+
+def box_of(mesh: Mesh) -> dict[str, Any] | None:
+    """Arguments that make `box_mesh` give this very mesh, None if there are none."""
+    low, high = mesh.bounds
+    cells = [len(np.unique(mesh.nodes[:, axis])) - 1 for axis in range(3)]
+    if min(cells) < 1 or np.prod([n + 1 for n in cells], dtype=object) != mesh.node_count:
+        return None
+    try:
+        twin = box_mesh((high - low).tolist(), cells, mesh.kind, low.tolist())
+    except InputError:
+        return None
+    same = np.array_equal(twin.nodes, mesh.nodes) and np.array_equal(twin.cells, mesh.cells) and not mesh.node_sets
+    if not same or twin.face_sets.keys() != mesh.face_sets.keys():
+        return None
+    if not all(np.array_equal(faces, mesh.face_sets[name]) for name, faces in twin.face_sets.items()):
+        return None
+    data: dict[str, Any] = {"box": (high - low).tolist(), "cells": cells, "kind": mesh.kind}
+    return data | ({"origin": low.tolist()} if low.any() else {})

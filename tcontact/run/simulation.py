@@ -1,0 +1,267 @@
+"""`simulate`: check the input, plan, start the runtime, run the loop, write what was asked for."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import InputError, OutputError
+from ..device import runtime
+from ..friction_layer import LayerState
+from ..friction_layer.grid import depths
+from ..mesh.geometry import shortest_edge
+from ..planning.packing import chunks_for
+from ..planning.planning import Plan, plan
+from ..results import frame_fields
+from ..results.report import run_attributes, versions, write_history, write_json
+from ..results.result import Result
+from ..scene.contact_models import PenaltyContact
+from ..scene.friction_models import FrictionLayer
+from ..scene.scene import Scene
+from ..schemes import scheme_of
+from .checkpoint import Checkpoint, contents, store
+from .checkpoint.fingerprint import fingerprint
+from .checkpoint.keeper import Keeper
+from .checkpoint.options import checked
+from .folder_lock import locked
+from .history import MOST_ROWS
+from .loop import Run
+from .progress import ProgressBar
+from .recorder import Recorder, check_folder, make_folder, unwritten
+
+
+def simulate(
+    scene: Scene,
+    scheme: Any = "central-difference",
+    out: str | Path | None = None,
+    frames: int = 0,
+    threads: int | None = None,
+    arch: str = "cpu",
+    progress: bool = False,
+    history_every: int = 1,
+    initial: Result | None = None,
+    pressures: bool = False,
+    checkpoint: float | dict[str, Any] | Checkpoint | None = None,
+    fields: Sequence[str] | None = None,
+    history_rows: int = MOST_ROWS,
+) -> Result:
+    """Run a scene and return its `Result`.
+
+    scheme: a name or an object with its options; out: folder for result.vtkhdf, history.csv and summary.json (must not
+    hold another run); frames: how many states are written, first and last included; threads: CPU threads (None = all);
+    arch: "cpu" or "cuda"; progress: a bar on a terminal; history_every: keep every so many rows; initial: start from
+    the end of another run of the same bodies, whatever velocity and displacement they name: positions, velocities and
+    friction layers go on, while time starts at 0 again for moving obstacles and the sums of the history, and a scene
+    without `FrictionLayer` drops the layers; pressures: keep the pressures of the contact nodes at every row of the
+    history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
+    `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
+    are removed when the run has finished; fields: what frames hold, None = all (names in
+    `tcontact.results.frame_fields`; the
+    displacement always); history_rows: most rows that are kept: with more, every second one is dropped and
+    `history_every` doubles from there on (sums over time stay those of every step; it is said before the run).
+    Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
+    second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
+    program that makes several looks at the reason "interrupted" before the next one.
+
+    Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
+    `result` is what was computed up to then).
+    """
+    started = perf_counter()
+    if not isinstance(scene, Scene):
+        raise InputError("scene", scene, "give a tcontact.Scene")
+    scheme = scheme_of(scheme)
+    if getattr(scheme, "dt", None) is not None:
+        validate.step_count("scheme.dt", scheme.dt, scene.duration)
+    validate.whole("frames", frames, 0, 10**6)
+    validate.whole("history_every", history_every, 1)
+    validate.whole("history_rows", history_rows, 2)
+    for name, value in (("progress", progress), ("pressures", pressures)):
+        validate.flag(name, value)
+    options = checked(checkpoint, out)
+    displacement, velocity = _start(scene, initial)
+    layers = () if initial is None else _layers(scene, initial)
+    folder = None if out is None else check_folder(out)
+    wanted = frame_fields.chosen(scene, fields)
+    if folder is not None:
+        frame_fields.check_room(folder, scene, frames, wanted)
+    planned = plan(scene)
+    scheme.check(planned)
+    _warn_steep(scene, planned)
+    runtime.start(arch, threads)
+    _check_laws(scene, scheme)
+    if folder is not None:
+        make_folder(folder)
+    with nullcontext() if folder is None else locked(folder):
+        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows)
+        said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
+        if said is not None:
+            run.warn(said)
+        if folder is None:
+            take_over(run, layers)
+            with ProgressBar(scene.duration, "simulate", progress) as bar:
+                return run.go(frames, None, bar, started)
+        check_folder(folder)
+        recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
+        keeper = None
+        if options is not None:
+            head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
+            head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
+            head["chunks"] = chunks_for(runtime.threads())
+            head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
+            start = None if initial is None else (displacement, velocity)
+            keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
+        take_over(run, layers)  # after the fingerprints of the run as it is made anew
+        with ProgressBar(scene.duration, "simulate", progress) as bar:
+            return carry_out(run, frames, folder, recorder, keeper, bar, started)
+
+
+def carry_out(
+    run: Run,
+    frames: int,
+    folder: Path,
+    recorder: Recorder,
+    keeper: Keeper | None,
+    bar: ProgressBar,
+    started: float,
+) -> Result:
+    """Run, and leave result file, history and summary in the folder; checkpoints that nobody needs any more go."""
+    try:
+        result = run.go(frames, recorder, bar, started, keeper)
+        attributes = run_attributes(result)
+        try:
+            recorder.close(result.history, attributes)
+        except OutputError as error:
+            error.result = result
+            raise
+    finally:
+        recorder.abandon()
+    try:
+        write_history(folder / "history.csv", result.history)
+        write_json(folder / "summary.json", attributes)
+    except OSError as error:
+        failed = unwritten(folder, "history.csv or summary.json", "all frames are", error)
+        failed.result = result
+        raise failed from error
+    if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
+        store.remove(folder)
+    return result
+
+
+def _check_laws(scene: Scene, scheme: Any) -> None:
+    """Refuse a material whose law the kernels do not have. Raises `InputError`."""
+    from ..kernels.materials import LAWS  # imports Taichi
+
+    known, who, remedy = list(LAWS), "the kernels", "CONTRIBUTING.md says how to add a law"
+    if scheme.implicit:
+        from ..kernels.cells.implicit_rules import has_rule
+
+        known, who = [name for name, law in LAWS.items() if has_rule(law, scheme.stress)], "implicit schemes"
+        remedy = f"for steps of {type(scheme).__name__}; use one of them, or tc.CentralDifference()"
+    for index, body in enumerate(scene.bodies):
+        if body.material.law not in known:
+            remedy = f"{who} have {', '.join(known)}; {remedy}"
+            raise InputError(f"Scene.bodies[{index}].material.law", body.material.law, remedy)
+
+
+def _warn_steep(scene: Scene, planned: Plan) -> None:
+    """Coulomb friction in the static solve has one solution for coefficients up to about 1 (METHOD 3)."""
+    coefficient = 0.0 if scene.friction is None else scene.friction.coefficient
+    stays = any(body.contact is not None and body.contact.block > 1 and body.contact.graph for body in planned.bodies)
+    if coefficient > 1.0 and stays:
+        warnings.warn(
+            f"a friction coefficient of {coefficient:g} with full removal may have several solutions; removal='normal'"
+            " has one at any coefficient",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Displacement and velocity [n, 3] of every body as the scene says."""
+    return (
+        [np.array(body.initial_displacement) for body in scene.bodies],
+        [np.array(body.initial_velocity) for body in scene.bodies],
+    )
+
+
+def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Displacement and velocity [n, 3] of every body at the start."""
+    if initial is None:
+        return start_of_scene(scene)
+    if not isinstance(initial, Result):
+        raise InputError("initial", initial, "give the Result of another run")
+    counts = [body.mesh.node_count for body in scene.bodies]
+    theirs = [body.mesh.cells for body in initial.scene.bodies]
+    same = len(theirs) == len(counts) and initial.position.shape == (sum(counts), 3)
+    if not same or not all(
+        np.array_equal(body.mesh.cells, cells) for body, cells in zip(scene.bodies, theirs, strict=True)
+    ):
+        raise InputError(
+            "initial", initial, f"it ran other meshes; give a run of the same bodies ({sum(counts)} nodes)"
+        )
+    if not (np.isfinite(initial.position).all() and np.isfinite(initial.velocity).all()):
+        raise InputError("initial", initial.reason, "its end state is not finite; start from a run that finished")
+    ends = np.cumsum(counts)[:-1]
+    positions, velocities = np.split(initial.position, ends), np.split(initial.velocity.copy(), ends)
+    for body, speeds in zip(scene.bodies, velocities, strict=True):
+        held = np.isfinite(body.prescribed)
+        speeds[held] = body.prescribed[held]
+    _check_outside(scene, positions)
+    return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+
+
+def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
+    """Refuse the end of another run, positions [n, 3] [m] of every body, deep inside an obstacle. Raises `InputError`.
+
+    Less than a cell is left to the first step; a penalty may be pressed in further.
+    """
+    contact = scene.contact
+    if contact is None or isinstance(contact, PenaltyContact) or getattr(contact, "penalty", None) is not None:
+        return
+    for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
+        if not body.touches:
+            continue
+        allowed = shortest_edge(body.mesh.nodes, body.mesh.cells)
+        for number, obstacle in enumerate(scene.obstacles):
+            gap = obstacle.gap(there[body.contact_nodes])
+            lowest = int(np.argmin(gap))
+            if gap[lowest] < -allowed:
+                raise InputError(
+                    "initial",
+                    float(gap[lowest]),
+                    f"node {body.contact_nodes[lowest]} of {scene.label(index)} ends {-gap[lowest]:.6g} inside obstacle"
+                    f" {scene.obstacle_label(number)} (allowed: {allowed:.3g}); move the obstacle apart",
+                )
+
+
+def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
+    """The friction layers that a run has left and this one goes on with. Raises `InputError` where they do not fit."""
+    model = scene.friction
+    if not isinstance(model, FrictionLayer):
+        return ()
+    depth = depths(model.points, model.grading, model.thickness)
+    for layers in initial.layers:
+        if layers is None:
+            continue
+        if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
+            raise InputError(
+                "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
+            )
+        if not layers.fits(model.material, depth):
+            remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
+            raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
+    return initial.layers
+
+
+def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
+    """Begin with the friction layers that another run has left, one for each body."""
+    for state, left in zip(run.states, layers, strict=bool(layers)):
+        if left is not None:
+            state.take_over_layers(left)

@@ -1,0 +1,190 @@
+"""Whether two bodies meet in mid-run: contact between bodies does not exist yet, and the run must not go on.
+
+Every pair of bodies has a clearance: a distance that their surfaces are known to be apart. What the bodies have moved
+relative to each other since is taken off, and the next look comes before it can be used up. Then it is measured anew:
+by the boxes of both bodies, swept from the look before; where these overlap, by the surfaces, at so many places on the
+way that neither moves by more than half a cell from one to the next. So a step is as good as the mesh is fine, a look
+costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass as long as the surfaces stay apart.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from ...mesh.triangle_distance import smallest_distance, winding_number
+from ...scene.body import Body
+from ...schemes.explicit.body_view import BodyView
+from ..guards import Stop
+from ..watched import Run
+
+RARELY = 64  # rows between looks at bodies that are far apart
+SOON = 16  # rows until the next look that surfaces are searched for, if they come no nearer than that
+TOUCH = 1e-6  # of the shortest edge of both surfaces: nearer than this they meet
+AHEAD = 2.0  # how much faster than now bodies may get until the next look
+MOST_PLACES = 1000  # on the way of one step
+
+
+class Surface:
+    """The outer faces of a body as triangles, from its state.
+
+    nodes [k]: internal numbers of the surface nodes; triangles [m, 3]: rows of them, without sides that repeat;
+    closed [m, 3]: with these; edge, mean_edge [m]: shortest and mean edge; period [m]: along x, y, z, 0 where nothing
+    repeats.
+    """
+
+    def __init__(self, body: Body, state: BodyView) -> None:
+        plan = state.plan
+        every = body.mesh.boundary_faces()
+        nodes = np.unique(every)
+        self.nodes = plan.place[nodes]
+        self.start = plan.reference[self.nodes]
+        self.triangles = _triangles(np.searchsorted(nodes, body.outer_faces))
+        self.closed = _triangles(np.searchsorted(nodes, every))
+        corners = self.start[self.closed]
+        lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        self.edge, self.mean_edge = float(lengths.min()), float(lengths.mean())
+        self.period = np.zeros(3) if body.images is None else np.array(body.images.period)
+
+    def positions(self, state: BodyView) -> np.ndarray:
+        """Where the surface nodes are now [k, 3] [m]."""
+        return np.asarray(self.start + state.latest()[self.nodes])
+
+
+class BodyMeeting:
+    """Looks for meetings of the bodies of a run."""
+
+    ends_launches = True
+
+    def __init__(self, run: Run) -> None:
+        self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
+        self._pairs = np.array(list(itertools.combinations(range(len(self._surfaces)), 2)))
+        self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
+        self._clearance = np.zeros(len(self._pairs))
+        self.due, self._seen, self._time = 0, -1, 0.0
+
+    @staticmethod
+    def of(run: Run) -> BodyMeeting | None:
+        """The looks of a run, None for one body and for bodies that may pass through each other."""
+        return BodyMeeting(run) if len(run.scene.bodies) > 1 and run.scene.pairs is not None else None
+
+    def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
+        """Stop where two bodies have met since the last look."""
+        now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
+        if not all(np.isfinite(there).all() for there in now):
+            return None  # for the guards to stop at the next row
+        travel, rows = self._travel(now), max(1, row - self._seen)
+        self._clearance -= travel
+        for pair in np.flatnonzero(self._clearance <= 0.0):
+            part = self._measure(int(pair), now, float(travel[pair]), rows)
+            if part is not None:
+                first, second = (run.scene.label(int(number)) for number in self._pairs[pair])
+                return _met(first, second, self._time + part * (time + step - self._time), self._seen < 0 and part == 0)
+        speed = AHEAD * travel / rows  # per row
+        wait = np.floor(self._clearance / np.where(speed > 0.0, speed, 1e-300))
+        self.due = row + int(np.clip(wait.min(), 1, RARELY))
+        self._before, self._seen, self._time = now, row, time + step
+        return None
+
+    def _travel(self, now: list[np.ndarray]) -> np.ndarray:
+        """How far the bodies of every pair have moved relative to each other at most since the last look [m]."""
+        moves = [after - before for after, before in zip(now, self._before, strict=True)]
+        means = np.array([move.mean(axis=0) for move in moves])
+        spread = np.array([np.linalg.norm(move - mean, axis=1).max() for move, mean in zip(moves, means, strict=True)])
+        first, second = self._pairs.T
+        return np.asarray(spread[first] + spread[second] + np.linalg.norm(means[first] - means[second], axis=1))
+
+    def _measure(self, pair: int, now: list[np.ndarray], travel: float, rows: int) -> float | None:
+        """Set the clearance of a pair, or return the part of the way since the last look at which they met."""
+        first, second = (int(number) for number in self._pairs[pair])
+        one, other = self._surfaces[first], self._surfaces[second]
+        ways = [(self._before[number], now[number]) for number in (first, second)]
+        common = 0.5 * sum((after - before).mean(axis=0) for before, after in ways)
+        ways = [(before, after - common) for before, after in ways]
+        boxes = [np.array([np.minimum(*way).min(axis=0), np.maximum(*way).max(axis=0)]) for way in ways]
+        begin = self._seen < 0
+        edge, mean = min(one.edge, other.edge), max(one.mean_edge, other.mean_edge)
+        reach = float(np.clip(AHEAD * SOON * travel / rows, 1e-3 * mean, mean))
+        period = np.where(one.period > 0.0, one.period, other.period)
+        apart = np.maximum(np.maximum(boxes[0][0] - boxes[1][1], boxes[1][0] - boxes[0][1]), 0.0)
+        outside = float(np.linalg.norm(np.where(period > 0.0, 0.0, apart)))
+        if outside > reach:
+            self._clearance[pair] = outside
+            return None
+        places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MOST_PLACES))
+
+        def distance(part: float) -> float:
+            there = [before + part * (after - before) for before, after in ways]
+            found = reach
+            for shift in _shifts(there, period, reach):
+                found = smallest_distance(there[0][one.triangles] + shift, there[1][other.triangles], found)
+                if begin and part == 0.0 and _nested(there[0] + shift, one.closed, there[1], other.closed):
+                    return 0.0
+            return found
+
+        free, near = 0.0, reach
+        for part in np.arange(0 if begin else 1, places + 1) / places:
+            near = distance(part)
+            if near <= TOUCH * edge:
+                return _first(lambda where: distance(where) <= TOUCH * edge, free, float(part))
+            free = float(part)
+        self._clearance[pair] = near
+        return None
+
+
+def _first(happened: Callable[[float], bool], before: float, after: float) -> float:
+    """The place between two where something has just happened, by bisection to 1/256 of the way between them."""
+    for _ in range(8):
+        middle = 0.5 * (before + after)
+        before, after = (before, middle) if happened(middle) else (middle, after)
+    return after
+
+
+def _met(first: str, second: str, time: float, at_start: bool) -> Stop:
+    how = "overlap or touch at the start" if at_start else f"meet at t = {time:.6g} s"
+    text = f"bodies {first} and {second} {how}; contact between bodies is not modelled: move them apart, end the run"
+    return Stop("bodies-meet", f"{text} before, or let them pass through each other with Scene(pairs=None)")
+
+
+def _triangles(faces: np.ndarray) -> np.ndarray:
+    """Triangles [m, 3] of faces [k, 4|3]."""
+    if faces.shape[1] == 3:
+        return faces
+    second = faces[faces[:, 3] != faces[:, 2]]
+    return np.concatenate([faces[:, [0, 1, 2]], second[:, [0, 2, 3]]])
+
+
+def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[np.ndarray]:
+    """Whole periods [3] [m] by which the first body can be moved for its box to come within reach of the second's."""
+    steps = []
+    for axis in range(3):
+        if period[axis] == 0.0:
+            steps.append(np.zeros(1))
+            continue
+        low = there[1][:, axis].min() - reach - there[0][:, axis].max()
+        high = there[1][:, axis].max() + reach - there[0][:, axis].min()
+        steps.append(period[axis] * np.arange(np.ceil(low / period[axis]), np.floor(high / period[axis]) + 1.0))
+    return [np.array(shift) for shift in itertools.product(*steps)]
+
+
+def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.ndarray) -> bool:
+    """Whether a piece of one body lies within the other: a node of every piece is enough where no surfaces cut."""
+    for points, triangles, around in ((first, own, second[other]), (second, other, first[own])):
+        low, high = around.min(axis=(0, 1)), around.max(axis=(0, 1))
+        for node in _pieces(len(points), triangles):
+            inside = (points[node] > low).all() and (points[node] < high).all()
+            if inside and winding_number(points[node], around) > 0.5:
+                return True
+    return False
+
+
+def _pieces(count: int, triangles: np.ndarray) -> np.ndarray:
+    """A node of every connected piece of a surface."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()
+    _pieces, label = connected_components(coo_matrix((np.ones(len(start)), (start, end)), (count, count)), False)
+    return np.unique(label, return_index=True)[1]

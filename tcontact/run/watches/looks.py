@@ -1,0 +1,54 @@
+"""Looks that a run takes between launches, beside the guards of every row: one object for each thing to look for."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ...base.errors import FunctionError
+from ..guards import Stop
+from ..watched import Run
+from .body_meeting import BodyMeeting
+from .far_watch import FarWatch
+from .normal_watch import NormalWatch
+from .path_watch import PathWatch
+
+FOREVER = 2**62
+
+
+class Look(Protocol):
+    """Something to look for.
+
+    due: the row after which the next look is wanted; ends_launches: whether a launch of several rows has to end there.
+    """
+
+    due: int
+    ends_launches: bool
+
+    def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
+        """Look at the bodies after that row; step [s]: made since, towards the positions that they have now."""
+        ...
+
+
+class Looks:
+    """The looks that a scene needs; none for most scenes."""
+
+    def __init__(self, run: Run) -> None:
+        found: list[Look | None] = [BodyMeeting.of(run), PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
+        self.looks = [one for one in found if one is not None]
+
+    def rows(self, number: int) -> int:
+        """Most rows of a launch that starts at that row, none of them beyond a look that is wanted."""
+        return max(1, min((one.due for one in self.looks if one.ends_launches), default=FOREVER) - number + 1)
+
+    def take(self, run: Run, row: int, time: float, step: float) -> Stop | None:
+        """Take the looks that are due after a row, all of them after the last (step = 0). Returns a stop or None."""
+        for one in self.looks:
+            if row >= one.due or step == 0.0:
+                try:
+                    stop = one.look(run, row, time, step)
+                except FunctionError as error:
+                    kept = f"stopped at t = {time:.6g} s; everything up to then is kept"
+                    stop = Stop("function-failed", f"{error}; {kept}")
+                if stop is not None:
+                    return stop
+        return None

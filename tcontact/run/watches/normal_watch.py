@@ -1,0 +1,143 @@
+"""Warns where removal="normal" meets bodies or walls that turn: before the run, and as soon as one has turned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ...base.errors import FunctionError
+from ...base.warning_kinds import RotationWarning
+from ...planning.removal import SPINS
+from ...planning.rotation import angle, rotation, spin
+from ...scene.contact_models import MasslessContact
+from ...scene.obstacles import Obstacle
+from ...scene.obstacles.motion import Motion
+from ..guards import Stop
+from ..watched import Run
+
+TURNED = np.radians(5.0)  # of a body or a wall, from where it was at the start
+OFTEN, RARELY = 8, 32  # rows between looks, for what turns fast and what hardly turns; launches of more go on
+SAMPLES = 512  # nodes that tell how a body has turned
+TIMES = 65  # at which the motion of a wall is looked at before the run
+REMEDY = (
+    "normal removal takes mass along the normals of the start and loses angular momentum where they turn:"
+    " use removal='full'; where full removal does not converge, as for poisson near 1/2, a finer mesh loses"
+    " less, as its cell size squared"
+)
+
+
+class NormalWatch:
+    """Looks at the rotation of bodies with normal removal and of the walls.
+
+    Only rotations that tilt the normal count, if all obstacles are planes of one direction: a body that spins about
+    it keeps its normals.
+    """
+
+    ends_launches = False
+
+    def __init__(self, run: Run, numbers: list[int]) -> None:
+        self.due, self._seen, self._far, self._warned = OFTEN, 0, 0.0, False
+        self._normal = _common_normal(run.scene.obstacles)
+        self._numbers = numbers
+        self._picked, self._start, self._mass = [], [], []
+        for number in numbers:
+            state = run.states[number]
+            picked = np.arange(0, len(state.plan.reference), -(-len(state.plan.reference) // SAMPLES))
+            self._picked.append(picked)
+            self._start.append(state.plan.reference[picked] + state.latest()[picked])
+            self._mass.append(state.plan.lumped[picked])
+        self._motions = [Motion(obstacle) for obstacle in run.scene.obstacles if obstacle.turns]
+
+    @staticmethod
+    def of(run: Run) -> NormalWatch | None:
+        """The watch of a run, None if no body has normal removal. Warns of what turns by prescription or spins."""
+        contacts = [state.plan.contact for state in run.states]
+        chosen = [i for i, contact in enumerate(contacts) if contact is not None and contact.removal == "normal"]
+        if not chosen or not isinstance(run.scene.contact, MasslessContact):
+            return None
+        watch = NormalWatch(run, chosen)
+        watch._warn_before(run)
+        return watch
+
+    def _warn_before(self, run: Run) -> None:
+        duration = run.scene.duration
+        for number in self._numbers:
+            state = run.states[number]
+            body = run.scene.bodies[number]
+            nodes = state.plan.to_user(state.plan.reference + state.latest())
+            turns = spin(body, state.plan.to_user(state.start_velocity), nodes)
+            if self._normal is not None:
+                turns = turns - (turns @ self._normal) * self._normal
+            far = float(np.linalg.norm(turns)) * duration
+            if far > SPINS:
+                text = f"{state.plan.label} has removal='normal' and starts to turn by {far:.3g} rad in the duration"
+                run.warn(f"{text}; {REMEDY}", RotationWarning)
+        for obstacle in run.scene.obstacles:
+            if obstacle.turns:
+                try:
+                    far = _wall_angle(Motion(obstacle), np.linspace(0.0, duration, TIMES))
+                except FunctionError:  # the run stops there; until then its looks tell
+                    continue
+                if far > SPINS:
+                    text = f"the {obstacle.shape} {obstacle.name or ''}".rstrip()
+                    text += f" turns by {np.degrees(far):.3g} degrees under removal='normal'"
+                    run.warn(f"{text}; {REMEDY}", RotationWarning)
+
+    def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
+        """Warn once when a body or a wall has turned."""
+        self.due = row + RARELY
+        if self._warned:
+            return None
+        furthest = 0.0
+        for who, far in self._angles(run, time + step):
+            if not np.isfinite(far):
+                return None  # for the guards to stop at the next row
+            if far > TURNED:
+                self._warn(run, who, far, time + step)
+                return None
+            furthest = max(furthest, far)
+        rate = (furthest - self._far) / max(1, row - self._seen)
+        wait = RARELY if rate <= 0.0 else 0.5 * (TURNED - furthest) / rate
+        self.due = row + int(np.clip(wait, OFTEN, RARELY))
+        self._seen, self._far = row, furthest
+        return None
+
+    def _angles(self, run: Run, time: float) -> Iterator[tuple[str, float]]:
+        """Name and angle [rad] of every body with normal removal and of every wall that turns."""
+        for number, picked, start, mass in zip(self._numbers, self._picked, self._start, self._mass, strict=True):
+            state = run.states[number]
+            now = state.plan.reference[picked] + state.latest()[picked]
+            far = angle(rotation(start, now, mass), self._normal) if np.isfinite(now).all() else np.nan
+            yield state.plan.label, far
+        for motion in self._motions:
+            yield motion.obstacle.name or f"the {motion.obstacle.shape}", _wall_angle(motion, np.array([time]))
+
+    def _warn(self, run: Run, who: str, far: float, time: float) -> None:
+        self._warned = True
+        text = f"{who} has turned by {np.degrees(far):.2g} degrees at t = {time:.6g} s under removal='normal'"
+        run.warn(f"{text}; {REMEDY}", RotationWarning)
+
+
+def _common_normal(obstacles: Sequence[Obstacle]) -> np.ndarray | None:
+    """The direction that planes share, None for other obstacles and for planes that do not."""
+    if not all(obstacle.shape == "plane" for obstacle in obstacles):
+        return None
+    normals = np.array([obstacle.frame[2] for obstacle in obstacles])
+    across = np.linalg.norm(np.cross(normals, normals[0]), axis=1)
+    return np.asarray(normals[0]) if across.max() < 1e-6 else None
+
+
+def _wall_angle(motion: Motion, times: np.ndarray) -> float:
+    """Largest angle [rad] by which a wall's surface has turned at the times [s], from the start.
+
+    A plane and a cylinder turn with their axis alone, a sphere does not.
+    """
+    shape = motion.obstacle.shape
+    if shape == "sphere":
+        return 0.0
+    _points, frames, _velocities, _spins = motion.poses(times)
+    start = motion.obstacle.frame
+    if shape in ("plane", "cylinder"):
+        return max(float(np.arccos(np.clip(frame[2] @ start[2], -1.0, 1.0))) for frame in frames)
+    return max(angle(frame.T @ start) for frame in frames)

@@ -1,0 +1,216 @@
+"""A body: mesh, material, how it starts, what holds it and what it may touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import InputError
+from ..mesh.elements import ELEMENTS
+from ..mesh.geometry import shortest_edge
+from ..mesh.mesh import Mesh
+from .materials import Material
+from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
+
+
+@dataclass(frozen=True)
+class Support:
+    """Held or driven displacement components of a named set.
+
+    set: name of a node or face set of the mesh; axes: letters out of "xyz"; velocity [m/s]: one number for all named
+    axes or one per axis (0 = held). Raises `InputError`.
+    """
+
+    set: str
+    axes: str
+    velocity: float | Sequence[float] = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.set, str):
+            raise InputError("Support.set", self.set, "give the name of a node or face set")
+        known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
+        if not known or len(set(self.axes)) != len(self.axes):
+            raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
+        if not validate.shape_of("Support.velocity", self.velocity, "give one number, or one for each axis"):
+            validate.number("Support.velocity", self.velocity)
+        else:
+            validate.floats("Support.velocity", self.velocity, (len(self.axes),))
+
+    @property
+    def components(self) -> dict[int, float]:
+        """Prescribed velocity [m/s] by axis number."""
+        speeds = np.broadcast_to(np.asarray(self.velocity, dtype=float), (len(self.axes),))
+        return {"xyz".index(axis): float(speed) for axis, speed in zip(self.axes, speeds, strict=True)}
+
+
+Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A deformable body: mesh, material, how it starts and what it may touch.
+
+    velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
+    touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
+    first), or None for a body that passes through; supports: held and driven components; formulation: "full"
+    integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
+    `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
+    displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
+    supported components too are held or driven from where it puts them, and contact nodes without mass are put in
+    equilibrium before the first row, so that the strain energy of their cells may be less than that of the field given;
+    periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
+    a box mesh, share their degrees of freedom.
+    Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
+    """
+
+    mesh: Mesh
+    material: Material
+    velocity: Nodal = (0.0, 0.0, 0.0)
+    contact: str | Sequence[str] | None = None
+    supports: Sequence[Support] = ()
+    name: str | None = None
+    formulation: str = "full"
+    periodic: str | None = None
+    displacement: Nodal | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mesh, Mesh):
+            raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
+        if not isinstance(self.material, Material):
+            raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
+        known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
+        validate.choice("Body.formulation", self.formulation, known)
+        if self.formulation not in self.mesh.element.formulations:
+            there = [kind for kind, element in ELEMENTS.items() if self.formulation in element.formulations]
+            remedy = f"{self.mesh.kind} cells have {', '.join(map(repr, self.mesh.element.formulations))} alone;"
+            remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
+            raise InputError("Body.formulation", self.formulation, remedy)
+        if self.formulation == "mean-dilatation" and not self.material.volumetric:
+            raise InputError(
+                "Body.formulation",
+                self.formulation,
+                f"{type(self.material).__name__} has no part that is of the volume change alone; use NeoHookean,"
+                " MooneyRivlin or LinearElastic, or leave it at 'full'",
+            )
+        if self.name is not None and (not isinstance(self.name, str) or not self.name):
+            raise InputError("Body.name", self.name, "give a non-empty string or None")
+        if self.contact is not None:
+            names = [self.contact] if isinstance(self.contact, str) else self.contact
+            if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) for name in names):
+                raise InputError("Body.contact", self.contact, "give a set name, a list of set names, or None")
+            object.__setattr__(self, "contact", tuple(names))
+            if not self.finds_contact:
+                self.mesh.faces_of(names)
+        check_contact(self.images, self.mesh, self.contact_faces, self.contact)
+        supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
+        if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
+            raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
+        object.__setattr__(self, "supports", tuple(supports))
+        self.prescribed  # noqa: B018 - conflicts are found here
+        self.initial_velocity  # noqa: B018 - wrong shapes are found here
+        self.initial_displacement  # noqa: B018 - and here
+
+    @property
+    def element(self) -> str:
+        """Kind of the cells as their forces are computed: that of the mesh, with the formulation if not "full"."""
+        return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
+
+    @property
+    def finds_contact(self) -> bool:
+        """Whether its contact faces are found by the scene it is put into."""
+        return self.contact == ("auto",) and not {"auto"} & {*self.mesh.node_sets, *self.mesh.face_sets}
+
+    @property
+    def touches(self) -> bool:
+        """Whether it has faces that can touch an obstacle."""
+        return self.contact is not None and len(self.contact_faces) > 0
+
+    @property
+    def outer_faces(self) -> np.ndarray:
+        """Faces [k, 4|3] of the surface, oriented outward, but for sides that repeat."""
+        faces = self.mesh.boundary_faces()
+        return faces if self.images is None else faces[~repeated_faces(self.images, self.mesh, faces)]
+
+    @cached_property
+    def contact_faces(self) -> np.ndarray:
+        """Faces [k, 4|3] that can touch an obstacle, oriented outward; with "auto" only in a scene's own bodies."""
+        if self.contact is None or self.finds_contact:
+            return np.zeros((0, self.mesh.element.face_table.shape[1]), dtype=np.int64)
+        return self.mesh.faces_of(list(self.contact))
+
+    @cached_property
+    def images(self) -> Images | None:
+        """Which nodes share their degrees of freedom; None unless the body is periodic."""
+        return None if self.periodic is None else images_of(self.mesh, self.periodic)
+
+    @cached_property
+    def contact_nodes(self) -> np.ndarray:
+        """Nodes [k] of the contact faces with all that share with them, ascending."""
+        nodes = np.unique(self.contact_faces)
+        return nodes if self.images is None else self.images.with_images(nodes)
+
+    @cached_property
+    def prescribed(self) -> np.ndarray:
+        """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
+        result = np.full((self.mesh.node_count, 3), np.nan)
+        for support in self.supports:
+            nodes = self.mesh.nodes_of(support.set)
+            for axis, speed in support.components.items():
+                present = result[nodes, axis]
+                if (np.isfinite(present) & (present != speed)).any():
+                    raise InputError(
+                        "Body.supports", support, "another support prescribes the same components with another velocity"
+                    )
+                result[nodes, axis] = speed
+        if self.images is not None:
+            result = self.images.prescribed(result, self.supports)
+        if result.size and np.isfinite(result).all():
+            raise InputError(
+                "Body.supports", self.supports, "every component is prescribed; leave something free to move"
+            )
+        return result
+
+    @cached_property
+    def initial_velocity(self) -> np.ndarray:
+        """Initial velocity [n, 3] [m/s], supports included."""
+        result = self._nodal("Body.velocity", self.velocity)
+        fixed = np.isfinite(self.prescribed)
+        result[fixed] = self.prescribed[fixed]
+        if self.images is not None:
+            tolerance = SAME_SPEED * float(np.abs(result).max())
+            result = self.images.agreed("Body.velocity", self.velocity, result, tolerance)
+        result.setflags(write=False)
+        return result
+
+    @cached_property
+    def initial_displacement(self) -> np.ndarray:
+        """Initial displacement [n, 3] [m]."""
+        result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
+        if self.images is not None:
+            tolerance = MATCH * shortest_edge(self.mesh.nodes, self.mesh.cells)
+            result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)
+        result.setflags(write=False)
+        return result
+
+    @property
+    def initial_nodes(self) -> np.ndarray:
+        """Where the nodes start [n, 3] [m]."""
+        return np.asarray(self.mesh.nodes + self.initial_displacement)
+
+    def _nodal(self, field: str, given: Nodal) -> np.ndarray:
+        """A vector, an array or a callable as an array [n, 3] of its own."""
+        value = given
+        if isinstance(value, Callable):  # type: ignore[arg-type]
+            try:
+                value = value(np.array(self.mesh.nodes))
+            except Exception as error:
+                raise InputError(field, given, f"the callable failed: {error}") from error
+        count = self.mesh.node_count
+        given_shape = validate.shape_of(field, value, f"give a vector [3], an array [{count}, 3] or a callable")
+        shape = (3,) if len(given_shape) == 1 else (count, 3)
+        return np.array(np.broadcast_to(validate.floats(field, value, shape), (count, 3)))

@@ -1,0 +1,69 @@
+"""Ways to resolve contact with rigid obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base import validate
+
+
+@dataclass(frozen=True)
+class MasslessContact:
+    """Contact nodes without mass, resolved by a projected static solve every step (METHOD 1 and 2, paper 4.2-4.3).
+
+    removal: which mass the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
+    "auto" (normal if all planes share one direction that the contact faces look along, and the body does not start
+    with a spin that turns it by more than 0.05 rad in the duration; else full).
+    penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of sweeps a step.
+    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
+    solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
+    for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products
+    with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` says which and why).
+    cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness C, the
+    strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave speed).
+    Without it what slides on nodes that keep their tangential mass flutters at the scale of the mesh. None means
+    `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and
+    a number is refused. History: `viscous_work` [J], dissipated so far.
+    """
+
+    removal: str = "auto"
+    penalty: float | None = None
+    depth: int = 1
+    sweeps: int = 10
+    tolerance: float | None = None
+    cell_viscosity: float | None = None
+    solver: str = "auto"
+
+    def __post_init__(self) -> None:
+        validate.choice("removal", self.removal, ("auto", "normal", "full"))
+        validate.choice("solver", self.solver, ("auto", "gauss-seidel", "projected-gradient"))
+        if self.penalty is not None:
+            validate.number("penalty", self.penalty, low=0.0)
+        validate.whole("depth", self.depth, 1, 1000)
+        validate.whole("sweeps", self.sweeps, 1, 10**6)
+        if self.tolerance is not None:
+            validate.number("tolerance", self.tolerance, low=0.0)
+        if self.cell_viscosity is not None:
+            validate.number("MasslessContact.cell_viscosity", self.cell_viscosity, low=0.0, high=1e3, strict=False)
+
+
+@dataclass(frozen=True)
+class PenaltyContact:
+    """A penalty of the given stiffness per area [N/m^3] on nodes with their ordinary mass: the usual baseline.
+
+    It cuts the stable step (`Result.dt_limit` includes it).
+    """
+
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        validate.number("stiffness", self.stiffness, low=0.0)
+
+
+@dataclass(frozen=True)
+class ImpulseContact:
+    """Velocity impulses on nodes with their ordinary mass, restitution 0 (Moreau-Jean): smooth, loses O(h) energy."""
+
+
+ContactModel = MasslessContact | PenaltyContact | ImpulseContact

@@ -1,0 +1,117 @@
+"""Friction between the bodies and the obstacles of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base import validate
+from ..base.errors import InputError
+from ..friction_layer.grid import THICKEST, THINNEST
+from ..friction_layer.layer import METHODS
+from ..friction_layer.metals import STAINLESS_304, Metal
+
+CELL_VISCOSITY = 0.2  # beta of the contact cells with normal removal: the flutter of the mesh does not grow
+FLUTTERS = 0.6  # from this coefficient on sliding loses friction in spite of it
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """|t| <= mu lambda, t against the slip; it sticks exactly: a node that does not slip does not creep (METHOD 3).
+
+    coefficient: mu [-], at least 0. With full removal the problem has one solution for mu up to about 1 on ordinary
+    meshes; a scene with more is warned about. Raises `InputError`.
+    """
+
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
+
+
+@dataclass(frozen=True)
+class RegularizedCoulomb:
+    """|t| = mu lambda phi(|v|/e), phi(z) = z (2 - z) below 1, 1 above (Oden and Martins 1985): the usual baseline.
+
+    coefficient: mu [-], at least 0; slip_speed: e [m/s] > 0, where friction is fully mobilised. What should stick
+    creeps at a part of it. Raises `InputError`.
+    """
+
+    coefficient: float
+    slip_speed: float
+
+    def __post_init__(self) -> None:
+        validate.number("RegularizedCoulomb.coefficient", self.coefficient, low=0.0, strict=False)
+        validate.number("RegularizedCoulomb.slip_speed", self.slip_speed, low=0.0)
+
+
+@dataclass(frozen=True)
+class FrictionLayer:
+    """A thermo-plastic layer under every contact node gives the traction (METHOD 5, paper 2): |t| = min(stick, layer,
+    mu P).
+
+    material: the metal of the layer; coefficient: mu [-], what dry friction transmits at most; points, grading,
+    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in
+    `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
+    (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most
+    `substeps` (with full removal friction goes on with the stress of the step before: the error reported holds that
+    lag, which only a smaller mechanical step lowers).
+    History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
+    All are those of the time of their row; while layers take one step for several mechanical ones (`layer_substeps`
+    below 1) temperature and stress are those after the last of these. Raises `InputError`.
+    """
+
+    material: Metal = STAINLESS_304
+    coefficient: float = 0.3
+    points: int = 40
+    grading: float = 30.0
+    thickness: float = 10e-6
+    heat_share: float = 0.5
+    plastic_heat: float = 0.0
+    initial_temperature: float = 300.0
+    method: str = "bracketed-newton"
+    reload: bool = True
+    tolerance: float = 1e-2
+    substeps: int = 64
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Metal):
+            raise InputError(
+                "FrictionLayer.material", self.material, "give a friction_layer.Metal, such as STAINLESS_304"
+            )
+        name = "FrictionLayer."
+        validate.number(name + "coefficient", self.coefficient, low=0.0, strict=False)
+        validate.whole(name + "points", self.points, 3, 10**5)
+        validate.number(name + "grading", self.grading, low=1.0, strict=False)
+        validate.number(name + "thickness", self.thickness, low=THINNEST, high=THICKEST)
+        validate.number(name + "heat_share", self.heat_share, low=0.0, high=1.0, strict=False)
+        validate.number(name + "plastic_heat", self.plastic_heat, low=0.0, high=1.0, strict=False)
+        validate.number(name + "initial_temperature", self.initial_temperature, low=0.0, strict=False)
+        validate.choice(name + "method", self.method, METHODS)
+        if not isinstance(self.reload, bool):
+            raise InputError(name + "reload", self.reload, "give True or False")
+        validate.number(name + "tolerance", self.tolerance, low=0.0)
+        validate.whole(name + "substeps", self.substeps, 1, 10**6)
+        if self.initial_temperature >= self.material.melting_temperature:
+            raise InputError(
+                name + "initial_temperature",
+                self.initial_temperature,
+                f"the metal melts at {self.material.melting_temperature:g} K; start below",
+            )
+
+
+FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
+
+
+def cell_viscosity(given: float | None, friction: FrictionModel | None) -> float:
+    """beta of contact cells with normal removal from `MasslessContact.cell_viscosity`; 0 where nothing rubs."""
+    if friction is None:
+        return 0.0
+    usual = CELL_VISCOSITY if friction.coefficient > 0.0 else 0.0
+    return usual if given is None else float(given)
+
+
+def law_of(model: FrictionModel | None) -> str:
+    """What the kernels call its law; "" without friction."""
+    if model is None:
+        return ""
+    return "regularized" if isinstance(model, RegularizedCoulomb) else "coulomb"

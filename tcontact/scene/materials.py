@@ -1,0 +1,266 @@
+"""Materials: an elastic law with its constants and a density.
+
+Each law names its stored energy W per reference volume [J/m^3]; the kernels take its parameters at run time. `LAWS` at
+the end is the one list of them, from which scene files, cases and the benchmark take theirs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ..base import validate
+from ..base.errors import InputError
+
+PAIRS = 3  # most pairs (mu_p, alpha_p) of an Ogden law
+LARGEST_EXPONENT = 20.0  # of an Ogden law: a stretch of 10 then still has a finite square
+
+
+class Material:
+    """Isotropic elastic material: what every law has, whatever constants it is given by.
+
+    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name where a law is
+    chosen by a word; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
+    times the square of the volume change is a part of W, the one that formulation="mean-dilatation" takes per cell.
+    """
+
+    law: ClassVar[str]
+    word: ClassVar[str]
+    linear: ClassVar[bool] = False
+    volumetric: ClassVar[bool] = True
+
+    young: float
+    poisson: float
+    density: float
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant at small strains [Pa]."""
+        raise NotImplementedError
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus at small strains [Pa]."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """What the kernels take (kernels/materials/) [Pa]."""
+        return (self.lame_lambda, self.lame_mu)
+
+    @classmethod
+    def of(cls, young: float, poisson: float, density: float) -> Material:
+        """Return the material with these constants at small strains. Raises `InputError`."""
+        raise NotImplementedError
+
+    @property
+    def wave_speed(self) -> float:
+        """Dilatational wave speed sqrt((lambda + 2 mu)/density) at small strains [m/s]."""
+        return float(((self.lame_lambda + 2.0 * self.lame_mu) / self.density) ** 0.5)
+
+
+@dataclass(frozen=True)
+class Hookean(Material):
+    """A law with two constants.
+
+    young: Young's modulus [Pa] > 0; poisson: Poisson's ratio, -1 < poisson < 0.5; density [kg/m^3] > 0.
+    Raises `InputError` for any other value.
+    """
+
+    young: float
+    poisson: float
+    density: float
+
+    def __post_init__(self) -> None:
+        validate.number("young", self.young, low=0.0)
+        validate.number("poisson", self.poisson, low=-1.0, high=0.5)
+        validate.number("density", self.density, low=0.0)
+
+    @classmethod
+    def of(cls, young: float, poisson: float, density: float) -> Hookean:
+        """Return the material with these constants. Raises `InputError`."""
+        return cls(young, poisson, density)
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant [Pa]."""
+        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus [Pa]."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+
+@dataclass(frozen=True)
+class LinearElastic(Hookean):
+    """Small strains: W = mu eps:eps + lambda/2 (tr eps)^2. A rotation strains it: for small rotations only."""
+
+    law: ClassVar[str] = "linear_elastic"
+    word: ClassVar[str] = "linear"
+    linear: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class StVenantKirchhoff(Hookean):
+    """W = mu E:E + lambda/2 (tr E)^2 with Green's strain E; loses ellipticity in strong compression (J < 1/sqrt 3)."""
+
+    law: ClassVar[str] = "st_venant_kirchhoff"
+    word: ClassVar[str] = "st-venant-kirchhoff"
+    volumetric: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class NeoHookean(Hookean):
+    """W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations."""
+
+    law: ClassVar[str] = "neo_hookean"
+    word: ClassVar[str] = "neo-hookean"
+
+
+@dataclass(frozen=True)
+class MooneyRivlin(Material):
+    """W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2, I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2.
+
+    For rubber; free of stress at F = I, neo-Hookean with mu = 2 c1, lambda = bulk for c2 = 0. At small strains
+    mu = 2 (c1 + c2) and lambda = bulk + 4 c2. c1 [Pa] > 0; c2 [Pa] >= 0; bulk [Pa] > 0; density [kg/m^3] > 0.
+    Raises `InputError` for any other value. (Ciarlet and Geymonat, C. R. Acad. Sci. Paris II 295, 423, 1982.)
+    """
+
+    c1: float
+    c2: float
+    bulk: float
+    density: float
+
+    law: ClassVar[str] = "mooney_rivlin"
+    word: ClassVar[str] = "mooney-rivlin"
+
+    def __post_init__(self) -> None:
+        validate.number("c1", self.c1, low=0.0)
+        validate.number("c2", self.c2, low=0.0, strict=False)
+        validate.number("bulk", self.bulk, low=0.0)
+        validate.number("density", self.density, low=0.0)
+
+    @classmethod
+    def of(cls, young: float, poisson: float, density: float, second: float = 0.2) -> MooneyRivlin:
+        """The material with these constants at small strains and c2 = second (c1 + c2), 0 <= second < 1.
+
+        Raises `InputError`; bulk > 0 asks for lambda > 2 second mu, that is poisson > second/(1 + 2 second).
+        """
+        small = Hookean(young, poisson, density)
+        validate.number("second", second, low=0.0, strict=False)
+        validate.number("second", second, high=1.0)
+        least = second / (1.0 + 2.0 * second)
+        if second and not poisson > least:
+            remedy = (
+                f"c2 = {second:g} (c1 + c2) needs more than {least:.4g}; or give a smaller `second`, or use NeoHookean"
+            )
+            raise InputError("poisson", poisson, remedy)
+        half = 0.5 * small.lame_mu
+        return cls((1.0 - second) * half, second * half, small.lame_lambda - 4.0 * second * half, density)
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant at small strains, bulk + 4 c2 [Pa]."""
+        return self.bulk + 4.0 * self.c2
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus at small strains, 2 (c1 + c2) [Pa]."""
+        return 2.0 * (self.c1 + self.c2)
+
+    @property
+    def young(self) -> float:  # type: ignore[override]
+        """Young's modulus at small strains [Pa]."""
+        lam, mu = self.lame_lambda, self.lame_mu
+        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
+
+    @property
+    def poisson(self) -> float:  # type: ignore[override]
+        """Poisson's ratio at small strains."""
+        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """bulk, 2 (c1 + 2 c2), 4 c2: W is neo-Hookean in the first two and a quadratic in E [Pa]."""
+        return (self.bulk, 2.0 * (self.c1 + 2.0 * self.c2), 4.0 * self.c2)
+
+
+@dataclass(frozen=True)
+class Ogden(Material):
+    """W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum of mu_p ln J + lambda/2 (J - 1)^2 with stretches l_i.
+
+    For rubber at large stretches; free of stress at F = I, neo-Hookean for the one pair (mu, 2). At small strains its
+    shear modulus is sum(mu_p alpha_p)/2 and lambda = 2 shear poisson/(1 - 2 poisson). mu [Pa], alpha: one to three
+    pairs with mu_p alpha_p > 0 and |alpha_p| <= 20; 0 <= poisson < 0.5; density [kg/m^3] > 0.
+    Raises `InputError` for any other value. (Ogden, Proc. R. Soc. Lond. A 328, 567, 1972.)
+    """
+
+    mu: tuple[float, ...]
+    alpha: tuple[float, ...]
+    poisson: float
+    density: float
+
+    law: ClassVar[str] = "ogden"
+    word: ClassVar[str] = "ogden"
+
+    def __post_init__(self) -> None:
+        for name in ("mu", "alpha"):
+            given = getattr(self, name)
+            count = validate.shape_of(name, given, remedy := "give a list of one to three numbers")
+            if len(count) != 1 or not 1 <= count[0] <= PAIRS:
+                raise InputError(name, given, remedy)
+            object.__setattr__(self, name, tuple(validate.floats(name, given, count).tolist()))
+        if len(self.mu) != len(self.alpha):
+            raise InputError("alpha", self.alpha, f"give as many as there are in mu, {len(self.mu)}")
+        for number, (mu, alpha) in enumerate(zip(self.mu, self.alpha, strict=True)):
+            if not mu * alpha > 0.0:
+                raise InputError(
+                    f"alpha[{number}]", alpha, f"must have the sign of mu[{number}] = {mu:g}, neither of them 0"
+                )
+            validate.number(f"alpha[{number}]", abs(alpha), high=LARGEST_EXPONENT, strict=False)
+        validate.number("poisson", self.poisson, low=0.0, strict=False)
+        validate.number("poisson", self.poisson, high=0.5)
+        validate.number("density", self.density, low=0.0)
+
+    @classmethod
+    def of(cls, young: float, poisson: float, density: float) -> Ogden:
+        """Return the material with these constants at small strains and the three pairs of Ogden's rubber.
+
+        Their exponents are 1.3, 5 and -2, their shares of the shear modulus those of Ogden (1972). Raises `InputError`.
+        """
+        shear = Hookean(young, poisson, density).lame_mu
+        alpha, shares = (1.3, 5.0, -2.0), (6.3, 0.012, 0.1)
+        total = sum(abs(exponent) * share for exponent, share in zip(alpha, shares, strict=True))
+        mu = tuple(
+            (1.0 if a > 0.0 else -1.0) * 2.0 * shear * share / total for a, share in zip(alpha, shares, strict=True)
+        )
+        return cls(mu, alpha, poisson, density)
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant [Pa]."""
+        return 2.0 * self.lame_mu * self.poisson / (1.0 - 2.0 * self.poisson)
+
+    @property
+    def lame_mu(self) -> float:
+        """Shear modulus at small strains [Pa]."""
+        return 0.5 * sum(mu * alpha for mu, alpha in zip(self.mu, self.alpha, strict=True))
+
+    @property
+    def young(self) -> float:  # type: ignore[override]
+        """Young's modulus at small strains [Pa]."""
+        return 2.0 * self.lame_mu * (1.0 + self.poisson)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """lambda and the shear modulus [Pa], then mu_p/alpha_p [Pa] and alpha_p of each pair, 0 and 1 for none."""
+        pairs = [(mu / alpha, alpha) for mu, alpha in zip(self.mu, self.alpha, strict=True)]
+        pairs += [(0.0, 1.0)] * (PAIRS - len(pairs))
+        return (self.lame_lambda, self.lame_mu, *[value for pair in pairs for value in pair])
+
+
+# the laws by their words: what scene files, cases and the benchmark offer
+LAWS: dict[str, type[Material]] = {
+    kind.word: kind for kind in (NeoHookean, MooneyRivlin, LinearElastic, StVenantKirchhoff, Ogden)
+}

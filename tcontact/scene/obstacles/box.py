@@ -1,0 +1,66 @@
+"""The rigid rectangular block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...base import validate
+from ...base.errors import InputError
+from .base import Obstacle, unit_or
+
+
+@dataclass(frozen=True, eq=False)
+class Box(Obstacle):
+    """A solid rigid block.
+
+    center: [m], the point it turns about; size: full lengths along its own axes [3] [m] > 0; axes: rotation matrix
+    whose rows are these axes in the world, None for x, y, z.
+    The gap is the exact distance; the normal at an edge or a corner comes from the nearest point of the surface,
+    inside the block from the nearest face. Raises `InputError`.
+    """
+
+    center: Any = (0.0, 0.0, 0.0)
+    size: Any = (1.0, 1.0, 1.0)
+    axes: Any = None
+    shape: ClassVar[str] = "box"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "center", validate.vector("Box.center", self.center))
+        object.__setattr__(self, "size", validate.vector("Box.size", self.size))
+        if not (self.size > 0.0).all():
+            raise InputError("Box.size", self.size.tolist(), "give three lengths greater than 0")
+        if self.axes is not None:
+            object.__setattr__(self, "axes", validate.floats("Box.axes", self.axes, (3, 3)))
+            if np.abs(self.axes @ self.axes.T - np.eye(3)).max() > 1e-9 or np.linalg.det(self.axes) < 0.0:
+                raise InputError("Box.axes", self.axes.tolist(), "give orthogonal unit rows that are right-handed")
+
+    @property
+    def reference(self) -> np.ndarray:
+        """The centre [3] [m]."""
+        return np.asarray(self.center)
+
+    @property
+    def frame(self) -> np.ndarray:
+        """The axes given [3, 3], in rows."""
+        return np.eye(3) if self.axes is None else np.asarray(self.axes)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Half sizes [m]."""
+        return tuple(float(length) / 2.0 for length in self.size)
+
+    def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        beyond = np.abs(positions) - np.array(self.parameters)
+        side = np.where(positions < 0.0, -1.0, 1.0)
+        away, outward = unit_or(side * np.maximum(beyond, 0.0), np.zeros(3))
+        nearest = np.argmax(beyond, axis=1)
+        rows = np.arange(len(positions))
+        inward = np.zeros_like(beyond)
+        inward[rows, nearest] = side[rows, nearest]
+        outside = away > 0.0
+        return np.where(outside, away, beyond[rows, nearest]), np.where(outside[:, None], outward, inward)

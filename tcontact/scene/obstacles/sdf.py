@@ -1,0 +1,146 @@
+"""The rigid obstacle of any shape: a signed distance sampled on a regular grid."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...base import validate
+from ...base.errors import InputError
+from .base import Obstacle, unit_or
+from .interpolation import interpolate
+from .surface_distance import sample_surface
+from .thin_parts import check_thickness
+
+NODES = 4  # the fewest along an axis
+MOST = 2**26  # altogether: 2 GiB of distance and gradient
+
+
+@dataclass(frozen=True, eq=False)
+class Sdf(Obstacle):
+    """A rigid obstacle given by its signed distance, positive outside, on a grid of nodes.
+
+    distance [m]: array [nx, ny, nz] or callable(points [n, 3]) -> [n]; gradient: array [nx, ny, nz, 3], callable
+    (points [n, 3]) -> [n, 3] or None for central differences; origin: node [0, 0, 0] of the grid in the world [m];
+    spacing: between nodes, the same along all axes [m] > 0; nodes: along x, y, z, only needed for a callable;
+    center: the point it turns about [m], None for the middle of the grid; surface: (points [k, 3], triangles [m, 3])
+    for pictures, or None.
+    Distance and gradient are interpolated trilinearly, the gradient then made a unit normal; beyond the grid both go
+    on linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive. Implicit
+    schemes interpolate the distance cubically and push along the gradient of that (`cubic.py`). A part thinner than the
+    spacing may lie between the nodes and is then not there: the samples alone cannot tell, `from_surface` can.
+    Raises `InputError`, also for fewer than four nodes along an axis and for numbers that are not finite.
+    """
+
+    distance: Any = None
+    gradient: Any = None
+    origin: Any = (0.0, 0.0, 0.0)
+    spacing: float = 0.0
+    nodes: Any = None
+    center: Any = None
+    surface: Any = field(default=None, repr=False, kw_only=True)
+    shape: ClassVar[str] = "sdf"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        put = object.__setattr__
+        put(self, "origin", validate.vector("Sdf.origin", self.origin))
+        put(self, "spacing", validate.number("Sdf.spacing", self.spacing, low=0.0))
+        count = self._count()
+        put(self, "nodes", count)
+        if self.center is None:
+            put(self, "center", self.origin + 0.5 * self.spacing * (np.array(count) - 1))
+        put(self, "center", validate.vector("Sdf.center", self.center))
+        lines = [start + self.spacing * np.arange(n) for start, n in zip(self.origin, count, strict=True)]
+        points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+        grid = np.empty((*count, 4))
+        grid[..., 0] = _sampled("Sdf.distance", self.distance, points, count)
+        if self.gradient is None:
+            for axis in range(3):
+                grid[..., 1 + axis] = np.gradient(grid[..., 0], self.spacing, axis=axis, edge_order=2)
+        else:
+            grid[..., 1:] = _sampled("Sdf.gradient", self.gradient, points, (*count, 3))
+        grid.setflags(write=False)
+        put(self, "_grid", grid)
+
+    def _count(self) -> tuple[int, int, int]:
+        """Nodes along x, y, z."""
+        count, remedy = self.nodes, f"give three whole numbers of at least {NODES}: the nodes along x, y, z"
+        if not callable(self.distance):
+            sampled = validate.shape_of("Sdf.distance", self.distance, "give a callable, or an array [nx, ny, nz]")
+            if len(sampled) != 3 or min(sampled) < NODES:
+                remedy = f"give a callable, or an array [nx, ny, nz] of at least {NODES} nodes along each axis"
+                raise InputError("Sdf.distance", self.distance, remedy)
+            if count is not None and (validate.shape_of("Sdf.nodes", count, remedy) != (3,) or tuple(count) != sampled):
+                raise InputError("Sdf.nodes", count, f"leave it out, or give {sampled} as the distance has it")
+            count = sampled
+        if validate.shape_of("Sdf.nodes", count, remedy) != (3,):
+            raise InputError("Sdf.nodes", count, remedy)
+        x, y, z = (validate.whole("Sdf.nodes", n, NODES) for n in count)
+        if x * y * z > MOST:
+            raise InputError("Sdf.nodes", (x, y, z), f"more than {MOST} nodes; take a larger spacing")
+        return x, y, z
+
+    @classmethod
+    def from_surface(
+        cls,
+        surface: str | os.PathLike[str] | tuple[Any, Any],
+        cells: int = 64,
+        margin: float | None = None,
+        *,
+        scale: float = 1.0,
+        **options: Any,
+    ) -> Sdf:
+        """The solid within a closed surface of triangles.
+
+        surface: path of an STL, OBJ or PLY file, or (points [k, 3] [m], triangles [m, 3]); cells: of the grid along
+        the longest side of the solid; margin: of the grid around the solid [m], None for four cells; scale: factor
+        on the coordinates, 1e-3 for millimetres; options: name, velocity, angular_velocity, center.
+        Raises `InputError` for a file that cannot be read, for a surface that is open, or oriented both ways, and where
+        a part is too thin for the grid (`thin_parts.py`). Edges are rounded by about a cell, slots narrower than a cell
+        are closed.
+        """
+        distance, gradient, origin, spacing, triangles = sample_surface(surface, cells, margin, scale)
+        made = cls(distance, gradient, origin, spacing, surface=triangles, **options)
+        check_thickness(triangles, made.grid, made.origin, made.spacing, cells)
+        return made
+
+    @property
+    def reference(self) -> np.ndarray:
+        """The point it turns about [3] [m]."""
+        return np.asarray(self.center)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Node [0, 0, 0] in local coordinates (3) [m]; spacing [m]; nodes along x, y, z."""
+        start = self.origin - self.center
+        return (*(float(x) for x in start), float(self.spacing), *(float(n) for n in self.nodes))
+
+    @property
+    def grid(self) -> np.ndarray:
+        """Distance [m] and its gradient at the nodes [nx, ny, nz, 4]."""
+        return np.asarray(self._grid)  # type: ignore[attr-defined]
+
+    def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        gap, gradient = interpolate(self.grid, np.array(self.parameters[:3]), self.spacing, positions)
+        return gap, unit_or(gradient, np.array([0.0, 0.0, 1.0]))[1]
+
+
+def _sampled(name: str, given: Any, points: np.ndarray, wanted: tuple[int, ...]) -> np.ndarray:
+    """Values at the nodes of the grid, from an array or a callable."""
+    value = given
+    if isinstance(value, Callable):  # type: ignore[arg-type]
+        try:
+            value = np.asarray(value(points), dtype=np.float64)
+        except Exception as error:
+            raise InputError(name, given, f"the callable failed: {error}") from error
+        if value.shape != (len(points), *wanted[3:]):
+            asked = [len(points), *wanted[3:]]
+            raise InputError(name, given, f"it returned shape {list(value.shape)} for {asked[0]} points; give {asked}")
+        value = value.reshape(wanted)
+    return validate.floats(name, value, wanted)

@@ -1,0 +1,195 @@
+"""Periodic bodies: nodes on opposite sides that share their degrees of freedom, called the images of one node.
+
+The first of them, the master, carries the mass, load, contact and force of all; the others follow it. Nothing here
+looks at the inside of a body: its cells, their forces and their masses stay those of a body with free sides. Momentum
+and energy count every degree of freedom once; angular momentum, which no periodic body conserves, at the master.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..mesh.geometry import grid_planes, shortest_edge
+from ..mesh.mesh import Mesh
+from .obstacles import Obstacle, Plane
+
+MATCH = 1e-6  # of the shortest edge: how far partners may be off each other, and images start apart
+SAME_SPEED = 1e-6  # of the largest initial velocity
+ACROSS = 1e-9  # largest part of an obstacle's unit normal along a periodic direction
+
+
+@dataclass(frozen=True)
+class Images:
+    """Who shares: master [n] of every node (itself if it has no images); period [3] [m], 0 where nothing repeats."""
+
+    master: np.ndarray
+    period: np.ndarray
+
+    @cached_property
+    def followers(self) -> np.ndarray:
+        """All images but the masters."""
+        return np.flatnonzero(self.master != np.arange(len(self.master)))
+
+    @cached_property
+    def members(self) -> np.ndarray:
+        """All nodes that share: masters and followers."""
+        return np.unique(np.concatenate([self.followers, self.master[self.followers]]))
+
+    @cached_property
+    def size(self) -> np.ndarray:
+        """How many images the node is one of [n]."""
+        return np.bincount(self.master, minlength=len(self.master))[self.master]
+
+    def followers_of(self, nodes: np.ndarray) -> np.ndarray:
+        """The other images of the given masters."""
+        return self.followers[np.isin(self.master[self.followers], nodes)]
+
+    def with_images(self, nodes: np.ndarray) -> np.ndarray:
+        """The nodes and all that share with them, ascending."""
+        return np.flatnonzero(np.isin(self.master, self.master[nodes]))
+
+    def follow(self, values: np.ndarray) -> np.ndarray:
+        """Values [n, ...] with those of the master at every image."""
+        return np.asarray(values[self.master])
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Values [n, ...] summed to the masters; zero at the others."""
+        result = np.zeros_like(values)
+        np.add.at(result, self.master, values)
+        return result
+
+    def shared(self, values: np.ndarray) -> np.ndarray:
+        """Values [n, ...] of the masters in equal shares to all images: the sum stays."""
+        return self.follow(values) / self.size.reshape(-1, *[1] * (values.ndim - 1))
+
+    def mean(self, values: np.ndarray, mass: np.ndarray) -> np.ndarray:
+        """Accelerations [n, 3] of free nodes with mass [n] as those of the tied ones."""
+        return self.follow(self.total(mass[:, None] * values) / np.maximum(self.total(mass), 1e-300)[:, None])
+
+    def shortest(self, difference: np.ndarray) -> np.ndarray:
+        """Differences of positions [.., 3] [m] to the nearest repetition."""
+        whole = np.where(self.period > 0.0, self.period, 1.0)
+        return difference - self.period * np.round(difference / whole)
+
+    def boundary(self, first: np.ndarray, special: np.ndarray) -> np.ndarray:
+        """Boundary nodes: the contact nodes `first`, their followers, then the other special nodes and images."""
+        start = np.concatenate([first, self.followers_of(first)])
+        rest = np.setdiff1d(np.union1d(special, self.members), start)
+        return np.concatenate([start, rest]).astype(np.int64)
+
+    def pairs(self, boundary: np.ndarray) -> np.ndarray:
+        """(follower, master) as places in the list of boundary nodes [.., 2]."""
+        row = np.full(len(self.master), -1)
+        row[boundary] = np.arange(len(boundary))
+        return np.stack([row[self.followers], row[self.master[self.followers]]], axis=1)
+
+    def renumbered(self, node_order: np.ndarray, place: np.ndarray) -> Images:
+        """The same where node i is node node_order[i] of this numbering and place is its inverse."""
+        return Images(place[self.master[node_order]], self.period)
+
+    def prescribed(self, components: np.ndarray, supports: object) -> np.ndarray:
+        """Prescribed components [n, 3] (NaN: free) of one image prescribed at all. Raises `InputError`."""
+        low, high = np.full_like(components, np.nan), np.full_like(components, np.nan)
+        np.fmin.at(low, self.master, components)
+        np.fmax.at(high, self.master, components)
+        if (low < high).any():
+            remedy = "nodes that share their degrees of freedom (Body.periodic) are prescribed different velocities"
+            raise InputError("Body.supports", supports, remedy)
+        return self.follow(low)
+
+    def agreed(self, field: str, given: object, values: np.ndarray, tolerance: float) -> np.ndarray:
+        """Values [n, 3] that are the same at all images. Raises `InputError` where they differ by more."""
+        result = self.follow(values)
+        if values.size and np.abs(result - values).max() > tolerance:
+            node = int(np.abs(result - values).max(axis=1).argmax())
+            remedy = f"nodes {self.master[node]} and {node} share their degrees of freedom (Body.periodic):"
+            raise InputError(field, given, f"{remedy} give them the same, {values[node]} is not {result[node]}")
+        return result
+
+
+def images_of(mesh: Mesh, directions: str) -> Images:
+    """The images of a mesh that repeats along the axes named. Raises `InputError` where opposite sides differ."""
+    known = isinstance(directions, str) and directions and set(directions) <= set("xyz")
+    if not known or len(set(directions)) != len(directions):
+        raise InputError("Body.periodic", directions, "give distinct letters out of 'xyz', for example 'xy'")
+    tolerance = MATCH * shortest_edge(mesh.nodes, mesh.cells)
+    master, period = np.arange(mesh.node_count), np.zeros(3)
+    for letter in directions:
+        axis = "xyz".index(letter)
+        partner = _partners(mesh, axis, tolerance)
+        if partner is None:
+            raise InputError(
+                "Body.periodic",
+                directions,
+                f"the sides at the ends of {letter} do not match face by face (nodes within {tolerance:.3g} m); use a"
+                " box mesh, or mesh opposite sides alike",
+            )
+        master = partner[master]
+        period[axis] = np.ptp(mesh.nodes[:, axis])
+    return Images(master, period)
+
+
+def _partners(mesh: Mesh, axis: int, tolerance: float) -> np.ndarray | None:
+    """The partner on the low side of every node on the high side, itself for the others; None if the sides differ."""
+    along = mesh.nodes[:, axis]
+    low, high = np.flatnonzero(along <= along.min() + tolerance), np.flatnonzero(along >= along.max() - tolerance)
+    if len(low) != len(high):
+        return None
+    across = [other for other in range(3) if other != axis]
+    both = np.concatenate([low, high])
+    keys = [grid_planes(mesh.nodes[both, other], tolerance) for other in across]
+    order = [np.lexsort((keys[1][part], keys[0][part])) for part in (slice(len(low)), slice(len(low), None))]
+    low, high = low[order[0]], high[order[1]]
+    if np.abs(mesh.nodes[low][:, across] - mesh.nodes[high][:, across]).max() > tolerance:
+        return None
+    partner = np.arange(mesh.node_count)
+    partner[high] = low
+    here, there = (_faces_within(mesh, side) for side in (low, high))
+    return partner if len(here) and _corner_sets(here) == _corner_sets(partner[there]) else None
+
+
+def _corner_sets(faces: np.ndarray) -> set[frozenset[int]]:
+    return {frozenset(corners) for corners in faces.tolist()}
+
+
+def _faces_within(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
+    """Faces of the surface with all corners among the nodes."""
+    faces = mesh.boundary_faces()
+    return faces[np.isin(faces, nodes).all(axis=1)]
+
+
+def check_contact(images: Images | None, mesh: Mesh, faces: np.ndarray, contact: object) -> None:
+    """Refuse a contact set with faces on a side that repeats: it is no surface. Raises `InputError`."""
+    if images is not None and repeated_faces(images, mesh, faces).any():
+        axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(images.period))
+        remedy = f"it has faces on the periodic sides along {axes}; name the faces that can touch alone"
+        raise InputError("Body.contact", contact, remedy)
+
+
+def repeated_faces(images: Images, mesh: Mesh, faces: np.ndarray) -> np.ndarray:
+    """Which of the faces [k, 4|3] lie on sides that repeat: [k]."""
+    nodes = mesh.nodes
+    result = np.zeros(len(faces), dtype=bool)
+    tolerance = MATCH * shortest_edge(nodes, mesh.cells)
+    for axis in np.flatnonzero(images.period):
+        for end in (nodes[:, axis].min(), nodes[:, axis].max()):
+            result |= (np.abs(nodes[faces][:, :, axis] - end) <= tolerance).all(axis=1)
+    return result
+
+
+def check_obstacles(images: Images, periodic: str | None, obstacles: Sequence[Obstacle]) -> None:
+    """Refuse obstacles that do not repeat as the body does, for a body that could touch. Raises `InputError`.
+
+    A body whose contact faces are found by the scene could touch even if none was found: sides that repeat are no
+    surface, and it would fall through a wall that they face.
+    """
+    for obstacle in obstacles:
+        along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[images.period > 0.0]).max() <= ACROSS
+        if not along or obstacle.turns:
+            remedy = "a periodic body can touch planes along its periodic directions only, which do not turn"
+            raise InputError("Scene.obstacles", obstacle, f"{remedy} (Body.periodic = {periodic!r})")

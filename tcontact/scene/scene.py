@@ -1,0 +1,165 @@
+"""A scene as plain, validated data: bodies, supports, obstacles, loads. Nothing is allocated or started here."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import InputError
+from ..mesh.geometry import shortest_edge
+from .body import Body
+from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
+from .dissipation import BulkViscosity, Damping
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
+from .obstacles import Obstacle
+from .periodic import check_obstacles
+from .reach import with_reached_faces
+
+
+class OverlapWarning(UserWarning):
+    """Two bodies of a scene may touch; contact between bodies is not modelled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
+
+    bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
+    duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
+    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
+    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: contact between bodies is not
+    modelled yet, so "auto" stops a run where two of them meet (`Result.reason` "bodies-meet"), and None lets them pass
+    through each other.
+    Raises `InputError`.
+    """
+
+    bodies: Sequence[Body]
+    obstacles: Sequence[Obstacle] = ()
+    duration: float = 0.0
+    gravity: Any = None
+    contact: ContactModel | None = field(default_factory=MasslessContact)
+    friction: FrictionModel | None = None
+    damping: Damping | None = None
+    viscosity: BulkViscosity | None = None
+    pairs: str | None = "auto"
+
+    def __post_init__(self) -> None:
+        bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
+        if not isinstance(bodies, Sequence) or not bodies or not all(isinstance(body, Body) for body in bodies):
+            raise InputError("Scene.bodies", self.bodies, "give a list of one or more tcontact.Body")
+        object.__setattr__(self, "bodies", tuple(bodies))
+        obstacles = (self.obstacles,) if isinstance(self.obstacles, Obstacle) else self.obstacles
+        if not isinstance(obstacles, Sequence) or not all(isinstance(obstacle, Obstacle) for obstacle in obstacles):
+            raise InputError(
+                "Scene.obstacles", self.obstacles, "give a list of obstacles, for example tcontact.Plane(...)"
+            )
+        object.__setattr__(self, "obstacles", tuple(obstacles))
+        validate.number("Scene.duration", self.duration, low=0.0)
+        if self.gravity is not None:
+            object.__setattr__(self, "gravity", validate.vector("Scene.gravity", self.gravity))
+        if self.contact is not None and not isinstance(self.contact, (MasslessContact, PenaltyContact, ImpulseContact)):
+            raise InputError(
+                "Scene.contact", self.contact, "give MasslessContact, PenaltyContact, ImpulseContact or None"
+            )
+        if self.damping is not None and not isinstance(self.damping, Damping):
+            raise InputError("Scene.damping", self.damping, "give tcontact.MassDamping(rate) or None")
+        if self.viscosity is not None and not isinstance(self.viscosity, BulkViscosity):
+            raise InputError(
+                "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
+            )
+        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
+            raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
+        if self.pairs is not None and not (isinstance(self.pairs, str) and self.pairs == "auto"):
+            remedy = (
+                "contact between bodies is not modelled yet: give 'auto' to stop where two bodies meet, or None (in"
+                ' a scene file "none") to let them pass through each other'
+            )
+            raise InputError("Scene.pairs", self.pairs, remedy)
+        _check_names("Body.name", "bodies", self.bodies, self.label)
+        _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
+        within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
+        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within) for body in self.bodies))
+        if self.contact is not None:
+            for index, body in enumerate(self.bodies):
+                self._check_start(index, body)
+                if body.images is not None and body.contact is not None:
+                    check_obstacles(body.images, body.periodic, self.obstacles)
+        if self.obstacles and self.contact is None:
+            warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
+        elif self.obstacles and all(body.contact is None for body in self.bodies):
+            warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
+        elif self.friction is not None and not self.obstacles:
+            warnings.warn("the scene has friction but no obstacles: nothing rubs", stacklevel=3)
+        if self.pairs is None and len(self.bodies) > 1:
+            warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
+        self._check_bodies_apart()
+
+    @property
+    def touching(self) -> bool:
+        """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
+        return bool(self.obstacles) and self.contact is not None and any(body.touches for body in self.bodies)
+
+    @property
+    def moving(self) -> bool:
+        """Whether an obstacle moves."""
+        return any(obstacle.moves for obstacle in self.obstacles)
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        return len(self.obstacles) > 1 or self.moving
+
+    def obstacle_label(self, index: int) -> str:
+        """Name of an obstacle for messages and results."""
+        return self.obstacles[index].name or f"obstacle-{index}"
+
+    def _check_start(self, index: int, body: Body) -> None:
+        if not body.touches:
+            return
+        edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
+        gives_way = isinstance(self.contact, PenaltyContact) or getattr(self.contact, "penalty", None) is not None
+        # a body in equilibrium with a penalty is displaced into the obstacle, though by less than a cell
+        allowed = (1.0 if gives_way and body.displacement is not None else 1e-6) * edge
+        for number, obstacle in enumerate(self.obstacles):
+            gap = obstacle.gap(body.initial_nodes)
+            node = int(np.argmin(gap))
+            if gap[node] < -allowed:
+                raise InputError(
+                    f"Scene.bodies[{index}]",
+                    float(gap[node]),
+                    f"node {node} starts {-gap[node]:.6g} inside obstacle {self.obstacle_label(number)} (allowed:"
+                    f" {allowed:.3g}); move the body or the obstacle apart",
+                )
+
+    def _check_bodies_apart(self) -> None:
+        boxes = [(body.initial_nodes.min(axis=0), body.initial_nodes.max(axis=0)) for body in self.bodies]
+        for first in range(len(boxes)):
+            for second in range(first + 1, len(boxes)):
+                low = np.maximum(boxes[first][0], boxes[second][0])
+                high = np.minimum(boxes[first][1], boxes[second][1])
+                if (low <= high).all():
+                    warnings.warn(
+                        f"bodies {self.label(first)} and {self.label(second)} overlap in their bounding boxes;"
+                        " contact between bodies is not modelled",
+                        OverlapWarning,
+                        stacklevel=4,
+                    )
+
+    def label(self, index: int) -> str:
+        """Name of a body for messages and results."""
+        return self.bodies[index].name or f"body-{index}"
+
+
+def _check_names(field: str, owners: str, named: Sequence[Any], label: Callable[[int], str]) -> None:
+    names = [one.name for one in named if one.name is not None]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(field, name, f"used by several {owners}; give each its own name")
+    for index, one in enumerate(named):
+        if one.name is None and label(index) in names:
+            raise InputError(field, label(index), f"so is number {index} called, which has no name; give it one")

@@ -1,0 +1,165 @@
+"""One body of a domain, for whoever looks at bodies: frames, results, guards and watches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...device import arrays
+from ...friction_layer import LayerState
+from ...planning.domain import Domain
+from ...results.smoothness import PressureRecord
+from ...scene.friction_models import FrictionLayer
+from ...scene.scene import Scene
+
+
+class Stepped(Protocol):
+    """The state of a domain: displacement u, velocity v (flat [3n]) and its terms."""
+
+    scene: Scene
+    domain: Domain
+    u: arrays.Array
+    v: arrays.Array
+    start_velocity: np.ndarray
+    contact: Any
+    serial: Any
+    views: list[BodyView]
+
+    @property
+    def layered(self) -> Any:
+        """The friction layers, None without any."""
+        ...
+
+
+class BodyView:
+    """What belongs to body `number` of a domain's state, in the numbering that each method names."""
+
+    def __init__(self, state: Stepped, number: int) -> None:
+        domain = state.domain
+        self.state, self.plan = state, domain.bodies[number]
+        self._nodes = slice(int(domain.node_start[number]), int(domain.node_start[number + 1]))
+        self._contact = slice(int(domain.contact_start[number]), int(domain.contact_start[number + 1]))
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the static solve of the body, if anything is."""
+        contact = self.state.contact
+        return None if contact is None else contact.trouble
+
+    @property
+    def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
+        """The viscous force [3n] of a small step [3n] from u [3n], times its length in time; None without."""
+        serial = self.state.serial
+        if serial is None or not self.plan.viscous_cells:
+            return None
+        if len(self.state.views) == 1:
+            return serial.viscous_force
+        nodes, size = slice(3 * self._nodes.start, 3 * self._nodes.stop), 3 * len(self.state.domain.reference)
+
+        def force(u: np.ndarray, step: np.ndarray) -> np.ndarray:
+            whole = np.zeros((2, size))
+            whole[0, nodes], whole[1, nodes] = u, step
+            return serial.viscous_force(*whole)[nodes]
+
+        return force
+
+    @property
+    def start_velocity(self) -> np.ndarray:
+        """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
+        return self.state.start_velocity[self._nodes]
+
+    def latest(self) -> np.ndarray:
+        """Displacement [n, 3] [m] as it stands, internal numbering: after a step that of the level where it ends."""
+        return arrays.get(self.state.u).reshape(-1, 3)[self._nodes]
+
+    def displacement(self) -> np.ndarray:
+        """Displacement [n, 3] in the user's numbering."""
+        return self.plan.to_user(self.latest())
+
+    def displacement_before(self, step: float) -> np.ndarray:
+        """Displacement [n, 3] [m] at the level of the last row, where a step [s] has been made since."""
+        if step == 0.0:
+            return self.displacement()
+        return self.displacement() - step * self.velocity(self.half_step_velocity(), self.massless_velocity(step))
+
+    def half_step_velocity(self) -> np.ndarray:
+        """Velocity [n, 3] of the components with mass, internal numbering, as it stands."""
+        return np.array(arrays.get(self.state.v).reshape(-1, 3)[self._nodes])
+
+    def massless_velocity(self, dt: float) -> np.ndarray | None:
+        """Position difference over dt of the massless components [k, 3]; None without any."""
+        contact = self.state.contact
+        velocity = None if contact is None else contact.velocity(self.state.u, dt)
+        return None if velocity is None else velocity[self._contact]
+
+    def velocity(self, massive: np.ndarray, massless: np.ndarray | None) -> np.ndarray:
+        """Velocity [n, 3] in the user's numbering from both parts."""
+        result = massive.copy()
+        if massless is not None and self.plan.contact is not None:
+            result[self.plan.contact.nodes] += massless
+        if self.plan.images is not None:
+            result = self.plan.images.follow(result)
+        return self.plan.to_user(result)
+
+    def contact_force(self) -> np.ndarray:
+        """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
+        result, contact = np.zeros((len(self.plan.reference), 3)), self.plan.contact
+        if contact is None:
+            return result
+        if self.plan.images is None:
+            result[self.plan.node_order[contact.nodes]] = self.contact_node_force()
+            return result
+        result[contact.nodes] = self.contact_node_force()
+        return self.plan.to_user(self.plan.images.shared(result))
+
+    def contact_node_force(self) -> np.ndarray:
+        """Contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
+        if self.state.contact is None or self.plan.contact is None:
+            return np.zeros((0, 3))
+        count = 3 * len(self.state.contact.nodes)
+        return arrays.get(self.state.contact.contact_force)[:count].reshape(-1, 3)[self._contact]
+
+    def pressure_record(self) -> PressureRecord | None:
+        """An empty record for the pressures of the contact nodes; None without any."""
+        contact = self.plan.contact
+        if self.state.contact is None or contact is None or not len(contact.nodes):
+            return None
+        return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
+
+    def contact_areas(self) -> np.ndarray:
+        """Area weight [n] [m^2] of every node; 0 off the contact set."""
+        result = np.zeros(len(self.plan.reference))
+        if self.plan.contact is not None:
+            result[self.plan.contact.nodes] = self.plan.contact.areas
+        if self.plan.images is not None:
+            result = self.plan.images.shared(result)
+        return self.plan.to_user(result)
+
+    def layer_fields(self) -> dict[str, np.ndarray]:
+        """Surface temperature [n] [K] and shear stress [n] [Pa] of the friction layers; off them the start, and 0."""
+        model, nodes, layered = self.state.scene.friction, len(self.plan.reference), self.state.layered
+        if not isinstance(model, FrictionLayer):
+            return {}
+        fields = {"layer_temperature": np.full(nodes, model.initial_temperature), "layer_shear": np.zeros(nodes)}
+        if layered is not None and self.plan.contact is not None:
+            temperature, shear = layered.fields()
+            fields["layer_temperature"][self.plan.contact.nodes] = temperature[self._contact]
+            fields["layer_shear"][self.plan.contact.nodes] = shear[self._contact]
+        if self.plan.images is not None:
+            fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
+        return {name: self.plan.to_user(values) for name, values in fields.items()}
+
+    def layers(self) -> LayerState | None:
+        """The friction layers as they are now; None without any."""
+        layered, contact = self.state.layered, self.plan.contact
+        if layered is None or contact is None or not len(contact.nodes):
+            return None
+        return layered.state(self.plan.node_order[contact.nodes], self._contact)
+
+    def take_over_layers(self, layers: LayerState) -> None:
+        """Begin with the friction layers that another run has left."""
+        layered, contact = self.state.layered, self.plan.contact
+        if layered is not None and contact is not None:
+            layered.take_over(self.plan.node_order[contact.nodes], layers, self._contact)

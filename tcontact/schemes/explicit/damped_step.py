@@ -1,0 +1,107 @@
+"""The stable step of a body with viscous contact cells: where dt^2 K + 2 dt C reaches 4 M, by Lanczos (METHOD 2).
+
+The leapfrog with the viscous force of the rate before the kick turns its sign from step to step where
+
+    4 M - dt^2 K - 2 dt C    is singular:   dt^2 a = 4,   a = largest eigenvalue of M^-1 (K + 2/dt C)
+
+C is the viscosity of the contact cells. What has no mass is at rest in the modes that are searched: its static solve
+only makes the body softer (K_JJ - K_JK K_KK^-1 K_KJ <= K_JJ, and so for K + 2/dt C), so the answer is on the safe side.
+M is the mass after redistribution, as the step has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import numpy as np
+
+from ...planning.body_plan import BodyPlan
+
+Search = Generator[np.ndarray, np.ndarray, Any]  # yields a displacement [3n] and is sent the acceleration -M^-1 f there
+Product = Callable[[np.ndarray, np.ndarray, np.ndarray], Search]
+ViscousForce = Callable[[np.ndarray, np.ndarray], np.ndarray]
+ROUNDS = 6  # searches at most
+CLOSE = 1e-3  # two steps that differ by this share are the same
+
+
+class DampedStep:
+    """Estimates that step.
+
+    stiffness(u, -M^-1 f(u), x) = K(u) x; viscous_force(u, x) = C(u) x for a small x, at most `small` [m]; all [3n].
+    """
+
+    def __init__(self, plan: BodyPlan, stiffness: Product, viscous_force: ViscousForce, small: float) -> None:
+        self.plan, self.stiffness, self.viscous_force, self.small = plan, stiffness, viscous_force, small
+        total = plan.lumped if plan.images is None else plan.images.total(plan.lumped)
+        self.inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
+        self.start: np.ndarray | None = None  # momenta [3n] of the mode found last
+
+    def _summed(self, force: np.ndarray) -> np.ndarray:
+        """A force [3n] with that of images at their masters."""
+        images = self.plan.images
+        return np.array(force) if images is None else images.total(force.reshape(-1, 3)).reshape(-1)
+
+    def _moved(self, p: np.ndarray) -> np.ndarray:
+        """M^-1 p [3n]; 0 where there is no mass or a support."""
+        images, nodes, rows = self.plan.images, self.plan.boundary, p.reshape(-1, 3)
+        x = self.inverse[:, None] * rows
+        x[nodes] = np.einsum("sij,sj->si", self.plan.inverses, rows[nodes])
+        return np.asarray(x if images is None else images.follow(x)).reshape(-1)
+
+    def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> Search:
+        """K x and C x."""
+        scale = self.small / np.abs(x).max()
+        stiff = yield from self.stiffness(u, here, x)
+        return stiff, self.viscous_force(u, scale * x) / scale
+
+    def _mode(self, u: np.ndarray, here: np.ndarray, rate: float, products: int) -> Search:
+        """Look for the fastest mode of M^-1 (K + rate C): the largest eigenvalue with its residual, over itself.
+
+        Lanczos with momenta p and displacements x = M^-1 p of a kinetic energy p.x/2 of 1/2: M^-1 is all it needs.
+        """
+        start = np.random.default_rng(20071).uniform(-1.0, 1.0, u.size) if self.start is None else self.start
+        p = self._summed(start)
+        x = self._moved(p)
+        length = np.sqrt(dot(p, x))
+        p, x, before, beta = p / length, x / length, np.zeros_like(p), 0.0
+        keep, alphas, betas = [], [], []
+        for _ in range(min(products, u.size)):
+            keep.append(p)
+            stiff, resisting = yield from self._products(u, here, x)
+            following = self._summed(stiff + rate * resisting) - beta * before
+            alphas.append(dot(x, following))
+            following -= alphas[-1] * p
+            moved = self._moved(following)
+            beta = float(np.sqrt(max(dot(following, moved), 0.0)))
+            betas.append(beta)
+            if beta <= 1e-9 * max(abs(alphas[-1]), abs(alphas[0])):
+                break
+            before, p, x = p, following / beta, moved / beta
+        values, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas[:-1], 1) + np.diag(betas[:-1], -1))
+        top = vectors[:, -1]
+        self.start = sum((weight * part for weight, part in zip(top, keep, strict=True)), np.zeros_like(p))
+        return 1.0 + float(betas[-1] * abs(top[-1]) / values[-1])
+
+    def search(self, u: np.ndarray, here: np.ndarray, elastic: float, products: int) -> Search:
+        """The step [s] at displacement u [3n]; here: -M^-1 f(u); elastic [s]: where to begin.
+
+        The mode x found at a step has its own limit, dt^2 k + 2 dt c = 4 with k = x.K x, c = x.C x for x.M x = 1; there
+        the next search begins. The limit does not change in first order with the mode, so that a few are enough.
+        """
+        dt = elastic
+        for _ in range(ROUNDS):
+            over = yield from self._mode(u, here, 2.0 / dt, products)
+            assert self.start is not None
+            x = self._moved(self.start)
+            parts = yield from self._products(u, here, x)
+            k, c = (over * dot(x, part) / dot(x, self.start) for part in parts)
+            before, dt = dt, 4.0 / (np.sqrt(max(c * c + 4.0 * k, 0.0)) + c)
+            if abs(dt - before) <= CLOSE * dt:
+                break
+        return float(dt)
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """a.b without BLAS, whose idle threads would keep the cores from the kernels."""
+    return float((a * b).sum())

@@ -1,0 +1,177 @@
+"""What a step does beside the parallel force pass, and whole steps of small bodies: one launch on one thread."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...cells.internal_force import InternalForce
+from ...contact.layered_friction import LayeredFriction
+from ...contact.massless_contact import MasslessContactTerm
+from ...contact.term import ContactTerm
+from ...device import arrays
+from ...device.launch import Prepared
+from ...kernels.columns import group_size
+from ...kernels.lanes import MOST_ROWS
+from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...nodes.images import PeriodicImages
+from ...planning.domain import Domain
+
+
+class SerialStep:
+    """The launch and its arrays; what the bodies do not have is neither compiled nor handed over.
+
+    groups: of the columns in its raw rows (`measured.raw_groups`).
+    """
+
+    def __init__(
+        self,
+        domain: Domain,
+        groups: tuple[str, ...],
+        force: InternalForce,
+        listed: BoundaryNodes | None,
+        supports: Supports | None,
+        contact: ContactTerm | None,
+        images: PeriodicImages | None = None,
+    ) -> None:
+        from ...kernels.language.bundles import (
+            Contact,
+            ContactOptions,
+            Launch,
+            Listed,
+            Obstacles,
+            Pairs,
+            Rows,
+            Supported,
+            System,
+        )
+        from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.step import serial_step as kernels
+
+        self.names = kernels
+        self.force = force
+        self.contact = contact
+        self.kinds = ContactOptions() if contact is None else contact.options
+        self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
+        solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
+        self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
+        self.rows_at_once = MOST_ROWS if domain.small and not self.kinds.layered else 1
+        self.control = arrays.zeros(kernels.CONTROL)
+        self.width = group_size(*groups)
+        self.raw = arrays.zeros(self.rows_at_once * self.width)
+        bundles = {
+            "body": force.bundle(),
+            "listed": Listed(sums=self.sums) if listed is None else Listed(**listed.arguments(), sums=self.sums),
+            "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
+            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
+            "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
+            "system": System() if solve is None else System(**solve.system),
+            "launch": Launch(
+                None if self.cells is None else self.cells.data,
+                None if images is None else images.pairs,
+                self.control,
+                self.raw,
+            ),
+        }
+        self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
+        self.kernel = kernels.make_serial_step(
+            signature_of(bundles),
+            domain.kinds,
+            None if contact is None else contact.kernel,
+            self.kinds,
+            contact is not None and contact.plain,
+            listed is not None,
+            supports is not None,
+            domain.small,
+            domain.few_contact_cells,
+            tied=images is not None,
+            **domain.options,
+        )
+        self._launch = Prepared(self.kernel)
+        self._exact = 1.0 if contact is None or contact.exact else 0.0
+
+    def run(
+        self,
+        start: int,
+        u: arrays.Array,
+        v: arrays.Array,
+        time: float,
+        before: float,
+        after: float,
+        rows: int = 1,
+        jacobian: float = -np.inf,
+        energy: float = np.inf,
+        viscous_rate: float = np.inf,
+    ) -> int:
+        """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
+
+        time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
+        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a
+        static solve that did not converge.
+        """
+        names = self.names
+        contact = self.contact
+        if contact is not None and after > 0.0 and start != names.PLACE:
+            contact.obstacles.move(time + after * np.arange(rows + 1))
+        control = np.zeros(names.CONTROL)
+        control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
+        control[names.FIRST], control[names.RATE_LIMIT] = 1.0, viscous_rate
+        if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
+            self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
+            self.cells.measure(u, v)
+        control = self._go(control, u, v)
+        if control[names.WANTS_LAYERS] == 1.0:
+            assert contact is not None
+            assert isinstance(contact.friction, LayeredFriction)
+            contact.friction.step(before, after)
+            control[names.START] = names.KICK
+            control = self._go(control, u, v)
+        done = int(control[names.ROWS_DONE])
+        while control[names.WANTS_MEASURE] == 1.0:
+            self.force.measure_surface(u, v)
+            if self.cells is not None and self.cells.launch is not None:
+                self.cells.measure(u, v)
+            control[names.START] = names.MEASURED
+            control = self._go(control, u, v)
+        return done
+
+    def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
+        """One launch; returns `control` as it left it."""
+        arrays.set_values(self.control, control)
+        self._launch(*self.force.arguments(u, v), *self._parts)
+        return arrays.get(self.control)
+
+    def rows(self, count: int) -> np.ndarray:
+        """Raw rows [count, width] of the last run."""
+        return arrays.get(self.raw).reshape(-1, self.width)[:count]
+
+    def viscous_force(self, u: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Viscous force [3n] of a small step [3n] to u [3n], times its length in time; 0 without viscous cells."""
+        if self.cells is None:
+            return np.zeros_like(u)
+        cells = self.cells
+
+        def measure(present: arrays.Array) -> None:
+            velocity = arrays.zeros(len(u))
+            if cells.launch is not None:
+                cells.measure(present, velocity)
+                return
+            control = np.zeros(self.names.CONTROL)
+            control[self.names.START] = self.names.VISCOUS
+            self._go(control, present, velocity)
+
+        return cells.product(u, step, measure)
+
+    def use_for_products(self) -> None:
+        """Let the force pass of the body go through this kernel, so that no other one is compiled."""
+        control = np.zeros(self.names.CONTROL)
+        control[self.names.START] = self.names.PRODUCT
+        parts = (*self._parts[:-2], arrays.put(control), self.raw)
+        launch = Prepared(self.kernel)
+        numbers = 3 if self.force.memory is None else 4  # that come before the arrays: chunks, ranges, commit
+        self.force.kernel = lambda *given: launch(*given[numbers:], *parts)
+
+    def owned(self) -> list[arrays.Array]:
+        """Arrays of the launch itself."""
+        return [self.raw, self.control, self.sums]

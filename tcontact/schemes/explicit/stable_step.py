@@ -1,0 +1,219 @@
+"""The stable step 2/omega_max of the free body with its standard lumped mass, by Lanczos.
+
+Force products M^-1 K w come from the force pass itself, as differences about the present state; the estimate is
+0.98 * 2/sqrt(ritz value + residual), on the safe side of the true limit and at least 90 % of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...device import arrays
+from ...mesh.geometry import spanned_heights
+from ...planning.body_plan import BodyPlan
+from ...scene.obstacles import Obstacle
+from .damped_step import DampedStep, Search, ViscousForce
+
+PRODUCTS = 20
+SAFETY = 0.98
+DIFFERENCE = 1e-6  # largest displacement of a product, over the size of the smallest cell
+
+
+class ForcePass(Protocol):
+    """A force pass over several bodies in one numbering."""
+
+    def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
+        """out += -f(u)/mass, both [3n]."""
+        ...
+
+    def sum_of(self, name: str) -> float:
+        """A number of the cells in the last pass, by the name of its column."""
+        ...
+
+
+class StableSteps:
+    """Estimates the stable step of every body of a domain; each product of a search is one pass for all of them."""
+
+    def __init__(self, force: ForcePass, bodies: Sequence[StableStep]) -> None:
+        self.force, self.bodies = force, bodies
+        self._ends = np.cumsum([body.mass.size for body in bodies])
+        self.trial, self.answer = arrays.zeros(int(self._ends[-1])), arrays.zeros(int(self._ends[-1]))
+
+    def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
+        """The stable step [s] at displacement u [3n] of all bodies; the next call starts from the modes found."""
+        parts = np.split(u, self._ends[:-1])
+        searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
+        asked: list[np.ndarray | None] = [next(search) for search in searches]
+        found = [np.inf] * len(searches)
+        while any(one is not None for one in asked):
+            rest = [part if one is None else one for one, part in zip(asked, parts, strict=True)]
+            answers = np.split(self._acceleration(rest[0] if len(rest) == 1 else np.concatenate(rest)), self._ends[:-1])
+            for number, search in enumerate(searches):
+                if asked[number] is not None:
+                    try:
+                        asked[number] = search.send(answers[number])
+                    except StopIteration:
+                        asked[number] = None
+        rate = 0.0 if self.bodies[0].plan.viscosity is None else self.force.sum_of("viscous_rate")
+        for number, body in enumerate(self.bodies):
+            found[number] = with_viscosity(body.elastic, rate, body.damped)
+        return min(found)
+
+    @property
+    def elastic(self) -> float:
+        """The last estimate [s] without viscosity."""
+        return min(body.elastic for body in self.bodies)
+
+    @property
+    def damped(self) -> float:
+        """The last estimate [s] with the viscosity of the contact cells alone."""
+        return min(body.damped for body in self.bodies)
+
+    def _acceleration(self, u: np.ndarray) -> np.ndarray:
+        """-M^-1 f(u), a copy."""
+        arrays.set_values(self.trial, u)
+        arrays.set_values(self.answer, np.zeros_like(u))
+        self.force.minus_force(self.trial, self.answer)
+        return np.array(arrays.get(self.answer))
+
+
+class StableStep:
+    """The search for the stable step of one body, with force products that somebody else takes (`StableSteps`).
+
+    stiffness [N/m^3]: of a penalty per area, on contact nodes with their mass; taken as closed, along the normals of
+    planes that do not turn, along all directions for other obstacles; viscous_force: of viscous contact cells.
+    """
+
+    def __init__(
+        self,
+        plan: BodyPlan,
+        obstacles: Sequence[Obstacle],
+        stiffness: float | None,
+        viscous_force: ViscousForce | None = None,
+    ) -> None:
+        self.plan = plan
+        self.mass = np.repeat(plan.lumped, 3)
+        self.bound, self.size = self._cell_bounds()
+        contact = plan.contact
+        self.penalty = None if stiffness is None or contact is None else stiffness * contact.areas
+        fixed = all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles)
+        self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
+        self.start: np.ndarray | None = None
+        self.elastic = np.inf  # the last estimate without viscosity
+        self.damped = np.inf  # with that of the contact cells alone
+        self.damping = None
+        if plan.viscous_cells and viscous_force is not None:
+            self.damping = DampedStep(plan, self.stiffness_product, viscous_force, DIFFERENCE * self.size)
+
+    def _cell_bounds(self) -> tuple[np.ndarray, float]:
+        """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
+        body = self.plan.body
+        corners = self.plan.reference[self.plan.cells]
+        height = spanned_heights(body.mesh.kind, corners)
+        rate = (body.material.wave_speed / height) ** 2
+        bound = np.zeros(len(self.plan.reference))
+        np.maximum.at(bound, self.plan.cells, rate[:, None])
+        return bound, float(height.min())
+
+    def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
+        """K(u) vector [N] of the free body; here: -M^-1 f(u)."""
+        scale = DIFFERENCE * self.size / np.abs(vector).max()
+        there = yield u + scale * vector
+        return self.mass * (here - there) / scale
+
+    def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
+        """M^-1 K(u) vector; here: -M^-1 f(u)."""
+        scale = DIFFERENCE * self.size / np.abs(vector).max()
+        there = yield u + scale * vector
+        product = (here - there) / scale
+        if self.penalty is not None and self.plan.contact is not None:
+            nodes = self.plan.contact.nodes
+            part = vector.reshape(-1, 3)[nodes]
+            for normal in self.normals:
+                stiff = (self.penalty * (part @ normal) / self.plan.lumped[nodes])[:, None] * normal
+                product.reshape(-1, 3)[nodes] += stiff
+        return self._tied(product)
+
+    def _tied(self, acceleration: np.ndarray) -> np.ndarray:
+        """The acceleration [3n] of a periodic body; its modes are among those of the free one."""
+        if self.plan.images is None:
+            return acceleration
+        return self.plan.images.mean(acceleration.reshape(-1, 3), self.plan.lumped).reshape(-1)
+
+    def _first(self, here: np.ndarray) -> np.ndarray:
+        """Where the search begins, of length 1: the mode found last, and the acceleration [3n], which is large where
+        the body has stiffened since; at first random, where cells are small."""
+        if self.start is not None:
+            found = self._unit(self.start) + self._unit(self._tied(here))
+            return self._unit(found if found.any() else self.start)
+        generator = np.random.default_rng(20071)
+        relative = np.repeat(self.bound / self.bound.max(), 3)
+        found = generator.uniform(-1.0, 1.0, here.size) * relative**4
+        if self.plan.images is not None:
+            found = self.plan.images.follow(found.reshape(-1, 3)).reshape(-1)
+        return self._unit(found)
+
+    def _unit(self, vector: np.ndarray) -> np.ndarray:
+        """The vector with a kinetic energy of 1/2; one without any stays."""
+        length = np.sqrt(dot(vector, self.mass, vector))
+        return vector / length if length > 0.0 else vector
+
+    def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
+        """Set `elastic` and `damped` at displacement u [3n]; the next search starts from the mode that was found."""
+        mass = self.mass
+        here = yield u
+        current = self._first(here)
+        before = np.zeros_like(current)
+        keep = [current.astype(np.float32)]  # only to start the next estimate from
+        alphas: list[float] = []
+        betas: list[float] = []
+        beta = 0.0
+        for _ in range(min(products, u.size)):
+            following = (yield from self._product(u, here, current)) - beta * before
+            alpha = dot(current, mass, following)
+            following -= alpha * current
+            beta = float(np.sqrt(max(dot(following, mass, following), 0.0)))
+            alphas.append(alpha)
+            betas.append(beta)
+            if beta <= 1e-9 * max(abs(alpha), abs(alphas[0])):
+                break
+            before, current = current, following / beta
+            keep.append(current.astype(np.float32))
+        count = len(alphas)
+        matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
+        if not np.isfinite(matrix).all():
+            raise InputError(
+                "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
+            )
+        values, vectors = np.linalg.eigh(matrix)
+        top = vectors[:, -1]
+        self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))
+        ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
+        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
+        if self.damping is not None:
+            self.damped = SAFETY * (yield from self.damping.search(u, here, self.elastic, products))
+
+
+def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:
+    """Stable step [s] with an explicit viscosity of that rate 2 xi omega [1/s]: elastic (sqrt(1 + xi^2) - xi).
+
+    Where 4 M - dt^2 K - 2 dt C is positive definite, with the largest eigenvalues of both parts: the safe side.
+    damped [s]: the limit with the viscosity of the contact cells alone; up to it dt^2 K + 2 dt C <= 4 M dt/damped.
+    """
+    xi = 0.25 * rate * elastic
+    undamped = elastic / (np.sqrt(1.0 + xi * xi) + xi)
+    return undamped if np.isinf(damped) else min(undamped, damped / (1.0 + 0.5 * rate * damped))
+
+
+def largest_rate(elastic: float, dt: float, damped: float = np.inf) -> float:
+    """The rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
+    return min(2.0 / dt - 2.0 * dt / elastic**2, 2.0 / dt - 2.0 / damped)
+
+
+def dot(a: np.ndarray, mass: np.ndarray, b: np.ndarray) -> float:
+    """a.M b without BLAS, whose idle threads would keep the cores from the kernels."""
+    return float((a * mass * b).sum())

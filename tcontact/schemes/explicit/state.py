@@ -1,0 +1,157 @@
+"""The state of a domain during a run: its arrays and its terms, in the numbering of the domain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...cells.internal_force import InternalForce
+from ...contact.contact_terms import make_contact
+from ...contact.layered_friction import LayeredFriction
+from ...device import arrays
+from ...kernels.columns import group_size, raw_places
+from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...nodes.images import PeriodicImages
+from ...planning.domain import Domain
+from ...planning.measured import Layout, RawRows, raw_groups
+from ...scene.scene import Scene
+from .body_view import BodyView
+from .serial_step import SerialStep
+
+AT_ONCE, MOST_AT_ONCE = 60, 32  # passes of SMALL cells (20 ms on a thread), and rows, between looks at a larger domain
+
+
+class DomainState:
+    """Displacement u and velocity v (flat [3n]) of a domain, and the terms it has.
+
+    displacement, velocity: where every body starts [n, 3], in the user's numbering; views: the bodies one by one.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        domain: Domain,
+        displacement: list[np.ndarray],
+        velocity: list[np.ndarray],
+        layout: Layout | None = None,
+    ) -> None:
+        self.scene, self.domain = scene, domain
+        self.layout = layout or Layout()
+        self.groups = raw_groups(scene, domain)
+        self._reader, self._places = RawRows(self.groups, self.layout), raw_places(domain.dissipates)
+        self.u = arrays.put(self._started(displacement))
+        self.start_velocity = self._started(velocity)
+        self.internal_force = InternalForce(domain)
+        self.listed = BoundaryNodes(domain, self.internal_force.special_force) if len(domain.boundary) else None
+        self.supports = Supports(domain) if len(domain.support_rows) else None
+        self.contact = make_contact(scene, domain, self.listed, self.internal_force)
+        self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
+        self.serial: SerialStep | None = None
+        if self.listed is not None or self.contact is not None or domain.small:
+            parts = self.internal_force, self.listed, self.supports, self.contact, self.images
+            self.serial = SerialStep(domain, self.groups, *parts)
+            if domain.small:
+                self.serial.use_for_products()
+        self.v = arrays.put(self._massive(self.start_velocity))
+        several = 1
+        if not domain.small and self.layered is None:
+            several = int(np.clip(AT_ONCE / domain.several, 1, MOST_AT_ONCE))
+        self._raw = np.zeros((several, group_size(*self.groups)))
+        self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
+
+    def _started(self, values: list[np.ndarray]) -> np.ndarray:
+        """Values [n, 3] of every body in the numbering of the domain; images start together, whatever is handed in."""
+        parts = [part[body.node_order] for body, part in zip(self.domain.bodies, values, strict=True)]
+        joined = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return joined if self.domain.images is None else joined[self.domain.images.master]
+
+    @property
+    def layered(self) -> LayeredFriction | None:
+        """The friction layers, None without any."""
+        friction = None if self.contact is None else self.contact.friction
+        return friction if isinstance(friction, LayeredFriction) else None
+
+    def _massive(self, velocity: np.ndarray) -> np.ndarray:
+        """The velocity without its massless components."""
+        result = velocity.copy()
+        contact = self.domain.contact
+        if contact is not None and contact.basis is not None:
+            along = np.einsum("kic,ki->kc", contact.basis, velocity[contact.nodes])
+            result[contact.nodes] -= np.einsum("kic,kc->ki", contact.basis, along)
+        return result if self.domain.images is None else self.domain.images.follow(result)
+
+    def begin_contact(self, dt: float) -> None:
+        """Bring massless nodes to equilibrium at the start; dt [s]: the first step."""
+        if self.serial is not None and self.contact is not None and self.contact.kernel == "massless":
+            assert self.domain.contact is not None
+            self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, 0.0, dt)
+            self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
+
+    @property
+    def rows_at_once(self) -> int:
+        """Most rows that one call of `advance` does."""
+        if self.domain.small and self.serial is not None:
+            return self.serial.rows_at_once
+        return len(self._raw)
+
+    def advance(
+        self,
+        kick_before: float,
+        kick_after: float,
+        drift: float,
+        time: float,
+        steps: tuple[float, float],
+        rows: int = 1,
+        jacobian: float = -np.inf,
+        energy: float = np.inf,
+        viscous_rate: float = np.inf,
+    ) -> int:
+        """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
+
+        time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
+        rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
+        """
+        force, serial, places = self.internal_force, self.serial, self._places
+        if self.domain.small and serial is not None:
+            force.set_steps(kick_before, kick_after, drift)
+            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
+        if serial is not None and self.contact is not None and steps[1] > 0.0:
+            rows = self.contact.obstacles.ask(time, steps[1], rows)
+        for number in range(rows):
+            force.advance(self.u, self.v, kick_before, kick_after, drift)
+            raw = self._raw[number]
+            if serial is None:
+                raw[:] = force.sums()
+            else:
+                serial.run(serial.names.BOUNDARY, self.u, self.v, time + number * steps[1], *steps)
+                raw[:] = serial.rows(1)[0]
+            total = raw[places.nodes.kinetic] + raw[places.cells.elastic]
+            if serial is not None:
+                total += raw[places.shared.kinetic]
+            calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
+            calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
+            if not calm or (self.contact is not None and self.contact.trouble):
+                break
+        return number + 1
+
+    def rows(self, times: np.ndarray) -> np.ndarray:
+        """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
+        small = self.domain.small and self.serial is not None
+        raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
+        rows = self._reader.measured(raw, times, self.domain.gravity)
+        if self.layered is not None:
+            late = float(rows[-1, self.layout.place["friction_after"]][0])
+            for name, value in self.layered.row(late).items():
+                rows[-1, self.layout.place[name]] = value
+        return rows
+
+    def memory(self) -> dict[str, int]:
+        """Bytes by term."""
+        result = {"state": arrays.size_in_bytes([self.u, self.v])}
+        if self.serial is not None:
+            result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
+        friction = None if self.contact is None else self.contact.friction
+        cells = None if self.serial is None else self.serial.cells
+        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, cells, self.images):
+            if term is not None:
+                result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
+        return result

@@ -1,0 +1,34 @@
+"""Discrete gradient with dissipation that keeps the momenta (Armero and Romero 2001): S* + chi/2 (S1 - S0).
+
+energy falls by chi/4 int (S1 - S0):dC each step, first order in time where chi > 0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ...base import validate
+from .scheme import ImplicitScheme
+
+
+@dataclass(frozen=True)
+class Dissipative(ImplicitScheme):
+    """chi >= 0: dissipation, 0 none; contact conserving. Other options as of every scheme."""
+
+    chi: float = 0.1  # type: ignore[misc]
+
+    name: ClassVar[str] = "dissipative"
+    dissipates: ClassVar[bool] = True
+    order: ClassVar[int] = 1
+    stress: ClassVar[str] = "dissipative"
+    conserving: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        validate.number("chi", self.chi, low=0.0, strict=False)
+
+    @property
+    def hourglass_level(self) -> float:
+        """Dissipates with the rest."""
+        return 0.5 * (1.0 + self.chi)

@@ -1,0 +1,223 @@
+"""One body stepped implicitly: from level to level by Newton's method, the step halved where that fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ....planning.body_plan import BodyPlan
+from ....scene.scene import Scene
+from .cells import Cells
+from .contact import StepContact
+from .equations import Rows, StaticEquations, StepEquations
+from .linear_solver import choose, make_solver
+from .mass import ConsistentMass, NodalMass
+from .newton import NotConverged, Settings, newton
+from .rule import ImplicitRule
+
+DEEPEST = 10  # halvings of a step
+RECOVER = 4  # good steps before the next is tried twice as long
+
+
+@dataclass
+class Level:
+    """Displacement, velocity, acceleration [n, 3]; forces [n, 3], [p, k, 3] if the scheme looks back."""
+
+    u: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    force: np.ndarray
+    contact: np.ndarray
+
+
+@dataclass
+class Taken:
+    """A step: its length [s], the mean contact force of every obstacle [p, k, 3] and reaction of supports [n, 3] [N],
+    force and moment on every obstacle [p, 6], Newton iterations, the residual left."""
+
+    dt: float
+    contact: np.ndarray
+    reaction: np.ndarray
+    loads: np.ndarray
+    iterations: int
+    residual: float
+
+    @property
+    def forces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What makes up its impulse: contact, reaction, loads."""
+        return self.contact, self.reaction, self.loads
+
+
+class ImplicitBody:
+    """The equations of a body under an implicit scheme and what it takes to solve them."""
+
+    def __init__(self, scene: Scene, plan: BodyPlan, scheme: ImplicitRule) -> None:
+        self.plan, self.scheme = plan, scheme
+        count = len(plan.reference)
+        self.cells = Cells(plan.body, plan.reference, plan.cells)
+        self.mass = NodalMass(plan) if scheme.mass == "lumped" else ConsistentMass(plan, self.cells.sparsity)
+        self.load = self.mass.times(np.tile(plan.gravity, (count, 1)))
+        held = np.zeros((count, 3, 3))
+        self.support_nodes = plan.boundary[plan.support_rows]
+        held[self.support_nodes, plan.support_axes, plan.support_axes] = 1.0
+        self.held = held
+        self.contact = None if plan.contact is None else StepContact(scene, plan, held)
+        self.rows = self._rows(self.cells, held, None if self.contact is None else self.contact.nodes)
+        self.equations = StepEquations(scheme, self.cells, self.mass, self.contact, self.rows, self.load)
+        material = plan.body.material
+        self.solver_kind = choose(3 * count, material.lame_lambda / material.lame_mu, scheme.solver)
+        self.solver = make_solver(self.solver_kind, self.cells.sparsity)
+        self.settings = Settings(scheme.rtol, scheme.iterations, scheme.verbose)
+        self.massless = self.contact is not None and self.contact.massless
+        wanted = scheme.reproject if scheme.reproject is not None else not scheme.balances_the_end
+        self.reproject = self.massless and wanted
+        self.statics = self._statics() if self.massless else None
+        self.depth, self.good = 0, 0
+        # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes
+        self.before = self.at_rest(0.0).forces
+
+    def _rows(self, cells: Cells, held: np.ndarray, place: np.ndarray | None) -> Rows:
+        where = np.zeros(0, dtype=np.int64) if place is None else place
+        material, areas = self.plan.body.material, np.zeros(len(where))
+        if self.plan.contact is not None:
+            areas = self.plan.contact.areas
+        stiff = material.density * material.wave_speed**2 * np.sqrt(areas)
+        return Rows(cells.sparsity, held, self.contact, where, stiff)
+
+    def _statics(self) -> tuple[StaticEquations, object]:
+        """The static problem of the massless components alone, and its solver."""
+        plan, contact = self.plan, self.contact
+        assert contact is not None
+        assert plan.contact is not None
+        assert plan.contact.basis is not None
+        touched = np.isin(plan.cells, contact.nodes).any(axis=1)
+        cells = Cells(plan.body, plan.reference, plan.cells[touched], contact.nodes)
+        basis = plan.contact.basis
+        held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
+        rows = self._rows(cells, held, np.arange(len(contact.nodes)))
+        material = plan.body.material
+        equations = StaticEquations(
+            cells, contact, rows, self.load[contact.nodes],
+            material.density * material.wave_speed**2, float(plan.contact.areas.mean()),
+        )  # fmt: skip
+        kind = choose(3 * len(contact.nodes), material.lame_lambda / material.lame_mu, self.scheme.solver)
+        return equations, make_solver(kind, cells.sparsity)
+
+    def massive(self, v: np.ndarray) -> np.ndarray:
+        """Velocity [n, 3] without its massless components."""
+        contact = self.plan.contact
+        if contact is None or contact.basis is None:
+            return v
+        result = v.copy()
+        along = np.einsum("kic,ki->kc", contact.basis, v[contact.nodes])
+        result[contact.nodes] -= np.einsum("kic,kc->ki", contact.basis, along)
+        return result
+
+    def equilibrium(self, u: np.ndarray) -> np.ndarray:
+        """u [n, 3] with what has no mass in equilibrium, everything else in place. Raises `NotConverged`."""
+        assert self.statics is not None
+        equations, solver = self.statics
+        equations.prepare(u)
+        start = np.zeros((len(equations.contact.nodes), 3))
+        return equations.moved(newton(equations, start, solver, self.settings).d)  # type: ignore[arg-type]
+
+    def start(self, u: np.ndarray, v: np.ndarray) -> Level:
+        """The level of the start [n, 3]. Raises `NotConverged`."""
+        looks_back = self.scheme.blend != 1.0
+        if self.massless and (self.reproject or self.scheme.balances_the_end or looks_back):
+            u = self.equilibrium(u)
+        level = self._level(u, self.massive(v), np.zeros_like(v))
+        if looks_back:
+            self._forces(level)
+            right = self.load - level.force
+            if self.contact is not None:
+                right[self.contact.nodes] += level.contact.sum(axis=0)
+            level.a = self.mass.solve(right)
+            reaction = self.mass.times(level.a) - right
+            if self.contact is not None and self.contact.exact is not None and len(self.contact.nodes):
+                level.contact = self.contact.closed(reaction, level.u)
+                reaction[self.contact.nodes] -= level.contact.sum(axis=0)
+            reaction = np.einsum("nij,nj->ni", self.held, reaction)
+            self.before = level.contact, reaction, self._loads(level.contact, level.u)
+        return level
+
+    def at_rest(self, dt: float) -> Taken:
+        """A step of dt [s] in which nothing pushes."""
+        loads = np.zeros((len(self.no_contact), 6))
+        return Taken(dt, self.no_contact, np.zeros((len(self.plan.reference), 3)), loads, 0, 0.0)
+
+    def _loads(self, force: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Force and moment on every obstacle [p, 6] of contact forces [p, k, 3] at u [n, 3]."""
+        return np.zeros((0, 6)) if self.contact is None else self.contact.loads(force, u)
+
+    @property
+    def no_contact(self) -> np.ndarray:
+        """Contact forces [p, k, 3] of nothing in touch."""
+        return np.zeros((0, 0, 3) if self.contact is None else self.contact.shape)
+
+    def _level(self, u: np.ndarray, v: np.ndarray, a: np.ndarray) -> Level:
+        return Level(u, v, a, np.zeros_like(u), self.no_contact)
+
+    def _forces(self, level: Level) -> None:
+        self.cells.evaluate("end", level.u, np.zeros_like(level.u))
+        level.force = self.cells.force(1.0)
+        if self.contact is not None and self.contact.penalty is not None and len(self.contact.nodes):
+            level.contact = self.contact.at(level.u)[0]
+
+    def take(self, level: Level, dt: float) -> tuple[Level, Taken]:
+        """One step of dt [s]. Raises `NotConverged`."""
+        scheme, equations = self.scheme, self.equations
+        factor, known = scheme.inertia(dt, level.v, level.a)
+        if scheme.past != 0.0:
+            self._forces(level)
+        equations.prepare(level.u, factor, known, scheme.past * level.force, scheme.past * level.contact)
+        start = np.zeros_like(level.u)
+        start[self.support_nodes, self.plan.support_axes] = self.plan.speeds * dt
+        solution = newton(equations, start, self.solver, self.settings)
+        equations.evaluate(solution.d)
+        v, a = scheme.motion(dt, solution.d, level.v, level.a)
+        u = level.u + solution.d
+        reaction = np.einsum("nij,nj->ni", self.held, equations.unbalanced)
+        force = equations.contact_force.copy()
+        loads = self._loads(force, 0.5 * (level.u + u))
+        if self.reproject:
+            u = self.equilibrium(u)
+        taken = Taken(dt, force, reaction, loads, solution.iterations, solution.residual)
+        return self._level(u, self.massive(v), self.massive(a)), taken
+
+    def _blended(self, taken: Taken) -> Taken:
+        """The step with the forces of its impulse."""
+        share = self.scheme.blend
+        if share == 1.0:
+            return taken
+        pairs = zip(taken.forces, self.before, strict=True)
+        contact, reaction, loads = (share * now + (1.0 - share) * before for now, before in pairs)
+        self.before = taken.forces
+        return replace(taken, contact=contact, reaction=reaction, loads=loads)
+
+    def advance(self, level: Level, dt: float) -> tuple[Level, Taken]:
+        """dt [s] in as many halves as Newton's method needs. Raises `NotConverged` where none is short enough."""
+        done, parts = 0, []
+        full = 1 << DEEPEST
+        while done < full:
+            while done % (full >> self.depth):
+                self.depth += 1
+            share = full >> self.depth
+            try:
+                level, taken = self.take(level, dt * share / full)
+            except NotConverged as error:
+                if self.depth == DEEPEST:
+                    raise NotConverged(f"also with a step of {dt * share / full:.3g} s: {error}") from error
+                self.depth, self.good = self.depth + 1, 0
+                continue
+            parts.append(self._blended(taken))
+            done += share
+            self.good += 1
+            if self.good >= RECOVER and self.depth:
+                self.depth, self.good = self.depth - 1, 0
+        weights = [part.dt / dt for part in parts]
+        forces = zip(*(part.forces for part in parts), strict=True)
+        contact, reaction, loads = (np.tensordot(weights, np.array(force), 1) for force in forces)
+        iterations = sum(part.iterations for part in parts)
+        return level, Taken(dt, contact, reaction, loads, iterations, max(part.residual for part in parts))

@@ -1,0 +1,51 @@
+"""A plan under an implicit scheme in words: equations, unknowns, sizes and the choice of the linear solver."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....planning.body_plan import BodyPlan
+from ....planning.planning import Plan
+from .linear_solver import DIRECT, STIFF, choose
+from .rule import ImplicitRule
+
+
+def describe(plan: Plan, scheme: ImplicitRule) -> str:
+    """Terms, then for every body its size, kernels, sparsity and solver."""
+    conserved = ", ".join(scheme.conserves)
+    lines = ["terms: " + ", ".join(plan.terms), f"scheme: {scheme.name}, order {scheme.order}, conserves {conserved}"]
+    for body in plan.bodies:
+        lines += _body(body, scheme)
+    return "\n".join(lines)
+
+
+def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
+    mesh, material = body.body.mesh, body.body.material
+    unknowns = 3 * mesh.node_count
+    left, right = np.broadcast_arrays(mesh.cells[:, :, None], mesh.cells[:, None, :])
+    blocks = len(np.unique(left.astype(np.int64) * mesh.node_count + right))
+    points = len(mesh.cells) * (1 if body.body.formulation == "reduced" else len(mesh.element.weights))
+    ratio = material.lame_lambda / material.lame_mu
+    kind = choose(unknowns, ratio, scheme.solver)
+    if scheme.solver != "auto":
+        why = "as asked for"
+    elif kind == "krylov":
+        why = f"more than {DIRECT} unknowns, lambda/mu = {ratio:.3g} below {STIFF:g}"
+    elif unknowns <= DIRECT:
+        why = f"no more than {DIRECT} unknowns"
+    else:
+        why = f"lambda/mu = {ratio:.3g} is {STIFF:g} or more"
+    solver = {"direct": "sparse LU factors (SuperLU)", "krylov": "BiCGStab, inverse diagonal blocks"}[kind]
+    size = points * 8 * (9 + 81 + 2 + 3 * mesh.cells.shape[1]) + blocks * 9 * 8 * (3 if kind == "krylov" else 4)
+    lines = [f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {material.law}"]
+    rules = [scheme.stress] if scheme.stress == "end" else [scheme.stress, "end"]
+    lines.append(
+        "  kernels: " + ", ".join([f"points({material.law}, {rule})" for rule in rules] + ["forces", "tangents"])
+    )
+    lines.append(f"  tangent: {unknowns} unknowns, {blocks} blocks of 3x3, not symmetric; about {size / 1e6:.3g} MB")
+    lines.append(f"  linear solver: {solver}: {why}")
+    contact = body.contact
+    if contact is not None:
+        massless = contact.basis is not None
+        lines.append(f"  contact: {len(contact.nodes)} nodes{' without mass' if massless else ''}, mass {scheme.mass}")
+    return lines

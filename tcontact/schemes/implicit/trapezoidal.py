@@ -1,0 +1,26 @@
+"""Trapezoidal rule: f* = (f(x0) + f(x1))/2, contact alike. Stable for linear bodies only (paper 3.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .scheme import ImplicitScheme
+
+
+@dataclass(frozen=True)
+class Trapezoidal(ImplicitScheme):
+    """f* = (f(x0) + f(x1))/2, fc* = (fc(x0) + fc(x1))/2; second order. Options as of every implicit scheme."""
+
+    name: ClassVar[str] = "trapezoidal"
+    conserves: ClassVar[tuple[str, ...]] = ("linear momentum",)
+
+    @property
+    def present(self) -> float:
+        """Half of it at x1."""
+        return 0.5
+
+    @property
+    def past(self) -> float:
+        """Half of it at x0."""
+        return 0.5

@@ -1,0 +1,1 @@
+"""Pictures, curves and notebooks, drawn from results alone."""

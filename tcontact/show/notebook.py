@@ -1,0 +1,127 @@
+"""A `Result` in a notebook: a table of how it went, and a picture of its end coloured by the von Mises stress."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..cells.stress import VonMises
+from ..device import runtime
+from ..results.files.vtkhdf import Frame
+from ..results.report import si
+from ..results.result import Result
+from ..scene.obstacles.description import describe
+
+SIZE = (640, 480)
+
+
+@dataclass(frozen=True)
+class EndState:
+    """The end of a run as a series of one frame: what pictures need of `vtkhdf.ResultData`, from memory."""
+
+    result: Result
+    path: Path = Path("result")
+    point_fields: tuple[str, ...] = ("displacement", "velocity", "contact_force")
+
+    def __len__(self) -> int:
+        return 1
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Reference positions [n, 3] [m] of all bodies."""
+        return np.concatenate([body.mesh.nodes for body in self.result.scene.bodies])
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[str, np.ndarray], ...]:
+        """Kind and connectivity [m, k] of every body."""
+        meshes = [body.mesh for body in self.result.scene.bodies]
+        starts = np.cumsum([0, *(mesh.node_count for mesh in meshes)])
+        return tuple((mesh.kind, mesh.cells + start) for mesh, start in zip(meshes, starts, strict=False))
+
+    @property
+    def times(self) -> np.ndarray:
+        """The end [s]."""
+        return np.array([self.result.time])
+
+    @property
+    def cell_fields(self) -> tuple[str, ...]:
+        """Names of the cell fields."""
+        return ("von_mises", "body") if len(self.blocks) > 1 else ("von_mises",)
+
+    @cached_property
+    def attributes(self) -> dict[str, Any]:
+        """Title and obstacles, where they are at the end."""
+        title = " + ".join(self.result.terms)
+        return {"title": title, "obstacles": describe(self.result.scene.obstacles, [0.0, self.result.time])}
+
+    def frame(self, _index: int) -> Frame:
+        """The only frame."""
+        return self._frame
+
+    @cached_property
+    def _frame(self) -> Frame:
+        if not runtime.threads():
+            runtime.start()  # the result came from another process
+        result, bodies = self.result, self.result.scene.bodies
+        moved = result.position - self.points
+        parts = np.split(moved, np.cumsum([body.mesh.node_count for body in bodies])[:-1])
+        stress = [VonMises(body)(part) for body, part in zip(bodies, parts, strict=True)]
+        cells = {"von_mises": np.concatenate(stress)}
+        if len(bodies) > 1:
+            cells["body"] = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(bodies)])
+        nodal = {"displacement": moved, "velocity": result.velocity, "contact_force": result.contact_node_force}
+        return Frame(result.time, nodal, cells)
+
+
+def picture(result: Result) -> bytes:
+    """PNG of the end of a run."""
+    from .render.studio import Studio
+
+    studio = Studio(EndState(result), SIZE, 1.0, None)  # type: ignore[arg-type]
+    image = studio.picture(studio.data.frame(0), "von_mises", studio.limits("von_mises"), studio.camera("above"))
+    file = io.BytesIO()
+    image.save(file, "PNG")
+    return file.getvalue()
+
+
+def rows(result: Result) -> dict[str, str]:
+    """What the table says, by the words on its left."""
+    history = result.history
+    cells = sum(body.mesh.cell_count for body in result.scene.bodies)
+    error = float(np.abs(history["energy_error"]).max())
+    force = float(np.linalg.norm(history["contact_force"], axis=1).max())
+    found = {
+        "ended": f"{result.reason} at {si(result.time, 's', 4)} after {result.steps} steps",
+        "scene": f"{cells} cells, {len(result.position)} nodes: {', '.join(result.terms)}",
+        "step": f"{si(result.dt, 's')} (stable below {si(result.dt_limit, 's')})",
+        "energy error": f"{error:.2g} at most",
+        "contact force": f"{si(force, 'N')} at most",
+        "smallest gap": si(float(np.nanmin(history["gap_min"])), "m"),
+        "time taken": f"{si(result.wall_s, 's')}, compiling {si(result.compile_s, 's')}",
+    }
+    if not result.scene.touching:
+        del found["contact force"], found["smallest gap"]
+    if result.message:
+        found["remedy" if not result.ok else "note"] = result.message
+    return found | ({"warnings": "; ".join(result.warnings)} if result.warnings else {})
+
+
+def html(result: Result) -> str:
+    """Table and picture beside each other."""
+    lines = [
+        f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(text)}</td></tr>'
+        for name, text in rows(result).items()
+    ]
+    image = base64.b64encode(picture(result)).decode()
+    style = "display:flex;flex-wrap:wrap;align-items:center;gap:1em"
+    return (
+        f'<div style="{style}"><table>{"".join(lines)}</table>'
+        f'<img width="{SIZE[0] // 2}" alt="the end of the run" src="data:image/png;base64,{image}"></div>'
+    )

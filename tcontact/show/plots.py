@@ -1,0 +1,270 @@
+"""Curves of a run by matplotlib: contact force, gap and penetration, energies. Nothing is smoothed or filtered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..device.atomic_file import unlinked
+from ..kernels.columns import COLUMNS
+from ..results.report import si_scale
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, RED, GREEN, ORANGE, GREY = "#1f5fa8", "#c03a2b", "#2e8b57", "#d98200", "#707070"
+PURPLE, BROWN, VIOLET = "#7d3c98", "#8b5a2b", "#c71585"
+ENERGIES = {
+    "kinetic": BLUE,
+    "elastic": GREEN,
+    "contact": RED,
+    "friction_work": ORANGE,
+    "damping_work": PURPLE,
+    "viscous_work": BROWN,
+    "external_work": GREY,
+}
+Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
+History = Mapping[str, np.ndarray]
+
+
+def contact_force(
+    path: Path, history: History, normals: Sequence[np.ndarray], known: Curves | None = None, title: str = ""
+) -> None:
+    """Plot the contact force over time, with curves it can be judged by if there are any."""
+    figure, (axes,) = _figure(1, title)
+    time, unit = _time(history)
+    force = force_component(history, normals)
+    known = known or {}
+    drawn = [force, *(values for _, values in known.values())]
+    factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn))
+    along = _tangential(history, normals)
+    axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
+    for label, (times, values) in known.items():
+        axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
+    if along is not None:
+        axes.plot(time, along / factor, color=ORANGE, lw=1.0, label="friction")
+    if known or along is not None:
+        axes.legend(loc="best", frameon=False)
+    if np.nanmin(force, initial=0.0) >= 0.0 and np.isfinite(force).all():
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))  # small changes of a large force should look small
+    axes.set_ylabel(f"contact force {'on the body ' if len(normals) == 1 else ''}[{_greek(prefix)}N]")
+    _finish(figure, [axes], time, unit[1], path)
+
+
+def gap(path: Path, history: History, title: str = "") -> None:
+    """Plot the smallest gap (penetration where negative) and the number of nodes in contact."""
+    from matplotlib.ticker import MaxNLocator
+
+    figure, (upper, lower) = _figure(2, title)
+    time, unit = _time(history)
+    smallest = history["gap_min"]
+    factor, prefix = si_scale(float(np.nanmax(np.abs(smallest), initial=0.0)))
+    upper.axhline(0.0, color=GREY, lw=0.8)
+    upper.plot(time, smallest / factor, color=BLUE, lw=1.0)
+    upper.fill_between(time, np.minimum(smallest, 0.0) / factor, 0.0, color=RED, alpha=0.35, lw=0)
+    upper.set_ylabel(f"smallest gap [{_greek(prefix)}m]")
+    deepest = max(0.0, -float(np.nanmin(smallest)))
+    size, name = si_scale(deepest)
+    rounding = 1e-12 * float(np.nanmax(np.abs(smallest), initial=0.0))
+    depth = f"deepest penetration {deepest / size:.3g} {_greek(name)}m" if deepest > rounding else "no penetration"
+    upper.set_title(depth, fontsize=9, loc="right", color=GREY)
+    lower.plot(time, history["contact_nodes"], color=BLUE, lw=1.0, drawstyle="steps-post")
+    lower.set_ylabel("nodes in contact")
+    lower.set_ylim(bottom=0.0)
+    lower.yaxis.set_major_locator(MaxNLocator(integer=True))
+    _finish(figure, [upper, lower], time, unit[1], path)
+
+
+def energy(path: Path, history: History, title: str = "") -> None:
+    """Plot the energies over time, and the energy error below."""
+    figure, (upper, lower) = _figure(2, title)
+    time, unit = _time(history)
+    parts = [column for kind in ("stored", "dissipated", "supplied") for column in COLUMNS if column.energy == kind]
+    signs = {column.name: (-1.0, "− ") if column.energy == "supplied" else (1.0, "") for column in parts}
+    present = [name for name in signs if name in history and np.any(history[name])]
+    factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *present])))
+    ends: dict[str, tuple[float, str]] = {}
+    for name in present:
+        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # as it enters the sum
+        curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
+        upper.plot(time, curve, color=color, lw=1.1, label=label)
+        ends[label] = float(curve[-1]), color
+    total = history["energy"] / factor
+    upper.plot(time, total, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
+    ends["sum"] = float(total[-1]), "black"
+    upper.set_ylabel(f"energy [{_greek(prefix)}J]")
+    _label_ends(upper, ends)
+    lower.axhline(0.0, color=GREY, lw=0.8)
+    lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
+    lower.set_ylabel("energy error [-]")
+    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+    _finish(figure, [upper, lower], time, unit[1], path)
+
+
+def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.ndarray]) -> None:
+    """Plot runs side by side on the same scales: contact force, penetration, penetration energy."""
+    rows = {
+        "contact force": ("N", lambda history: force_component(history, normals)),
+        "penetration": ("m", lambda history: np.maximum(0.0, -history["gap_min"])),
+        "penetration energy": ("J", lambda history: history["contact"]),
+    }
+    figure, grid = _grid(len(rows), len(runs))
+    _, unit = _time(next(iter(runs.values())))
+    for row, (title, (name, column)) in enumerate(rows.items()):
+        factor, prefix = si_scale(
+            max(float(np.nanmax(np.abs(column(history)), initial=0.0)) for history in runs.values())
+        )
+        for number, (axes, (label, history)) in enumerate(zip(grid[row], runs.items(), strict=True)):
+            color = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN)[number % 6]
+            axes.plot(history["time"] / unit[0], column(history) / factor, color=color, lw=0.8)
+            if row == 0:
+                error = float(np.nanmax(np.abs(history["energy_error"])))
+                up_and_down = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {unrest(column(history)):.3g}"
+                figures = f"{up_and_down}, energy error {error:.1e}"
+                axes.set_title(f"{label}\n{len(history['time']) - 1} steps, {figures}", fontsize=9)
+        grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
+    for axes in grid[-1]:
+        axes.set_xlabel(f"time [{unit[1]}]")
+    figure.savefig(unlinked(path))
+
+
+def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
+    """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}.
+
+    A panel with the labels of the one before it goes without a legend of its own.
+    """
+    figure, drawn = _figure(len(rows), title)
+    end = max(float(times[-1]) for curves in rows.values() for times, _ in curves.values())
+    span, mark = si_scale(end)
+    explained: list[str] = []
+    for axes, ((name, unit), curves) in zip(drawn, rows.items(), strict=True):
+        largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for _, values in curves.values())
+        factor, prefix = si_scale(largest if unit != "-" else 1.0)
+        for number, (label, (times, values)) in enumerate(curves.items()):
+            color, style = ((BLUE, "-"), (RED, "--"), (GREEN, ":"), (ORANGE, "-."))[number % 4]
+            axes.plot(times / span, values / factor, color=color, lw=1.0, ls=style, label=label)
+        axes.set_ylabel(f"{name} [{_greek(prefix)}{unit}]")
+        if list(curves) != explained:
+            axes.legend(loc="best", frameon=False)
+            explained = list(curves)
+    _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
+
+
+def energies(path: Path, runs: Mapping[str, History]) -> None:
+    """Plot the energies of runs over the one at the start: on their own scale above, around 1 below."""
+    figure, (upper, lower) = _figure(2, "")
+    longest = max(runs.values(), key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    colours = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN, GREY, "#00939c", "#303030")
+    for number, (label, history) in enumerate(runs.items()):
+        share = history["energy"] / history["energy"][0]
+        style: dict[str, Any] = {"color": colours[number % len(colours)], "lw": 1.1, "ls": ("-", "--")[number // 5 % 2]}
+        upper.plot(history["time"] / unit[0], share, label=label, **style)
+        lower.plot(history["time"] / unit[0], np.maximum(np.abs(share - 1.0), 1e-16), **style)
+    upper.set_ylabel("energy / energy at the start")
+    upper.set_ylim(0.0, 3.0)
+    upper.legend(frameon=False, fontsize=7, ncols=2)
+    lower.set_yscale("log")
+    lower.set_ylabel("relative change")
+    _finish(figure, [upper, lower], longest["time"] / unit[0], unit[1], path)
+
+
+def penetration_energies(path: Path, panels: Mapping[str, Mapping[str, History]]) -> None:
+    """Plot penetration energies over time, a panel for each group of runs, all on the same scales."""
+    figure, grid = _grid(1, len(panels))
+    histories = [history for runs in panels.values() for history in runs.values()]
+    factor, prefix = si_scale(max(float(np.nanmax(history["contact"], initial=0.0)) for history in histories))
+    longest = max(histories, key=lambda history: float(history["time"][-1]))
+    _, unit = _time(longest)
+    for axes, (title, runs) in zip(grid[0], panels.items(), strict=True):
+        for colour, (label, history) in zip((BLUE, RED, GREEN, ORANGE, PURPLE), runs.items(), strict=False):
+            axes.plot(history["time"] / unit[0], history["contact"] / factor, color=colour, lw=1.1, label=label)
+        axes.set_title(title, fontsize=9)
+        axes.legend(frameon=False, fontsize=8)
+        axes.set_xlabel(f"time [{unit[1]}]")
+    grid[0][0].set_ylabel(f"penetration energy [{_greek(prefix)}J]")
+    _finish(figure, [grid[0][-1]], longest["time"] / unit[0], unit[1], path)
+
+
+def unrest(force: np.ndarray) -> float:
+    """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
+    return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))
+
+
+def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:
+    """Contact force along the obstacle normal [N]; its magnitude where obstacles have several normals."""
+    force = history["contact_force"]
+    if normals and all(np.allclose(normal, normals[0]) for normal in normals):
+        with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
+            return force @ np.asarray(normals[0])
+    return np.linalg.norm(force, axis=1)
+
+
+def _tangential(history: History, normals: Sequence[np.ndarray]) -> np.ndarray | None:
+    """Length of the contact force across a single normal [N]; None where nothing rubs."""
+    if not normals or not np.any(history.get("friction_work", 0.0)):
+        return None
+    if not all(np.allclose(normal, normals[0]) for normal in normals):
+        return None
+    normal = np.asarray(normals[0])
+    force = history["contact_force"]
+    with np.errstate(invalid="ignore"):
+        return np.linalg.norm(force - np.outer(force @ normal, normal), axis=1)
+
+
+def _label_ends(axes: Axes, ends: Mapping[str, tuple[float, str]]) -> None:
+    """Write each curve's name beside its end, in its colour, moved apart where ends lie close together."""
+    low, high = axes.get_ylim()
+    room, wanted = 0.085, sorted(ends, key=lambda name: np.nan_to_num(ends[name][0]))
+    places = [float(np.clip((np.nan_to_num(ends[name][0]) - low) / (high - low), 0.0, 1.0)) for name in wanted]
+    for index in range(1, len(places)):
+        places[index] = max(places[index], places[index - 1] + room)
+    for index in range(len(places) - 1, -1, -1):  # and back down from the top
+        most = 1.0 if index == len(places) - 1 else places[index + 1] - room
+        places[index] = min(places[index], most)
+    for name, place in zip(wanted, places, strict=True):
+        axes.annotate(name, (1.01, place), xycoords="axes fraction", color=ends[name][1], va="center", fontsize=9)
+
+
+def _figure(panels: int, title: str) -> tuple[Figure, list[Axes]]:
+    figure, grid = _grid(panels, 1)
+    grid[0][0].set_title(title, fontsize=9, loc="left", color=GREY)
+    return figure, [row[0] for row in grid]
+
+
+def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    width, height = (7.5, 4.2) if rows == 1 else (7.5, 5.4)
+    if columns > 1:
+        width, height = 4.6 * columns, 2.4 * rows + 0.6
+    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
+    for axes in grid.flat:
+        axes.grid(True, color="#dddddd", lw=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=9)
+    return figure, grid
+
+
+def _finish(figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path) -> None:
+    panels[-1].set_xlabel(f"time [{unit}]")
+    end = float(time[-1]) or 1.0
+    panels[-1].set_xlim(-0.01 * end, 1.01 * end)
+    figure.align_ylabels(panels)
+    figure.savefig(unlinked(path))
+
+
+def _time(history: History) -> tuple[np.ndarray, tuple[float, str]]:
+    factor, prefix = si_scale(float(history["time"][-1]))
+    return history["time"] / factor, (factor, f"{_greek(prefix)}s")
+
+
+def _greek(prefix: str) -> str:
+    return "µ" if prefix == "u" else prefix

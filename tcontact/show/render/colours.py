@@ -1,0 +1,64 @@
+"""Colours: of fields, planes, lines; the tables that the raster looks them up in."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from ...base.errors import InputError
+
+FIELDS = {  # file name of a field: what the picture calls it, its unit, its colours
+    "contact_pressure": ("Contact pressure", "Pa", "pressure"),
+    "contact_force": ("Nodal contact force", "N", "pressure"),
+    "von_mises": ("Von Mises stress", "Pa", "viridis"),
+    "velocity": ("Speed", "m/s", "viridis"),
+    "displacement": ("Displacement", "m", "viridis"),
+    "layer_temperature": ("Temperature of the friction layer", "K", "pressure"),
+    "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
+    "body": ("Body", "", "viridis"),
+}
+AWAY_FROM_ZERO = ("layer_temperature",)  # their colours start at what is there, not at zero
+BACKGROUND = (250, 251, 253)
+TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
+PLANE_TONES = ((219, 225, 233), (207, 214, 224))
+INK = (72, 82, 96)
+OBSTACLE_COLOUR = (190, 199, 212)
+AXIS_COLOURS = ((196, 60, 52), (54, 138, 66), (48, 98, 186))
+# colour tables in the order the raster sees them; those from `SHADOWED` on take the body's shadow
+FIELD, INK_TABLE, AXES, OBSTACLE, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 8
+
+
+@cache
+def colour_table(name: str) -> np.ndarray:
+    """The 256 colours [256,3] (0..255) of a map of matplotlib; "pressure" is its YlOrRd with grey for nothing."""
+    import matplotlib
+
+    if name == "pressure":
+        t = np.linspace(0, 1, 256)
+        grey = np.clip(1 - t / 0.12, 0, 1)[:, None]
+        return np.round(grey * (232, 235, 239) + (1 - grey) * colour_table("YlOrRd"))
+    start = 16 if name == "viridis" else 0  # its darkest colours would hide the cell edges
+    return np.round(matplotlib.colormaps[name](np.linspace(start, 255, 256).astype(int))[:, :3] * 255)
+
+
+@cache
+def tables(name: str) -> np.ndarray:
+    def fade(colour: tuple[int, int, int]) -> np.ndarray:
+        t = np.linspace(0, 1, 256)[:, None]
+        return np.array(colour) * (1 - t * t * (3 - 2 * t)) + np.array(BACKGROUND) * t * t * (3 - 2 * t)
+
+    solid = [np.tile(np.array(colour, float), (256, 1)) for colour in (INK, *AXIS_COLOURS, OBSTACLE_COLOUR)]
+    tones = [fade(tone) for tone in PLANE_TONES]
+    return np.concatenate([colour_table(name), *solid, *tones, *tones]).astype(np.float32).ravel()
+
+
+def colour_map(field: str, wish: str | None = None) -> str:
+    """The colours of a field, or those wished for. Raises `InputError` for a map that does not exist."""
+    if wish is not None:
+        import matplotlib
+
+        if not isinstance(wish, str) or (wish != "pressure" and wish not in matplotlib.colormaps):
+            raise InputError("colours", wish, "use the name of a colour map of matplotlib, such as viridis or coolwarm")
+        return wish
+    return FIELDS[field][2] if field in FIELDS else "viridis"

@@ -1,0 +1,185 @@
+"""Every frame of a result as a picture, and what comes with them; or one picture at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base import validate
+from ...base.errors import InputError
+from ...device.atomic_file import refuse_link, unlinked
+from ...results.files.vtkhdf import ResultData
+from .animation import animate, can_film, film
+from .camera import Camera, Eye
+from .colours import colour_map
+from .studio import Studio
+from .surface import Clip
+
+SIZE = "give width and height in pixels, 160 to 8192"
+
+
+def render_frames(
+    data: ResultData | Path | str,
+    out: Path | str,
+    field: str = "contact_pressure",
+    size: tuple[int, int] = (960, 720),
+    camera: Camera | None = None,
+    deformation_scale: float = 1.0,
+    obstacles: Sequence[Mapping[str, Any]] | None = None,
+    fps: float | None = None,
+    range: tuple[float, float] | None = None,
+    view: str = "above",
+    animation: bool = True,
+    title: str | None = None,
+    colours: str | None = None,
+    clip: Sequence[Clip] = (),
+    video: bool | None = None,
+) -> list[Path]:
+    """Draw every frame of a result; returns the files written.
+
+    `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
+    contact-face.png: the contact pressure seen from below at the instant of the largest contact force.
+
+    field: any field of the file, vectors by their length, cell values one colour a face; size: picture [pixel]; camera:
+    None = a three-quarter view of body and contact plane; deformation_scale: factor on displacements about each body's
+    mean motion; obstacles: {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes;
+    fps: frames per second of the animation, None = about six seconds in all; range: values at the two ends of the
+    colours, None = those of the series, without the highest 1.5 %; view: "above" or "below" the first plane, which is
+    then drawn as an outline; title: the second line, None = the attribute "title" of the file; colours: a colour map of
+    matplotlib, None = that of the field; clip: planes that cut the bodies open; video: an MP4 beside the GIF, None =
+    where imageio-ffmpeg is installed.
+    Raises `InputError` for an unknown field (with those known), a file without frames and values out of place, before
+    it writes.
+    """
+    data = data if isinstance(data, ResultData) else ResultData.open(data)
+    out = validate.path("out", out, "give the name of a folder")
+    if fps is not None:
+        fps = validate.number("fps", fps, low=0.01, high=1000.0, strict=False)
+    validate.flag("animation", animation)
+    if video is not None and validate.flag("video", video) and not can_film():
+        raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
+    studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
+    eye = _eye(studio, view, camera)
+    folder = out / "frames"
+    with written_to(out):
+        refuse_link(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        written = []
+        for index, _ in enumerate(data.times):
+            path = folder / f"frame-{index:04d}.png"
+            studio.picture(data.frame(index), field, limits, eye).save(unlinked(path), compress_level=3)
+            written.append(path)
+        for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
+            stale.unlink()  # of an earlier, longer series
+        if animation:
+            speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
+            written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
+            if can_film() if video is None else video:
+                written.append(film(pictures, out / "animation.mp4", speed))
+        if clip:
+            return written  # an opened body has no whole contact face
+        return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
+
+
+def render_picture(
+    data: ResultData | Path | str,
+    path: Path | str,
+    time: float | None = None,
+    field: str = "contact_pressure",
+    size: tuple[int, int] = (960, 720),
+    camera: Camera | None = None,
+    deformation_scale: float = 1.0,
+    obstacles: Sequence[Mapping[str, Any]] | None = None,
+    range: tuple[float, float] | None = None,
+    view: str = "above",
+    title: str | None = None,
+    colours: str | None = None,
+    clip: Sequence[Clip] = (),
+) -> Path:
+    """Draw the frame nearest to a time [s], None = the last one, into the file `path`; returns it.
+
+    Colours and camera are those of the whole series, so that pictures of several times can be compared; the other
+    options are those of `render_frames`.
+    """
+    data = data if isinstance(data, ResultData) else ResultData.open(data)
+    path = _picture_name(path)
+    if time is not None:
+        time = validate.number("time", time)
+    studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
+    eye = _eye(studio, view, camera)
+    index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
+    picture = studio.picture(data.frame(index), field, limits, eye)
+    with written_to(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        picture.save(unlinked(path))
+    return path
+
+
+@contextmanager
+def written_to(place: Path) -> Iterator[None]:
+    """Raise `InputError` where the disk or the name does not let a picture be written."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError("out", str(place), f"cannot be written ({reason}); make room or name another place") from error
+
+
+def _opened(
+    data: ResultData,
+    field: str,
+    size: tuple[int, int],
+    deformation_scale: float,
+    obstacles: Sequence[Mapping[str, Any]] | None,
+    range: tuple[float, float] | None,
+    title: str | None,
+    clip: Sequence[Clip],
+    colours: str | None,
+) -> tuple[Studio, tuple[float, float]]:
+    """A studio for these wishes and the ends of the colours. Raises `InputError` for those that cannot be met."""
+    if len(data) == 0:
+        raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
+    if validate.shape_of("size", size, SIZE) != (2,):
+        raise InputError("size", size, SIZE)
+    size = (validate.whole("size", size[0], 160, 8192), validate.whole("size", size[1], 160, 8192))
+    if range is not None:
+        low, high = (float(end) for end in validate.floats("range", range, (2,)))
+        if not low < high:
+            raise InputError("range", range, "give two values, the lower one first")
+        range = (low, high)
+    validate.choice("field", field, (*data.point_fields, *data.cell_fields))
+    if not isinstance(clip, (list, tuple)) or not all(isinstance(one, Clip) for one in clip):
+        raise InputError("clip", clip, "give a list of tcontact.render.Clip(point, normal)")
+    if obstacles is not None and (
+        not isinstance(obstacles, (list, tuple)) or not all(isinstance(one, Mapping) for one in obstacles)
+    ):
+        raise InputError("obstacles", obstacles, 'give a list of dictionaries such as {"kind": "plane", ...}')
+    if title is not None and not isinstance(title, str):
+        raise InputError("title", title, "give a text, or None for that of the file")
+    validate.number("deformation_scale", deformation_scale)
+    colour_map(field, colours)
+    studio = Studio(data, size, deformation_scale, obstacles, title, clip, colours)
+    return studio, range or studio.limits(field)
+
+
+def _eye(studio: Studio, view: str, camera: Camera | None) -> Eye:
+    """The camera placed. Raises `InputError`."""
+    validate.choice("view", view, ("above", "below"))
+    if camera is not None and not isinstance(camera, Camera):
+        raise InputError("camera", camera, "give a tcontact.render.Camera(direction, up), or None")
+    return studio.camera(view, camera)
+
+
+def _picture_name(path: Any) -> Path:
+    """The name of a picture, of a kind that can be written. Raises `InputError`."""
+    from PIL import Image
+
+    remedy = "give the name of a picture, such as picture.png"
+    found = validate.path("path", path, remedy)
+    if Image.registered_extensions().get(found.suffix.lower()) not in Image.SAVE:
+        raise InputError("path", str(found), remedy)
+    return found

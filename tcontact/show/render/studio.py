@@ -1,0 +1,283 @@
+"""One series of pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...device import runtime
+from ...device.atomic_file import unlinked
+from ...results.files.vtkhdf import Frame, ResultData
+from ...scene.obstacles.base import direction as unit_of
+from .camera import Camera, Eye, fitted
+from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
+from .labels import decorate, prefix_of, round_down, round_up
+from .planes import Patch, read_planes
+from .solids import Pose, hides, outlined, read_solids, shaded
+from .surface import Clip, clipped_surface
+from .triangles import Triangles, draw, triad
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+
+SAMPLES = 2  # samples per pixel along one axis
+
+
+class Studio:
+    """All that stays the same over a series: surface, planes, extent of the motion, buffers."""
+
+    def __init__(
+        self,
+        data: ResultData,
+        size: tuple[int, int],
+        deformation_scale: float,
+        obstacles: Sequence[Mapping[str, Any]] | None,
+        title: str | None = None,
+        clip: Sequence[Clip] = (),
+        colours: str | None = None,
+    ) -> None:
+        if not math.isfinite(deformation_scale):
+            raise InputError("deformation_scale", deformation_scale, "give a finite number")
+        self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
+        listed = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
+        self.planes, self.solids = read_planes(listed), read_solids(listed)
+        self.poses = [Pose.read(one, index) for index, one in enumerate(listed) if one.get("kind") == "plane"]
+        self.title = str(data.attributes.get("title", "")) if title is None else title
+        self.clip, self.wish = tuple(clip), colours
+        self.surface = clipped_surface(data.points, data.blocks, self.clip)
+        self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
+        width, height = self.size
+        samples = width * height * SAMPLES**2
+        self.depth, self.pixel = np.zeros(samples, np.float32), np.zeros(samples, np.int32)
+        self.mask_depth, self.mask = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
+        self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
+
+    def values(self, frame: Frame, field: str) -> tuple[np.ndarray, bool]:
+        """Scalars on the surface: (nodes [s], True) or (faces [q+t], False)."""
+        nodal = field in frame.point_data
+        array = frame.point_data[field][self.surface.nodes] if nodal else frame.cell_data[field][self.surface.owner]
+        return np.linalg.norm(array, axis=1) if array.ndim == 2 else array.astype(np.float64), nodal
+
+    def limits(self, field: str) -> tuple[float, float]:
+        """Ends of the colours over the series: round numbers around what is there, without rare peaks."""
+        low, high, least = 0.0, 0.0, math.inf
+        for index in range(len(self.data)):
+            values, _ = self.values(self.data.frame(index), field)
+            values = values[np.isfinite(values) & (values != 0)]
+            if len(values):
+                least = min(least, float(values.min()))
+                low, high = min(low, *np.quantile(values, [0.015])), max(high, *np.quantile(values, [0.985]))
+        top = round_up(max(high, -low))
+        if field in AWAY_FROM_ZERO and 0.0 < least < high:
+            low = round_down(least)
+            return low, low + round_up(high - low)
+        return (-top if low < 0 else 0.0), top
+
+    def positions(self, frame: Frame) -> np.ndarray:
+        """Deformed surface nodes [s,3]."""
+        start = self.data.points[self.surface.nodes]
+        moved = frame.point_data.get("displacement")
+        if moved is None:
+            return start
+        moved = moved[self.surface.nodes]
+        if self.scale != 1.0:
+            for nodes in self.bodies:
+                mean = moved[nodes].mean(axis=0)
+                moved[nodes] = mean + self.scale * (moved[nodes] - mean)
+        return start + moved
+
+    @cached_property
+    def bodies(self) -> list[np.ndarray]:
+        """Surface nodes of each body (local numbers); one list when the file names no bodies."""
+        surface = self.surface
+        if "body" not in self.data.cell_fields:
+            return [np.arange(len(surface.nodes))]
+        body = self.data.frame(0).cell_data["body"][surface.owner]
+        of_node = np.zeros(len(surface.nodes), dtype=np.int64)
+        for faces, first in ((surface.quads, 0), (surface.triangles, len(surface.quads))):
+            of_node[faces] = body[first : first + len(faces), None]
+        return [np.flatnonzero(of_node == number) for number in np.unique(of_node)]
+
+    def extent(self, frames: Iterable[Frame]) -> np.ndarray:
+        """Points [k,3] whose hull holds the body in these frames; frames of a body blown up are left out."""
+        rng = np.random.default_rng(0)
+        ways = np.concatenate([np.eye(3), rng.normal(size=(29, 3))])
+        start = self.data.points[self.surface.nodes]
+        sound = 3 * np.linalg.norm(np.ptp(start, axis=0)) * max(1.0, abs(self.scale))
+        points = []
+        for frame in frames:
+            x = self.positions(frame)
+            if np.isfinite(x).all() and np.linalg.norm(np.ptp(x, axis=0)) <= sound:
+                along = x @ ways.T
+                points.append(x[np.concatenate([along.argmin(axis=0), along.argmax(axis=0)])])
+        return np.concatenate(points) if points else start
+
+    def camera(self, view: str, camera: Camera | None = None, frames: Iterable[Frame] | None = None) -> Eye:
+        """Place the eye so that body, in these frames or over the whole run, and contact plane fill the picture."""
+        if view not in ("above", "below"):
+            raise InputError("view", view, "use 'above' or 'below'")
+        up = self.planes[0][1] if self.planes else np.array([0.0, 0.0, 1.0])
+        if camera is None:
+            first = np.eye(3)[np.argmin(np.abs(up))]
+            first = first - up * (first @ up)
+            first /= np.linalg.norm(first)
+            second = np.cross(up, first)
+            rise = math.radians(20 if view == "above" else -58)
+            turns = np.radians((-60 if view == "above" else -76) + 30 * np.arange(12))
+            ways = [math.cos(rise) * (math.cos(a) * first + math.sin(a) * second) + math.sin(rise) * up for a in turns]
+            sides = [np.array(clip.normal) / np.linalg.norm(clip.normal) for clip in self.clip]
+            direction = max(
+                ways,
+                key=lambda way: (
+                    sum(float(normal @ way > 0.05) for _, normal in self.planes[1:])
+                    + sum(min(0.5, float(side @ way)) for side in sides)
+                ),
+            )
+        else:
+            remedy = "give a tcontact.render.Camera"
+            direction, up = unit_of("camera", camera.direction, remedy), unit_of("camera", camera.up, remedy)
+        back = direction / np.linalg.norm(direction)
+        right = np.cross(up, back)
+        right /= np.linalg.norm(right)
+        axes = np.array([right, np.cross(back, right), back])
+
+        body = self.extent(self.data.frame(i) for i in range(len(self.data))) if frames is None else self.extent(frames)
+        seen, patches = [body], []
+        for number, (point, normal) in enumerate(self.planes):
+            patch = Patch.under(body, point, normal, shadowed=number == 0)
+            in_front = normal @ back > 0
+            patches.append((patch, in_front))
+            seen.append(patch.rim(0.72 if in_front else 0.8))
+        centre = 0.5 * (body.min(axis=0) + body.max(axis=0))
+        radius = 0.5 * float(np.linalg.norm(np.ptp(body, axis=0)))
+        times = self.data.times
+        for solid in self.solids:
+            for time in (times[0], times[-1]) if len(times) else (0.0,):
+                points, _ = solid.mesh(time, centre, radius)
+                seen.append(points[np.linalg.norm(points - centre, axis=1) < 1.3 * radius])
+        u = self.unit
+        left, top, width, height = 24 * u, 74 * u, self.size[0] - 146 * u, self.size[1] - 104 * u
+        slope = 0.2  # tangent of half the opening angle: mild perspective
+        focal = height / 2 / slope
+        position = fitted(np.concatenate(seen) @ axes.T, width / 2 / focal, slope) @ axes
+        empty = Triangles.plain(np.empty((0, 3, 3)), 0)
+        eye = Eye(position, axes, focal, (left + width / 2, top + height / 2), empty, None)
+        fixed = triad(axes, 52 * u, self.size[1] - 52 * u, u)
+        hiding = [
+            hides(solid.mesh(times[0] if len(times) else 0.0, centre, radius), eye, body) for solid in self.solids
+        ]
+
+        def scenery(eye: Eye, time: float) -> Eye:
+            parts, shadow = [fixed], None
+            for number, ((patch, in_front), pose) in enumerate(zip(patches, self.poses, strict=True)):
+                there = patch.carried(pose, time)
+                parts.append(there.tiles(eye) if in_front else there.outline(eye, u))
+                if number == 0 and in_front:
+                    shadow = there.centre, np.cross(there.first, there.second)
+            for solid, hidden in zip(self.solids, hiding, strict=True):
+                mesh = solid.mesh(time, centre, radius)
+                parts.append(outlined(mesh, eye, u) if hidden else shaded(mesh, eye))
+            return replace(eye, fixed=Triangles.joined(parts), shadow=shadow, moving=None)
+
+        eye = replace(eye, fixed=fixed)
+        if any(one.pose.moves for one in self.solids) or any(pose.moves for pose in self.poses):
+            return replace(eye, moving=scenery)
+        return scenery(eye, 0.0)
+
+    def picture(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> Image.Image:
+        """Draw one frame [height, width, RGB]."""
+        from PIL import Image
+
+        if not runtime.threads():
+            runtime.start()
+        from ...kernels.pictures import raster
+
+        eye = eye.at(frame.time)
+        values, nodal = self.values(frame, field)
+        x = self.surface.spread(self.positions(frame))
+        body = self._body(x, values, nodal, limits, eye)
+        width, height = self.size
+        shade = self._shadow(x, eye)
+        chosen = colour_map(field, self.wish)
+        colours = tables(chosen)
+        raster.clear(len(self.pixel), self.depth, self.pixel)
+        scene = Triangles.joined([body, eye.fixed])  # near things first: less to draw twice
+        draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, self.depth, self.pixel)
+        image = np.zeros(width * height * 3, np.uint8)
+        raster.resolve(width, height, SAMPLES, SHADOWED, self.pixel, self.background, shade, image)
+        picture = Image.fromarray(image.reshape(height, width, 3))
+        peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
+        decorate(picture, self, eye, field, limits, frame.time, peak, note, chosen)
+        return picture
+
+    def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
+        """The key picture of a run that touched something; [] where there is nothing to show."""
+        if "contact_pressure" not in self.data.point_fields or not (self.planes or self.solids):
+            return []
+        forces = []
+        for index in range(len(self.data)):
+            nodal = self.data.frame(index).point_data
+            total = nodal["contact_force"].sum(axis=0) if "contact_force" in nodal else nodal["contact_pressure"].sum()
+            forces.append(float(np.nan_to_num(np.linalg.norm(total), posinf=0.0)))
+        if max(forces) == 0.0:
+            return []
+        frame = self.data.frame(int(np.argmax(forces)))
+        force = ""
+        if "contact_force" in frame.point_data:
+            factor, prefix = prefix_of(max(forces))
+            force = f": {max(forces) / factor:.3g} {prefix}N"
+        limits = limits or self.limits("contact_pressure")
+        eye = self.camera("below", frames=[frame])
+        self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
+        return [path]
+
+    def _body(self, x: np.ndarray, values: np.ndarray, nodal: bool, limits: tuple[float, float], eye: Eye) -> Triangles:
+        surface = self.surface
+        level = (values - limits[0]) / (limits[1] - limits[0])
+        level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
+        value = surface.spread(level)[surface.corners] if nodal else np.repeat(level[surface.face][:, None], 3, axis=1)
+        quads, triangles = x[surface.quads], x[surface.triangles]
+        with np.errstate(all="ignore"):
+            normal = np.concatenate(
+                [
+                    np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]),
+                    np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]),
+                ]
+            )
+            normal = normal / np.linalg.norm(normal, axis=1)[:, None] @ eye.axes.T
+        key = np.array([-0.42, 0.72, 0.55])
+        light = 0.74 + 0.18 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
+        light = np.nan_to_num(light, nan=0.7)[surface.face]
+        screen = eye.project(x)[surface.corners]
+        edge = np.linalg.norm(screen[:, 0, :2] - screen[:, 1, :2], axis=1)
+        length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
+        ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
+        table = np.full(len(screen), FIELD, dtype=np.int32)
+        return Triangles(screen, value, np.repeat(light[:, None], 3, axis=1), table, surface.edges, ink)
+
+    def _shadow(self, x: np.ndarray, eye: Eye) -> np.ndarray:
+        from PIL import Image, ImageFilter
+
+        from ...kernels.pictures import raster
+
+        width, height = self.size
+        if eye.shadow is None:
+            return np.ones(width * height, np.float32)
+        point, normal = eye.shadow
+        ray = -normal + 0.3 * eye.axes[0] - 0.1 * np.cross(eye.axes[0], normal)
+        gap = np.maximum(0.0, (x - point) @ normal)
+        fallen = x - normal * ((x - point) @ normal)[:, None] + (ray + normal) * gap[:, None]
+        flat = Triangles.plain(eye.project(fallen)[self.surface.corners], 0)
+        raster.clear(len(self.mask), self.mask_depth, self.mask)
+        draw(flat, width, height, 1, 0.0, np.zeros(768, np.float32), self.mask_depth, self.mask)
+        mask = Image.fromarray((self.mask != 0).reshape(height, width).astype(np.uint8) * 255)
+        soft = np.asarray(mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit)))
+        return (1.0 - np.float32(0.26 / 255) * soft.astype(np.float32)).ravel()

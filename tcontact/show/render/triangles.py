@@ -1,0 +1,94 @@
+"""Triangles on the screen, and lines made of them, as the raster takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .colours import AXES
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Input of the raster: screen [n,3,3] x, y, w of the corners; value, light [n,3]; table, edges, ink [n]."""
+
+    screen: np.ndarray
+    value: np.ndarray
+    light: np.ndarray
+    table: np.ndarray
+    edges: np.ndarray
+    ink: np.ndarray
+
+    @staticmethod
+    def plain(screen: np.ndarray, table: int | np.ndarray, value: np.ndarray | float = 0.0) -> Triangles:
+        n = len(screen)
+        zero = np.zeros(n, dtype=np.int32)
+        value = np.broadcast_to(value, (n, 3))
+        return Triangles(screen, value, np.ones((n, 3)), zero + np.int32(table), zero, np.zeros(n))
+
+    @staticmethod
+    def joined(parts: Sequence[Triangles]) -> Triangles:
+        names = ("screen", "value", "light", "table", "edges", "ink")
+        return Triangles(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def ribbons(start: np.ndarray, end: np.ndarray, half: float, table: int | np.ndarray) -> Triangles:
+    """Lines [n,3] on the screen as two triangles each, `half` pixels to either side."""
+    along = end[:, :2] - start[:, :2]
+    aside = np.zeros_like(start)
+    aside[:, :2] = (
+        half * np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None].clip(1e-9)
+    )
+    screen = np.concatenate(
+        [
+            np.stack([start - aside, end - aside, end + aside], 1),
+            np.stack([start - aside, end + aside, start + aside], 1),
+        ]
+    )
+    return Triangles.plain(screen, np.tile(np.broadcast_to(table, len(start)), 2))
+
+
+def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
+    """The coordinate directions in the lower left corner."""
+    end = np.array([[x, y, 0.0]]) + 30 * unit * axes.T * np.array([1.0, -1.0, 0.0])
+    depth = 1e6 + axes.T[:, 2]  # in front of everything, nearer axes first
+    start, end = np.stack([np.full(3, x), np.full(3, y), depth], 1), np.stack([*end.T[:2], depth], 1)
+    return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
+
+
+def draw(
+    scene: Triangles,
+    width: int,
+    height: int,
+    factor: int,
+    line: float,
+    colours: np.ndarray,
+    depth: np.ndarray,
+    pixel: np.ndarray,
+) -> None:
+    from ...kernels.pictures import raster
+
+    screen = scene.screen * (factor, factor, 1.0)
+    # far outside the picture the products of the raster would lose their exactness: leave such triangles out
+    good = np.isfinite(screen).all(axis=(1, 2))
+    good &= (np.abs(screen[..., :2]) < 2e5).all(axis=(1, 2))
+    grid = np.round(screen[good, :, :2] * 256) / 256
+    raster.draw_triangles(
+        int(good.sum()),
+        width,
+        height,
+        line * factor,
+        np.ascontiguousarray(grid[..., 0]).ravel(),
+        np.ascontiguousarray(grid[..., 1]).ravel(),
+        np.ascontiguousarray(screen[good, :, 2]).ravel(),
+        scene.value[good].ravel(),
+        scene.light[good].ravel(),
+        scene.table[good].astype(np.int32),
+        scene.edges[good].astype(np.int32),
+        scene.ink[good],
+        colours,
+        depth,
+        pixel,
+    )
