@@ -71,10 +71,10 @@ def load(name: str) -> ModuleType:
 
 def _aliases() -> dict[str, str]:
     """The words one may give for a named choice of `_choices.py`, such as choices.Kind."""
-    choices = vars(importlib.import_module(f"{__name__}._choices"))
-    return {
-        f"choices.{name}": " | ".join(get_args(kind)) for name, kind in choices.items() if get_origin(kind) is Literal
-    }
+    from . import _choices
+
+    named = {name: get_args(kind) for name, kind in vars(_choices).items() if get_origin(kind) is Literal}
+    return {f"choices.{name}": " | ".join(words) for name, words in named.items()}
 
 
 def _path(name: str) -> Path:

@@ -8,7 +8,7 @@ and are placed by the static solve. special_force is the internal force less the
 
 import taichi as ti
 
-from .columns import BOUNDARY, BOUNDARY_SUMS, CONTACT, FIRST, SUPPORT, SUPPORT_SUMS
+from .columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 from .damping import damping_force
 from .lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 
@@ -24,17 +24,6 @@ def symmetric(tensors: ti.template(), s):
 @ti.func
 def row(values: ti.template(), s):
     return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
-
-
-@ti.func
-def hand_over(body: ti.template(), touching: ti.template(), k, total, sums: ti.template()):
-    """Write the contact force of node k to the output, take it from the force of the node and add it to the sums."""
-    for j in ti.static(range(3)):
-        touching.force[3 * k + j] = total[j]
-        body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
-        sums[CONTACT.contact_force + j] += total[j]
-    if total.norm() > 0.0:
-        sums[CONTACT.contact_nodes] += 1.0
 
 
 @ti.func

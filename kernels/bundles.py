@@ -36,7 +36,7 @@ class Body(NamedTuple):
 class Listed(NamedTuple):
     """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
-    sums: of all parts of a step but the force pass, as placed in lanes.py; the other bundles have the same array.
+    sums: of all parts of a step but the force pass, as placed in columns.py; the other bundles have the same array.
     """
 
     nodes: Index = None
@@ -55,42 +55,93 @@ class Supported(NamedTuple):
     sums: Shared = None
 
 
-class Touching(NamedTuple):
-    """Contact nodes k and obstacles.
+class Contact(NamedTuple):
+    """Contact nodes k and what acts on them; nothing here knows what they touch (constraint_rows.py does).
 
-    obstacles, motion, near [k, slots], reference [k, 3] as in obstacles.py; all_nodes, all_reference: the whole contact
-    set; give [k]: penalty stiffness kappa A_k, or its inverse for massless nodes (0 = exact); force [k, 3]: the contact
-    force; active [k]: bit mask of the obstacles that hold a massless node; basis [k, 3, block]: its massless
-    components; last [k, block]: their displacement one level back; heirs: boundary nodes that take what the static
-    solve leaves unbalanced, those of node k at heirs[k] .. heirs[k + 1]; friction: as in friction.py, its settings and
-    what it keeps for every node; traces: what it keeps for every node and slot; kinds: what the kernel was made for.
+    nodes [k + m]: the contact nodes, and behind them the m other nodes of the contact set, whose gaps no row knows;
+    reference [k + m, 3] [m]: their positions at rest, from a point among them; islands: islands.py; force [k, 3] [N]:
+    the contact force; penalty_stiffness [k] [N/m]: kappa A_k of nodes with mass; compliance [k] [m/N]: its inverse for
+    massless nodes, 0 for the exact constraint. Massless nodes also have active [k]: bit mask of the rows that hold
+    them; basis [k, 3, block]: their massless components; displacement_before [k, block]: of these, one level back;
+    residual_receivers: boundary nodes that take what the static solve leaves unbalanced, those of node k at
+    residual_receivers[k] .. residual_receivers[k + 1]. friction: settings and numbers of every node (friction.py);
+    options: what the kernel is made for.
     """
 
     nodes: Index = None
-    obstacles: Array = None
-    motion: Array = None
-    near: Index = None
+    islands: Index = None
     reference: Array = None
-    all_nodes: Index = None
-    all_reference: Array = None
-    give: Array = None
+    compliance: Array = None
+    penalty_stiffness: Array = None
     force: Array = None
     sums: Shared = None
     basis: Array = None
     active: Index = None
-    last: Array = None
-    heirs: Index = None
+    displacement_before: Array = None
+    residual_receivers: Index = None
     friction: Array = None
-    traces: Array = None
-    kinds: Any = None
+    options: Any = None
 
 
-class Kinds(NamedTuple):
-    """Compile-time choices of contact: block (massless components a node), slots (obstacles that can hold one at a
-    time), shapes of the obstacles, whether they move, whether their loads are summed up, friction ("", "coulomb" or
-    "regularized"), layered: whether friction layers limit it, kicked: whether it acts on components with mass,
-    viscous: whether the contact cells are."""
+class Obstacles(NamedTuple):
+    """Rigid obstacles (obstacles.py); candidates [k, slots]: the one that each row of a contact node stands for."""
 
+    records: Array = None
+    motion: Array = None
+    candidates: Index = None
+    options: Any = None
+
+
+class RowPlaces(NamedTuple):
+    """Places of the numbers of a constraint row in `values` [rows, width]; -1: no term of the scene asks for it.
+
+    gap [m]; size_squared [m^2] of the lengths that it is a difference of; normal (3) into the body; velocity (3) [m/s]
+    of the partner where the node touches it, now, and mean_velocity (3) over the step that led here; force (3) [N] on
+    the node, without kick_friction (3) [N], which comes with a kick. Friction: its coefficient; pressing [N]: lambda;
+    in the static solve traction (3) [N] now and traction_before (3) a step ago, slip (3) [m] since then at the last
+    measure.
+    """
+
+    gap: int
+    normal: int
+    force: int
+    size_squared: int
+    velocity: int
+    mean_velocity: int
+    coefficient: int
+    pressing: int
+    kick_friction: int
+    traction: int
+    traction_before: int
+    slip: int
+    width: int
+
+
+class Rows(NamedTuple):
+    """Constraint rows r = k * slots + p of the contact nodes (constraint_rows.py): values [rows, width]."""
+
+    values: Array = None
+    options: Any = None
+
+    @property
+    def at(self) -> RowPlaces:
+        """Where the numbers of a row stand."""
+        return self.options.row_places
+
+    @property
+    def exist(self) -> bool:
+        """Whether there are rows."""
+        return self.values is not None
+
+
+class ContactOptions(NamedTuple):
+    """Compile-time choices of contact: model ("massless", "penalty", "impulse", "gaps" or ""), block (massless
+    components a node), slots (obstacles that can hold one at a time), shapes of the obstacles, whether they move,
+    whether their loads are summed up, friction ("", "coulomb" or "regularized"), layered: whether friction layers limit
+    it, kicked: whether it acts on components with mass, viscous: whether the contact cells
+    are, projected: whether MPRGP solves instead of the sweeps."""
+
+    model: str = ""
     block: int = 1
     slots: int = 1
     shapes: tuple[str, ...] = ("plane",)
@@ -100,6 +151,7 @@ class Kinds(NamedTuple):
     layered: bool = False
     kicked: bool = False
     viscous: bool = False
+    projected: bool = False
 
     @property
     def static_friction(self) -> bool:
@@ -107,22 +159,41 @@ class Kinds(NamedTuple):
         return bool(self.friction) and self.block > 1
 
     @property
-    def curved(self) -> bool:
-        """Whether a gap is not linear in the position."""
-        return self.shapes != ("plane",)
+    def row_places(self) -> RowPlaces:
+        """Where the numbers of a constraint row stand; what nothing reads has no place."""
+        rubs, stays = self.friction != "", self.static_friction
+        kicked = rubs and self.kicked
+        sizes = {
+            "gap": 1,
+            "normal": 3,
+            "force": 3,
+            "size_squared": self.model == "massless",
+            "velocity": 3 * (self.moving and (kicked or self.model == "impulse")),
+            "mean_velocity": 3 * (self.moving and stays),
+            "coefficient": rubs,
+            "pressing": rubs,
+            "kick_friction": 3 * kicked,
+            "traction": 3 * stays,
+            "traction_before": 3 * stays,
+            "slip": 3 * stays,
+        }
+        places, width = {}, 0
+        for name, size in sizes.items():
+            places[name] = width if size else -1
+            width += size
+        return RowPlaces(**places, width=width)
 
 
 class System(NamedTuple):
     """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes (tcontact/sweep_order.py).
 
-    corner_rows: force rows of the cell corners of node k at corner_rows[k] .. corner_rows[k + 1], with viscous contact
-    cells of every boundary node, of which the contact nodes are the first; pack_start [packs+1]: nodes of a pack;
-    lane_start [packs+1]: its entries; column [entries, lanes], values [entries, block, block, lanes];
+    pack_start [packs+1]: nodes of a pack; lane_start [packs+1]: its entries; column [entries, lanes],
+    values [entries, block, block, lanes];
     inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
-    gaps [slots, k], normals [slots, block, k]; push [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single obstacle,
-    with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
+    gaps [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single
+    row, with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
     sweeps. The node comes last, so that the lanes of a pack are neighbours, and there is room for LANES - 1 more.
-    settings and stats: static_control.py.
+    settings and stats [islands, ..]: static_control.py.
     """
 
     lane_start: Index = None
@@ -134,7 +205,7 @@ class System(NamedTuple):
     right: Array = None
     gaps: Array = None
     normals: Array = None
-    push: Array = None
+    response: Array = None
     increment: Array = None
     settings: Array = None
     stats: Array = None

@@ -46,10 +46,10 @@ from .vectors import MASK, load
 # `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
 # eta [s] of every contact cell in the lanes of their packs, the force of every corner there, and eta of the contact
 # cells in the order of their pairs.
-# numbers: 1/dt [1/s] of the rates, 1/dt of the tangent in use, power of the last step [W]; boundary nodes, lanes,
-# corners, and where lanes and own rows of contact cells begin among those of all cells
-RATE, TANGENT_RATE, POWER, NODES, LANES, CORNERS, FIRST_LANE, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6, 7
-NUMBERS = 8
+# numbers: 1/dt [1/s] of the rates, power of the last step [W]; boundary nodes, lanes, corners, and where
+# lanes and own rows of contact cells begin among those of all cells
+RATE, POWER, NODES, LANES, CORNERS, FIRST_LANE, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6
+NUMBERS = 7
 
 
 @ti.func
@@ -200,10 +200,9 @@ def viscous_load(body: ti.template(), listed: ti.template(), viscous: ti.templat
 
 
 @ti.func
-def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template()):
-    """Pair stiffnesses of the contact cells with their viscosity: (1 + eta/dt) K of the cell."""
-    viscous[TANGENT_RATE] = viscous[RATE]
-    for cell in range(pairs.start.shape[0] - 1):
+def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), begin, end):
+    """Pair stiffnesses of contact cells begin .. end with their viscosity: (1 + eta/dt) K of the cell."""
+    for cell in range(begin, end):
         factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
             pairs.values[i] = factor * pairs.values[i]

@@ -3,72 +3,80 @@
     penalty   lambda_p = kappa A_k max(0, -g_p(x^n)),  energy 1/2 kappa A_k max(0, -g_p)^2
     impulse   if g_p(x^n) <= 0: the least change of the kicked velocity v* with nu_p . v >= 0; lambda = impulse / dt
 
-The contact nodes come first in the list of boundary nodes; their contact force leaves special_force (internal less
-contact).
+The contact nodes come first in the list of boundary nodes.
 """
 
 import taichi as ti
 
-from .boundary_nodes import hand_over, row, symmetric
-from .columns import CONTACT, CONTACT_SUMS, FIRST
-from .friction import PRESSING, trace_place
+from .boundary_nodes import row, symmetric
+from .columns import SUMS
+from .constraint_rows import normal_of, number_of, set_number, set_vector, velocity_of
+from .islands import node_count
 from .local_contact import multipliers
-from .obstacles import VELOCITY, add_load, gap_and_normal, position, velocity_at
 
 
 @ti.func
-def penalty_load(body: ti.template(), touching: ti.template(), slots: ti.template()):
-    """give [k] = kappa A_k [N/m]."""
-    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
-    for k in range(touching.nodes.shape[0]):
-        x = position(touching.reference, k, body.u, touching.nodes[k])
-        total = ti.Vector.zero(ti.f64, 3)
-        for p in ti.static(range(slots)):
-            place = k * slots + p
-            gap, normal = gap_and_normal(touching, touching.near[place], x)
-            overlap = ti.max(0.0, 0.0 - gap)
-            force = touching.give[k] * overlap * normal
-            total += force
-            sums[CONTACT.contact] += 0.5 * touching.give[k] * overlap * overlap
-            press(touching, k, p, x, touching.give[k] * overlap, force)
-        hand_over(body, touching, k, total, sums)
-    for j in ti.static(range(CONTACT_SUMS)):
-        touching.sums[FIRST.contact + j] = sums[j]
+def penalty_load(contact: ti.template(), rows: ti.template()):
+    """Set the row forces of a penalty and sum up its energy."""
+    energy = 0.0
+    for k in range(node_count(contact)):
+        energy += penalty_node(contact, rows, k)
+    contact.sums[SUMS.contact] = energy
 
 
 @ti.func
-def impulse_load(body: ti.template(), listed: ti.template(), touching: ti.template(), span, slots: ti.template()):
-    """span: time the impulse is spread over [s]; 0 where no step was or will be done."""
-    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
+def penalty_node(contact: ti.template(), rows: ti.template(), k):
+    """Set the row forces of node k; returns their energy [J]."""
+    slots = ti.static(rows.options.slots)
+    energy = 0.0
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        overlap = ti.max(0.0, 0.0 - number_of(rows, r, rows.at.gap))
+        energy += 0.5 * contact.penalty_stiffness[k] * overlap * overlap
+        put_force(
+            rows,
+            k,
+            p,
+            contact.penalty_stiffness[k] * overlap,
+            contact.penalty_stiffness[k] * overlap * normal_of(rows, r),
+        )
+    return energy
+
+
+@ti.func
+def impulse_load(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span):
+    """Set the row forces of impulses; span: time [s] they are spread over, 0 where no step was or will be done."""
+    for k in range(node_count(contact)):
+        impulse_node(body, boundary, contact, rows, span, k)
+
+
+@ti.func
+def impulse_node(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span, k):
+    """Set the row forces of the impulses on node k."""
+    slots = ti.static(rows.options.slots)
     time = ti.max(span, 1e-300)
-    for k in range(touching.nodes.shape[0]):
-        x = position(touching.reference, k, body.u, touching.nodes[k])
-        flexible = symmetric(listed.inverse_mass, k)
-        net = row(listed.load, k) - row(body.special_force, k)
-        free = row(body.v, touching.nodes[k]) + span * (flexible @ net)
-        normals = ti.Matrix.zero(ti.f64, slots, 3)
-        speeds = ti.Vector.one(ti.f64, slots)
-        for p in ti.static(range(slots)):
-            obstacle = touching.near[k * slots + p]
-            gap, direction = gap_and_normal(touching, obstacle, x)
-            if gap <= 0.0 and span > 0.0:
-                speeds[p] = 0.0 - direction.dot(velocity_at(touching, obstacle, x, VELOCITY))
-                for j in ti.static(range(3)):
-                    normals[p, j] = direction[j]
-        impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
-        for p in ti.static(range(slots)):
-            direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
-            press(touching, k, p, x, impulses[p] / time, impulses[p] / time * direction)
-        hand_over(body, touching, k, normals.transpose() @ impulses / time, sums)
-    for j in ti.static(range(CONTACT_SUMS)):
-        touching.sums[FIRST.contact + j] = sums[j]
+    flexible = symmetric(boundary.inverse_mass, k)
+    net = row(boundary.load, k) - row(body.special_force, k)
+    free = row(body.v, contact.nodes[k]) + span * (flexible @ net)
+    normals = ti.Matrix.zero(ti.f64, slots, 3)
+    speeds = ti.Vector.one(ti.f64, slots)
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        if number_of(rows, r, rows.at.gap) <= 0.0 and span > 0.0:
+            direction = normal_of(rows, r)
+            speeds[p] = 0.0 - direction.dot(velocity_of(rows, r, rows.at.velocity))
+            for j in ti.static(range(3)):
+                normals[p, j] = direction[j]
+    impulses = multipliers(free, normals, speeds, flexible, 0.0, slots)
+    for p in ti.static(range(slots)):
+        direction = ti.Vector([normals[p, j] for j in ti.static(range(3))])
+        put_force(rows, k, p, impulses[p] / time, impulses[p] / time * direction)
 
 
 @ti.func
-def press(touching: ti.template(), k, p: ti.template(), x, pressing, force):
-    """One obstacle at one node, for whoever asks for it."""
-    if ti.static(touching.kinds.friction != ""):
-        touching.traces[trace_place(touching, k, p, PRESSING)] = pressing
-    if ti.static(touching.kinds.tracked):
-        if pressing > 0.0:
-            add_load(touching, touching.near[k * touching.kinds.slots + p], x, force)
+def put_force(rows: ti.template(), k, p: ti.template(), pressing, force):
+    """Set the force of row p of node k, and lambda where friction asks for it."""
+    r = k * ti.static(rows.options.slots) + p
+    set_vector(rows, r, rows.at.force, force)
+    if ti.static(rows.at.pressing >= 0):
+        set_number(rows, r, rows.at.pressing, pressing)

@@ -10,20 +10,16 @@ Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) belo
 
 import taichi as ti
 
-from .lanes import FRICTION_NODE, FRICTION_TRACE
+from .columns import SUMS
+from .lanes import FRICTION_NODE
 
-# `friction`: coefficient, slip speed of the regularised law, step [s] of the static solve; then of every contact node:
+# `friction`: slip speed of the regularised law, step [s] of the static solve; then of every contact node:
 # most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
 # [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
 # displacement (3) that slip in the static solve counts from
-COEFFICIENT, SLIP_SPEED, STEP, FIRST = 0, 1, 2, 3
-LIMIT, SPEED, SOFTNESS, MEAN_SPEED, RUBBED, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
+SLIP_SPEED, STEP, FIRST = 0, 1, 2
+LIMIT, SPEED, SOFTNESS, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
 NODE = FRICTION_NODE
-# `traces` of every contact node and slot: lambda; in the static solve also friction (3) now and a row ago, slip since
-# then and contact normal at the last measure
-PRESSING, TRACTION, BEFORE, SLIP, DIRECTION = 0, 1, 4, 7, 10
-TRACE = FRICTION_TRACE
-SHORT_TRACE = 1  # without static friction
 
 SINGULAR = 1e-12  # of the trace: a direction that a force cannot move
 STOPPED = 1e-6  # of the slip
@@ -32,7 +28,7 @@ ROUNDS = 60  # of the root search; it ends when the force fits
 
 @ti.func
 def tangents(normal):
-    """Two unit vectors [2, 3] across a unit normal."""
+    """Return two unit vectors [2, 3] across a unit normal and each other."""
     least = 0
     for j in ti.static(range(1, 3)):
         if normal[j] * normal[j] < normal[least] * normal[least]:
@@ -46,7 +42,7 @@ def tangents(normal):
 
 @ti.func
 def shifted(mobility, slip, shift):
-    """-(W + a)^-1 s*; for a = 0 and a singular W what a force cannot move is left out."""
+    """Return -(W + a)^-1 s*; for a = 0 and a singular W without the part of s* that no force can change."""
     a, b, c = mobility[0, 0], mobility[0, 1], mobility[1, 1]
     trace = a + c
     determinant = a * c - b * b
@@ -65,7 +61,7 @@ def shifted(mobility, slip, shift):
 
 @ti.func
 def strength(law: ti.template(), slip, scale):
-    """Share of c that a slip of this size mobilises."""
+    """Return the share of c that a slip of this size mobilises."""
     result = 1.0
     if ti.static(law == "regularized"):
         z = slip / scale
@@ -76,7 +72,7 @@ def strength(law: ti.template(), slip, scale):
 
 @ti.func
 def resist(law: ti.template(), mobility, slip, most, scale):
-    """t [2]; most = c; scale = e: the slip at which the regularised law is fully mobilised."""
+    """Return the friction force t [2]; most = c; scale = e: the slip that fully mobilises the regularised law."""
     force = ti.Vector([0.0, 0.0])
     if most > 0.0:
         sticks = False
@@ -119,32 +115,25 @@ def resist(law: ti.template(), mobility, slip, most, scale):
 
 @ti.func
 def node_place(k, number: ti.template()):
-    """Of a number of node k in `friction`."""
+    """Return where a number of node k stands in `friction`."""
     return FIRST + NODE * k + number
 
 
 @ti.func
-def trace_place(touching: ti.template(), k, p, number: ti.template()):
-    """Of a number of slot p of node k in `traces`."""
-    stride = ti.static(TRACE if touching.kinds.static_friction else SHORT_TRACE)
-    return (k * ti.static(touching.kinds.slots) + p) * stride + number
-
-
-@ti.func
 def three(values: ti.template(), place):
+    """Return three numbers of an array as a vector."""
     return ti.Vector([values[place + j] for j in ti.static(range(3))])
 
 
 @ti.func
 def put_three(values: ti.template(), place, vector):
+    """Set three numbers of an array."""
     for j in ti.static(range(3)):
         values[place + j] = vector[j]
 
 
 @ti.func
-def held(touching: ti.template(), k):
-    """Friction [3] of node k in the static solve, all obstacles together."""
-    total = ti.Vector.zero(ti.f64, 3)
-    for p in ti.static(range(touching.kinds.slots)):
-        total += three(touching.traces, trace_place(touching, k, p, TRACTION))
-    return total
+def clear_work(contact: ti.template()):
+    """Set the work of friction to 0 before the phases that do some add it."""
+    contact.sums[SUMS.friction_before] = 0.0
+    contact.sums[SUMS.friction_after] = 0.0

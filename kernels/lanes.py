@@ -18,7 +18,7 @@ FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = rang
 CONTACT_BLOCK = 9
 FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
-FRICTION_NODE, FRICTION_TRACE = 9, 13  # of friction per contact node, and per slot of one (friction.py)
+FRICTION_NODE = 9  # of friction per contact node (friction.py)
 MOST_SLOTS = 3  # obstacles that can hold one node at a time
 LAW_PARAMETERS = 8  # room in `params` for the parameters of a law
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), constants of the law of damping (4), 1 where boundary
@@ -29,4 +29,5 @@ KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
 # where these begin in a material, and their end
 LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
+ISLAND = 5  # starts of an island: contact node, pack, contact cell, node without rows, contact block (islands.py)
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once

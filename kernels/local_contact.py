@@ -5,7 +5,7 @@
 d has `block` components; e = 0 is the rigid constraint, e = 1/(kappa A) a penalty. In the multipliers it is a small
 linear complementarity problem, W lambda + c >= 0 with W = N D^-1 N^t + e and c = g + N D^-1 r, solved by trying its
 2^slots active sets. A tie between two of them is judged by the penetration -c that the free motion D^-1 r leads to:
-the gap of an obstacle out of reach is no measure, and such an obstacle changes not a bit of what the others do.
+the gap of a row out of reach is no measure, and such a row changes not a bit of what the others do.
 Where normals depend on each other the motion is unique but lambda is not: then it is the shortest one,
 min |lambda|^2 with the same N^t lambda.
 """
@@ -14,8 +14,8 @@ import taichi as ti
 
 SINGULAR = 1e-13  # a pivot below this share of its diagonal: the normals of the set depend on each other
 TIE = 1e-12  # of the largest penetration: rounding of W lambda + c
-TOUCHING = 1e-9  # of the largest penetration: obstacles nearer than this may share the load
-# regularisation of N N^t: what the obstacles share has an error of SHARED^(REFINEMENTS + 1)
+SHARING = 1e-9  # of the largest penetration: rows closer than this may share the load
+# regularisation of N N^t: what the rows share has an error of SHARED^(REFINEMENTS + 1)
 SHARED = 1e-10
 REFINEMENTS = 3
 SAME = 1e-11  # of a force: what a share may change of it
@@ -23,7 +23,7 @@ SAME = 1e-11  # of a force: what a share may change of it
 
 @ti.func
 def solved(matrix, right, slots: ti.template()):
-    """The solution of a symmetric positive definite system and its smallest pivot over its diagonal.
+    """Solve a symmetric positive definite system; also returns the smallest pivot over its diagonal.
 
     Rows of the identity leave the arithmetic of the others as it is, bit by bit.
     """
@@ -47,7 +47,7 @@ def solved(matrix, right, slots: ti.template()):
 
 @ti.func
 def part(matrix, mask, slots: ti.template()):
-    """Rows and columns of the obstacles in the mask; the identity elsewhere."""
+    """Return the rows and columns of a matrix that are in the mask, and the identity elsewhere."""
     result = ti.Matrix.identity(ti.f64, slots)
     for p, q in ti.static(ti.ndrange(slots, slots)):
         if (mask >> p) & 1 == 1 and (mask >> q) & 1 == 1:
@@ -57,7 +57,7 @@ def part(matrix, mask, slots: ti.template()):
 
 @ti.func
 def chosen(values, mask, slots: ti.template()):
-    """Entries of the obstacles in the mask; 0 elsewhere."""
+    """Return the entries that are in the mask, and 0 elsewhere."""
     result = ti.Vector.zero(ti.f64, slots)
     for p in ti.static(range(slots)):
         if (mask >> p) & 1 == 1:
@@ -66,16 +66,16 @@ def chosen(values, mask, slots: ti.template()):
 
 
 @ti.func
-def shortest(pressing, normals, touching, slots: ti.template()):
-    """The shortest lambda >= 0 of the obstacles in the mask with the force of the given one, else the given one."""
+def shortest(pressing, normals, sharing, slots: ti.template()):
+    """Return the shortest lambda >= 0 of the rows in the mask with the force of the given one, else the given one."""
     gram = normals @ normals.transpose()
     force = gram @ pressing
-    matrix = part(gram, touching, slots)
+    matrix = part(gram, sharing, slots)
     for p in ti.static(range(slots)):
         matrix[p, p] = matrix[p, p] * (1.0 + SHARED)
     shared = ti.Vector.zero(ti.f64, slots)
     for _ in range(REFINEMENTS + 1):
-        change, _pivot = solved(matrix, chosen(force - gram @ shared, touching, slots), slots)
+        change, _pivot = solved(matrix, chosen(force - gram @ shared, sharing, slots), slots)
         shared += change
     shared = ti.max(shared, 0.0)
     same = (normals.transpose() @ (shared - pressing)).norm() <= SAME * (normals.transpose() @ pressing).norm()
@@ -84,7 +84,7 @@ def shortest(pressing, normals, touching, slots: ti.template()):
 
 @ti.func
 def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
-    """lambda [slots] for the unconstrained solution d = free; normals [slots, block], inverse = D^-1."""
+    """Return lambda [slots] for the unconstrained solution d = free; normals [slots, block], inverse = D^-1."""
     result = ti.Vector.zero(ti.f64, slots)
     if ti.static(slots == 1):
         normal = ti.Vector([normals[0, j] for j in ti.static(range(normals.m))])
@@ -103,22 +103,22 @@ def multipliers(free, normals, gaps, inverse, compliance, slots: ti.template()):
                 live += 1 << p
                 span = ti.max(span, -start[p])
         if span > 0.0:
-            best, touching, active = 1e300, 0, 0
+            best, sharing, active = 1e300, 0, 0
             for trial in range(2**slots):
                 mask = 2**slots - 1 - trial
                 if (mask & live) == mask:
                     guess, pivot = solved(part(coupling, mask, slots), chosen(0.0 - start, mask, slots), slots)
                     if pivot > SINGULAR:
                         rest = start + coupling @ guess
-                        near, violation = mask, 0.0
+                        closed, violation = mask, 0.0
                         for p in ti.static(range(slots)):
                             if (live >> p) & 1 == 1:
                                 violation = ti.max(violation, -rest[p], -guess[p] * coupling[p, p])
-                                if rest[p] <= TOUCHING * span:
-                                    near |= 1 << p
+                                if rest[p] <= SHARING * span:
+                                    closed |= 1 << p
                         if violation < best - TIE * span:
-                            best, touching, active = violation, near, mask
+                            best, sharing, active = violation, closed, mask
                             result = ti.max(guess, 0.0)
-            if touching != active and compliance == 0.0:
-                result = shortest(result, normals, touching, slots)
+            if sharing != active and compliance == 0.0:
+                result = shortest(result, normals, sharing, slots)
     return result

@@ -1,6 +1,6 @@
 """Massless contact nodes around the static solve: their prediction, and lambda from the ordinary force pass (METHOD 2).
 
-x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of the obstacle
+x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of what it overlaps
 lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
 
 The residual of a row is the largest force that is unbalanced or outside its friction cone, or that would undo an
@@ -10,89 +10,119 @@ the contact nodes: momentum is exact at any residual.
 
 import taichi as ti
 
-from .boundary_nodes import hand_over, row
-from .columns import CONTACT, CONTACT_SUMS, FIRST
-from .friction import PRESSING, TRACTION, held, three, trace_place
+from .boundary_nodes import row
+from .columns import SUMS
+from .constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
+from .islands import first_node, island_count, node_count
 from .local_contact import multipliers
-from .massless_node import balance, basis_of, constraints, largest, off_the_obstacles, segment
-from .obstacles import add_load, gap_and_normal, position
-from .static_control import F_REF
-from .static_friction import most_friction
+from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
+from .static_control import F_REF, STATS, SWEEPS
+from .static_friction import friction_limit
 
 
 @ti.func
-def predict(
-    body: ti.template(), touching: ti.template(), ratio, fall, exact, block: ti.template(), slots: ti.template()
-):
-    """x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components; `exact`: moved out of the obstacle.
+def predict(body: ti.template(), contact: ti.template(), ratio, fall):
+    """Predict x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components.
 
     fall = g dt^2 makes the prediction exact in free flight; last becomes the displacement before the prediction.
     """
-    for k in range(touching.nodes.shape[0]):
-        node = touching.nodes[k]
-        b = basis_of(touching.basis, k, block)
-        now = b.transpose() @ row(body.u, node)
-        step = ratio * (now - segment(touching.last, k, block)) + b.transpose() @ fall
-        if exact == 1.0:
-            x = position(touching.reference, k, body.u, node) + b @ step
-            normals, gaps = constraints(touching, k, b, x, block, slots)
-            if gaps.min() < 0.0:
-                free = ti.Vector.zero(ti.f64, block)
-                identity = ti.Matrix.identity(ti.f64, block)
-                step += normals.transpose() @ multipliers(free, normals, gaps, identity, 0.0, slots)
-        move = b @ step
-        for j in ti.static(range(block)):
-            touching.last[k * block + j] = now[j]
-        for j in ti.static(range(3)):
-            body.u[3 * node + j] = body.u[3 * node + j] + move[j]
+    for k in range(node_count(contact)):
+        predict_node(body, contact, ratio, fall, k)
+
+
+@ti.func
+def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
+    """Predict node k."""
+    block = ti.static(contact.options.block)
+    b = basis_of(contact.basis, k, block)
+    now = b.transpose() @ row(body.u, contact.nodes[k])
+    move_node(
+        body, contact, k, b @ (ratio * (now - segment(contact.displacement_before, k, block)) + b.transpose() @ fall)
+    )
+    for j in ti.static(range(block)):
+        contact.displacement_before[k * block + j] = now[j]
+
+
+@ti.func
+def move_out(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Move predicted nodes out of what they overlap, the shortest way."""
+    for k in range(node_count(contact)):
+        move_node_out(body, contact, rows, k)
+
+
+@ti.func
+def move_node_out(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+    """Move node k until no row of it has a negative gap."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    b = basis_of(contact.basis, k, block)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    if gaps.min() < 0.0:
+        free = ti.Vector.zero(ti.f64, block)
+        identity = ti.Matrix.identity(ti.f64, block)
+        lengths = multipliers(free, normals, gaps, identity, 0.0, slots)
+        move_node(body, contact, k, b @ (normals.transpose() @ lengths))
+
+
+@ti.func
+def move_node(body: ti.template(), contact: ti.template(), k, step):
+    """Add a step [3] to the displacement of node k."""
+    for j in ti.static(range(3)):
+        place = 3 * contact.nodes[k] + j
+        body.u[place] = body.u[place] + step[j]
 
 
 @ti.func
 def massless_load(
-    body: ti.template(),
-    listed: ti.template(),
-    touching: ti.template(),
-    system: ti.template(),
-    block: ti.template(),
-    slots: ti.template(),
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()
 ):
-    """lambda of every contact node from the force of the ordinary pass; the contact force leaves special_force."""
-    sums = ti.Vector.zero(ti.f64, CONTACT_SUMS)
-    for k in range(touching.nodes.shape[0]):
-        b = basis_of(touching.basis, k, block)
-        x = position(touching.reference, k, body.u, touching.nodes[k])
-        normals, gaps = constraints(touching, k, b, x, block, slots)
-        out_of_balance = b.transpose() @ (row(body.special_force, k) - row(listed.load, k))
-        if ti.static(touching.kinds.static_friction):
-            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
-        pressing, rest = balance(out_of_balance, normals, touching.active[k], block, slots)
-        off = system.stiffness[k] * off_the_obstacles(touching, k, x, gaps, pressing, slots)
-        total = ti.Vector.zero(ti.f64, 3)
-        for p in ti.static(range(slots)):
-            place = k * slots + p
-            if pressing[p] > 0.0:
-                _gap, normal = gap_and_normal(touching, touching.near[place], x)
-                force = pressing[p] * normal
-                if ti.static(touching.kinds.static_friction):
-                    friction = three(touching.traces, trace_place(touching, k, p, TRACTION))
-                    off = ti.max(off, friction.norm() - most_friction(touching, k, pressing[p]))
-                    force += friction
-                if ti.static(touching.kinds.tracked):
-                    add_load(touching, touching.near[place], x, force)
-                total += force
-                sums[CONTACT.contact] += 0.5 * touching.give[k] * pressing[p] * pressing[p]
-            elif ti.static(touching.kinds.static_friction):
-                rest += b.transpose() @ three(touching.traces, trace_place(touching, k, p, TRACTION))
-            if ti.static(touching.kinds.friction != ""):
-                touching.traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
-        hand_over(body, touching, k, total, sums)
-        begin, end = touching.heirs[k], touching.heirs[k + 1]
-        share = (b @ rest) / ti.max(1.0, float(end - begin))
-        for i in range(begin, end):
-            for j in ti.static(range(3)):
-                place = 3 * touching.heirs[i] + j
-                body.special_force[place] = body.special_force[place] + share[j]
-        sums[CONTACT.static_residual] = ti.max(sums[CONTACT.static_residual], largest(rest), off)
-    sums[CONTACT.static_residual] /= ti.max(system.stats[F_REF], 1e-300)
-    for j in ti.static(range(CONTACT_SUMS)):
-        touching.sums[FIRST.contact + j] = sums[j]
+    """Set lambda of every row from the force of the ordinary pass; sum up penalty energy, residual and sweeps."""
+    energy, worst, sweeps = 0.0, 0.0, 0.0
+    for island in range(island_count(contact)):
+        residual = 0.0
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+            energy += stored
+            residual = ti.max(residual, left)
+        worst = ti.max(worst, residual / ti.max(system.stats[island * STATS + F_REF], 1e-300))
+        sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
+    contact.sums[SUMS.contact] = energy
+    contact.sums[SUMS.static_residual] = worst
+    contact.sums[SUMS.sweeps] = sweeps
+
+
+@ti.func
+def massless_load_node(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template(), k
+):
+    """Set the row forces of node k; returns the energy of its penalty [J] and its largest unbalanced force [N]."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    b = basis_of(contact.basis, k, block)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    out_of_balance = b.transpose() @ (row(body.special_force, k) - row(boundary.load, k))
+    if ti.static(contact.options.static_friction):
+        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+    pressing, rest = balance(out_of_balance, normals, contact.active[k], block, slots)
+    off = system.stiffness[k] * constraint_violation(contact, rows, k, gaps, pressing, slots)
+    energy = 0.0
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        force = ti.Vector.zero(ti.f64, 3)
+        if pressing[p] > 0.0:
+            force = pressing[p] * normal_of(rows, r)
+            if ti.static(contact.options.static_friction):
+                friction = vector_of(rows, k * slots + p, rows.at.traction)
+                off = ti.max(off, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+                force += friction
+            energy += 0.5 * contact.compliance[k] * pressing[p] * pressing[p]
+        elif ti.static(contact.options.static_friction):
+            rest += b.transpose() @ vector_of(rows, k * slots + p, rows.at.traction)
+        set_vector(rows, r, rows.at.force, force)
+        if ti.static(rows.at.pressing >= 0):
+            set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
+    begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
+    share = (b @ rest) / ti.max(1.0, float(end - begin))
+    for i in range(begin, end):
+        for j in ti.static(range(3)):
+            place = 3 * contact.residual_receivers[i] + j
+            body.special_force[place] = body.special_force[place] + share[j]
+    return energy, ti.max(largest(rest), off)

@@ -7,20 +7,21 @@ in the massless components of a node, x = x_0 + B d with B = basis [3, block]; u
 
 import taichi as ti
 
+from .constraint_rows import EPSILON, normal_of, number_of
 from .local_contact import multipliers
-from .obstacles import POINT, RECORD, gap_and_normal, vector
 
-EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
-SHORT = 1e-6  # an obstacle whose normal is shorter than this in the massless components cannot push the node
+SHORT = 1e-6  # a row whose normal is shorter than this in the massless components cannot push the node
 
 
 @ti.func
 def basis_of(basis: ti.template(), k, block: ti.template()):
+    """Return the massless directions [3, block] of node k."""
     return ti.Matrix([[basis[(3 * k + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(3))])
 
 
 @ti.func
 def block_of(values: ti.template(), e, block: ti.template()):
+    """Return matrix e [block, block] out of values [e, row, column]."""
     return ti.Matrix(
         [[values[(e * block + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(block))]
     )
@@ -28,33 +29,34 @@ def block_of(values: ti.template(), e, block: ti.template()):
 
 @ti.func
 def segment(values: ti.template(), k, block: ti.template()):
+    """Return numbers [block] of node k out of values [k, block]."""
     return ti.Vector([values[k * block + j] for j in ti.static(range(block))])
 
 
 @ti.func
 def entries(values: ti.template(), k, stride, first: ti.template(), size: ti.template()):
-    """Components first, first + 1, ... [size] of node k, of values [component, node] with `stride` nodes."""
+    """Return components first, first + 1, ... [size] of node k out of values [component, node] with `stride` nodes."""
     return ti.Vector([values[(first + j) * stride + k] for j in ti.static(range(size))])
 
 
 @ti.func
 def square(values: ti.template(), k, stride, block: ti.template()):
-    """The matrix [block, block] of node k, of values [row, column, node]."""
+    """Return the matrix [block, block] of node k out of values [row, column, node]."""
     return ti.Matrix(
         [[values[(i * block + j) * stride + k] for j in ti.static(range(block))] for i in ti.static(range(block))]
     )
 
 
 @ti.func
-def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: ti.template()):
-    """Normals [slots, block] in massless components and gaps [slots] of a node; out-of-reach obstacles never touch."""
+def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.template()):
+    """Return normals [slots, block] in massless components and gaps [slots]; rows that cannot push have gap 1."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)
     for p in ti.static(range(slots)):
-        gap, normal = gap_and_normal(touching, touching.near[k * slots + p], x)
-        reduced = b.transpose() @ normal
+        r = k * slots + p
+        reduced = b.transpose() @ normal_of(rows, r)
         if reduced.norm() >= SHORT:
-            gaps[p] = gap
+            gaps[p] = number_of(rows, r, rows.at.gap)
             for j in ti.static(range(block)):
                 normals[p, j] = reduced[j]
     return normals, gaps
@@ -62,7 +64,7 @@ def constraints(touching: ti.template(), k, b, x, block: ti.template(), slots: t
 
 @ti.func
 def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
-    """lambda [slots] >= 0 that balances B^t (f - f_ext) best over the active obstacles, and the rest [block].
+    """Return lambda [slots] >= 0 of the active rows that balances B^t (f - f_ext) best, and the rest [block].
 
     For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
     """
@@ -79,7 +81,7 @@ def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.tem
 
 @ti.func
 def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
-    """What stays unbalanced [block], with the contact force that the gap of a penalty really gives."""
+    """Return what stays unbalanced [block] [N] with the contact force that the gap of a penalty really gives."""
     _pressing, rest = balance(out_of_balance, normals, active, block, slots)
     if compliance > 0.0:
         rest = out_of_balance - normals.transpose() @ (ti.max(0.0 - gaps, 0.0) / compliance)
@@ -88,24 +90,26 @@ def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.temp
 
 @ti.func
 def violated(gap, pressing):
-    """By how much a gap misses  gap >= 0,  gap lambda = 0  [m]; where a penalty gives way, e lambda belongs to it."""
+    """Return by how much [m] a gap violates  gap >= 0, gap lambda = 0; with a penalty the gap includes e lambda."""
     return ti.select(pressing > 0.0, ti.abs(gap), ti.max(0.0, 0.0 - gap))
 
 
 @ti.func
-def off_the_obstacles(touching: ti.template(), k, x, gaps, pressing, slots: ti.template()):
-    """Largest violation [m] of the exact constraints of a node at x, above the rounding of its gaps."""
+def constraint_violation(contact: ti.template(), rows: ti.template(), k, gaps, pressing, slots: ti.template()):
+    """Return the largest violation [m] of the exact constraints of a node beyond the rounding of its gaps."""
     result = 0.0
-    if touching.give[k] == 0.0:
+    if contact.compliance[k] == 0.0:
         for p in ti.static(range(slots)):
-            away = x - vector(touching.obstacles, RECORD * touching.near[k * slots + p] + POINT)
-            rounding = EPSILON * ti.max(x.norm(), away.norm())
-            result = ti.max(result, violated(gaps[p], pressing[p]) - rounding)
+            missed = violated(gaps[p], pressing[p])
+            if missed > 0.0:
+                size = ti.sqrt(number_of(rows, k * slots + p, rows.at.size_squared))
+                result = ti.max(result, missed - EPSILON * size)
     return result
 
 
 @ti.func
 def largest(vector: ti.template()):
+    """Return the largest magnitude among the entries of a vector."""
     result = 0.0
     for j in ti.static(range(vector.n)):
         result = ti.max(result, ti.abs(vector[j]))
@@ -113,14 +117,14 @@ def largest(vector: ti.template()):
 
 
 @ti.func
-def settle(touching: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
-    """Node k takes increment d and the obstacles of the mask; returns the defect [N], its change times stiffness."""
+def settle(contact: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
+    """Give node k the increment d and the active rows of the mask; returns the defect [N]: change times stiffness."""
     stride = system.stiffness.shape[0]
     change = d - entries(system.increment, k, stride, 0, block)
     defect = system.stiffness[k] * largest(change)
-    if touching.give[k] > 0.0 and mask > 0:
-        defect += change.norm() / touching.give[k]
-    touching.active[k] = mask
+    if contact.compliance[k] > 0.0 and mask > 0:
+        defect += change.norm() / contact.compliance[k]
+    contact.active[k] = mask
     for j in ti.static(range(block)):
         system.increment[j * stride + k] = d[j]
     return defect

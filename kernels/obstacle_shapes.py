@@ -10,7 +10,7 @@ import taichi as ti
 
 @ti.func
 def box_gap_normal(y, half):
-    """Signed distance of y to the block, and the normal out of it."""
+    """Return the signed distance of y to the block, and the normal out of it."""
     outward = ti.Vector([0.0, 0.0, 0.0])
     face = ti.Vector([0.0, 0.0, 0.0])
     deepest = -1e300
@@ -34,7 +34,7 @@ def box_gap_normal(y, half):
 
 @ti.func
 def grid_gap_normal(grid: ti.template(), start, origin, spacing, nx, ny, nz, y):
-    """Signed distance at y, and the normal; grid: distance and gradient, four numbers a node, the first at `start`.
+    """Return signed distance and normal at y; grid: distance and gradient, four numbers a node, the first at `start`.
 
     origin: node 0 in the axes of y; spacing [m]; nx, ny, nz: nodes (whole numbers of any type), z running fastest.
     """

@@ -40,13 +40,13 @@ def log_row(
     numbers, chunks = ti.static(group_size(*cell_groups(viscous))), int(body.params[CHUNK_COUNT])
     for j, combine in ti.static(enumerate(CELL_COMBINE)):
         raw[place + j] = over_chunks(body.cell_sums, chunks, numbers, j, combine, START[combine])
-    if ti.static(viscous or touching.kinds.viscous):
+    if ti.static(viscous or touching.options.viscous):
         power, fastest = cell_power, 0.0
         if ti.static(viscous):
             power = over_chunks(body.cell_sums, chunks, numbers, CELLS.viscous_power, "sum", cell_power)
             fastest = over_chunks(body.cell_sums, chunks, numbers, CELLS.viscous_rate, "max", 0.0)
         raw[place + CELLS.viscous_power], raw[place + CELLS.viscous_rate] = power, fastest
-    place += ti.static(group_size(*cell_groups(viscous or touching.kinds.viscous)))
+    place += ti.static(group_size(*cell_groups(viscous or touching.options.viscous)))
     for j in range(touching.sums.shape[0]):
         raw[place + j] = touching.sums[j]
 
@@ -54,4 +54,4 @@ def log_row(
 @ti.func
 def row_width(touching: ti.template(), viscous: ti.template()):
     """Numbers of a raw row."""
-    return ti.static(NODE_SUMS + group_size(*cell_groups(viscous or touching.kinds.viscous))) + touching.sums.shape[0]
+    return ti.static(NODE_SUMS + group_size(*cell_groups(viscous or touching.options.viscous))) + touching.sums.shape[0]

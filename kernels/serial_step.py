@@ -19,9 +19,9 @@ import functools
 
 import taichi as ti
 
-from .bundles import Kinds
+from .bundles import ContactOptions
 from .cell_phase import make_cell_phase
-from .columns import SUMS, raw_places
+from .columns import raw_places
 from .compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from .lanes import CHUNK_COUNT, GRAVITY, MOST_SLOTS
 from .node_phase import node_phase
@@ -42,7 +42,7 @@ STOP, VISCOUS = 6, 7
 def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.template(), viscous: ti.template()):
     """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
     place = number * row_width(touching, viscous)
-    places = ti.static(raw_places(viscous or touching.kinds.viscous))
+    places = ti.static(raw_places(viscous or touching.options.viscous))
     energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
     energy += raw[place + places.shared.kinetic]
     calm = energy <= control[ENERGY_LIMIT] and raw[place + places.cells.jacobian_min] > control[JACOBIAN_LIMIT]
@@ -56,7 +56,7 @@ def make_serial_step(
     signature: Signature,
     cells: tuple[tuple[str, str], ...],
     contact: str | None,
-    kinds: Kinds,
+    kinds: ContactOptions,
     plain: bool,
     listed_nodes: bool,
     supports: bool,
@@ -83,21 +83,26 @@ def make_serial_step(
     cell_phase = make_cell_phase(cells, viscous) if passes or measures else None
     cell_kinds, cornered = len(cells), contact == "massless"
     # only what the scene needs is imported; Taichi wants the other names too
-    kick_and_drift = support_reactions = nearest_obstacles = smallest_gap = impulse_load = penalty_load = None
-    gather = follow = damp = massless_load = predict = resolve = CONVERGED = MEASURE = NEXT = SWEEPS_DONE = None
-    clear_loads = set_pose = kick_friction = slide = remember = sliding_work = STEP = None
+    kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
+    gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
+    set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
+    clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if listed_nodes:
         from .boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from .images import follow, gather
     if touches:
-        from .obstacles import clear_loads, nearest_obstacles, set_pose, smallest_gap
+        from .constraint_rows import hand_over, hand_over_friction
+        from .obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
+        from .obstacles import set_pose
+    if rubs:
+        from .friction import clear_work
     if kicked:
-        from .kick_friction import kick_friction, slide
+        from .kick_friction import kick_friction, layer_slip
     if sticks_still:
         from .friction import STEP
-        from .static_friction import remember, sliding_work
+        from .static_friction import restart_slip, sliding_work
     if contact in ("penalty", "impulse"):
         from .contact_load import impulse_load, penalty_load
     if resists:
@@ -105,44 +110,52 @@ def make_serial_step(
 
         viscous_phase = make_viscous_phase(cells) if passes or measures else None
     if contact == "massless":
-        from .massless_contact import massless_load, predict
-        from .static_control import CONVERGED, MEASURE, NEXT
-        from .static_control import SWEEPS as SWEEPS_DONE
+        from .massless_contact import massless_load, move_out, predict
+        from .static_control import CONVERGED, MEASURE, NEXT, any_island
         from .static_solve import make_resolve
 
-        resolve = make_resolve(cells, block, slots, plain)
+        resolve = make_resolve(cells, block, plain)
 
     @ti.func
-    def push_back(body: ti.template(), listed: ti.template(), touching: ti.template(), system: ti.template(),
-                  control: ti.template()):  # fmt: skip
-        if ti.static(touches and kinds.tracked):
-            clear_loads(touching)
-        if ti.static(contact == "massless"):
-            touching.sums[SUMS.sweeps] = system.stats[SWEEPS_DONE]
-            massless_load(body, listed, touching, system, block, slots)
-        if ti.static(contact in ("penalty", "impulse")):
-            if ti.static(slots == MOST_SLOTS):
-                nearest_obstacles(touching, body.u)
-            if ti.static(contact == "penalty"):
-                penalty_load(body, touching, slots)
-            else:
-                before, after = control[BEFORE], control[AFTER]
-                span = ti.select(after > 0.0, 0.5 * (before + after), before)
-                impulse_load(body, listed, touching, span, slots)
+    def push_back(body: ti.template(), listed: ti.template(), obstacles: ti.template(), rows: ti.template(),
+                  touching: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
+        if ti.static(contact in ("penalty", "impulse") and slots == MOST_SLOTS):
+            choose_candidates(obstacles, touching, body.u)
+        if ti.static(loads):
+            fill_rows(obstacles, rows, touching, body.u)
         if ti.static(touches):
-            touching.sums[SUMS.gap_min] = smallest_gap(touching, body.u)
+            smallest_gap(obstacles, rows, touching, body.u)
+        if ti.static(contact == "massless"):
+            massless_load(body, listed, touching, rows, system)
+        if ti.static(contact == "penalty"):
+            penalty_load(touching, rows)
+        if ti.static(contact == "impulse"):
+            before, after = control[BEFORE], control[AFTER]
+            span = ti.select(after > 0.0, 0.5 * (before + after), before)
+            impulse_load(body, listed, touching, rows, span)
+        if ti.static(loads):
+            hand_over(body, touching, rows)
         if ti.static(rubs):
-            touching.sums[SUMS.friction_before] = 0.0
-            touching.sums[SUMS.friction_after] = 0.0
+            clear_work(touching)
         if ti.static(sticks_still):
-            sliding_work(body, touching)
+            sliding_work(body, touching, rows)
         if ti.static(kicked and kinds.layered and not sticks_still):
-            slide(body, listed, touching, damped)
+            layer_slip(body, listed, touching, rows, damped)
 
     @ti.func
-    def kick(body: ti.template(), listed: ti.template(), supported: ti.template(), touching: ti.template()):
+    def kick(
+        body: ti.template(),
+        listed: ti.template(),
+        supported: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
+        touching: ti.template(),
+    ):
         if ti.static(kicked):
-            kick_friction(body, listed, touching, damped)
+            kick_friction(body, listed, touching, rows, damped)
+            hand_over_friction(body, touching, rows)
+        if ti.static(touches and kinds.tracked):
+            obstacle_loads(obstacles, rows, touching, body.u)
         if ti.static(listed_nodes and damped != ""):
             damp(body, listed, damped)
         if ti.static(supports):
@@ -152,10 +165,16 @@ def make_serial_step(
 
     @ti.func
     def place(
-        body: ti.template(), touching: ti.template(), viscous_cells: ti.template(), control: ti.template(), start
+        body: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
+        touching: ti.template(),
+        viscous_cells: ti.template(),
+        control: ti.template(),
+        start,
     ):
         if ti.static(slots == MOST_SLOTS):
-            nearest_obstacles(touching, body.u)
+            choose_candidates(obstacles, touching, body.u)
         before, after = control[BEFORE], control[AFTER]
         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
         time = 0.5 * after * (before + after)
@@ -166,15 +185,19 @@ def make_serial_step(
         if ti.static(sticks_still):
             touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
-                remember(body, touching)
-        fall = time * ti.Vector([body.params[GRAVITY], body.params[GRAVITY + 1], body.params[GRAVITY + 2]])
-        predict(body, touching, ratio, fall, control[EXACT], block, slots)
+                restart_slip(body, touching)
+        predict(body, touching, ratio, time * ti.Vector([body.params[GRAVITY + j] for j in range(3)]))
+        if control[EXACT] == 1.0:
+            fill_rows(obstacles, rows, touching, body.u)
+            move_out(body, touching, rows)
 
     @ti.func
     def serial_step(
         body: ti.template(),
         listed: ti.template(),
         supported: ti.template(),
+        obstacles: ti.template(),
+        rows: ti.template(),
         touching: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
@@ -212,12 +235,12 @@ def make_serial_step(
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(body.special_force, images)
-                    push_back(body, listed, touching, system, control)
+                    push_back(body, listed, obstacles, rows, touching, system, control)
                     if ti.static(kinds.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, listed, supported, touching)
+                    kick(body, listed, supported, obstacles, rows, touching)
                     cell_power = 0.0
                     if ti.static(resists):
                         cell_power = viscous_cells[POWER]
@@ -226,18 +249,19 @@ def make_serial_step(
                     number += 1
                     if ti.static(touches and kinds.moving):
                         if control[AFTER] > 0.0:
-                            set_pose(touching, number)
+                            set_pose(obstacles, number)
                 again = 0  # go on with a measure
                 if ti.static(contact == "massless"):
                     if state == MEASURED:
-                        resolve(body, listed, touching, pairs, system, viscous_cells, first)
+                        fill_rows(obstacles, rows, touching, body.u)
+                        resolve(body, listed, touching, rows, pairs, system, viscous_cells, first)
                         first = 0
-                        if stats[NEXT] == MEASURE:
+                        if any_island(stats, NEXT, MEASURE) == 1:
                             again = 1
-                        elif stats[CONVERGED] == 0.0:
+                        elif any_island(stats, CONVERGED, 0.0) == 1:
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
-                        place(body, touching, viscous_cells, control, state)
+                        place(body, obstacles, rows, touching, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
@@ -254,6 +278,6 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction or several obstacles the compilation would outlast many a run; else the loop over cells is worth it
-    hasty = LEAVE_TO_LLVM if rubs or slots > 1 or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, kinds=kinds), **KEEP_VECTORS, **hasty)
+    # with friction, several obstacles or MPRGP compiling would outlast many a run; else the loop over cells is worth it
+    hasty = LEAVE_TO_LLVM if rubs or slots > 1 or kinds.projected or not passes else {}
+    return compiled_with(kernel_of(serial_step, signature, options=kinds), **KEEP_VECTORS, **hasty)

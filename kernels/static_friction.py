@@ -1,6 +1,6 @@
 """Friction in the massless components of contact nodes: part of the static solve (METHOD 3).
 
-    slip s = T (x^{n+1} - x^n - step of the obstacle),   t = -c s/|s| where s is not 0,  |t| <= c = mu lambda
+    slip s = T (x^{n+1} - x^n - step of the partner),   t = -c s/|s| where s is not 0,  |t| <= c = mu lambda
 
 The friction of a row works on the slip of the step that led to it: -(t^n + t^{n+1}).s/2, as the ledger sums forces.
 """
@@ -9,32 +9,25 @@ import taichi as ti
 
 from .boundary_nodes import row
 from .columns import SUMS
+from .constraint_rows import normal_of, number_of, set_number, set_vector, sum_of_rows, vector_of, velocity_of
 from .friction import (
-    BEFORE,
-    COEFFICIENT,
-    DIRECTION,
     FORCE,
     LIMIT,
     ORIGIN,
-    PRESSING,
-    RUBBED,
-    SLIP,
     SLIP_SPEED,
     STEP,
-    TRACTION,
-    held,
+    WORK,
     node_place,
     put_three,
     resist,
     tangents,
     three,
-    trace_place,
 )
+from .islands import node_count
 from .local_contact import multipliers
 from .massless_node import basis_of, entries, largest, settle, square, violated
-from .obstacles import MEAN_VELOCITY, velocity_at
 
-SEVERAL = 10  # rounds over the obstacles of a node that may touch more than one, until its move agrees to
+SEVERAL = 10  # rounds over the rows of a node that has more than one, until its move agrees to
 AGREED = 1e-14  # of itself
 ROUNDS = 2  # between normal and tangential force of one contact in a sweep; the sweeps go on until nothing changes
 SEARCH = 100  # most trials of a pressing force where these rounds would not converge, until the gap is closed to
@@ -42,98 +35,103 @@ CLOSED = 1e-12  # of what it would be without the contact
 
 
 @ti.func
-def moved(body: ti.template(), touching: ti.template(), k, obstacle, x):
-    """Of node k against an obstacle since the last row [3] [m]; x: where it is."""
-    step = row(body.u, touching.nodes[k]) - three(touching.friction, node_place(k, ORIGIN))
-    return step - touching.friction[STEP] * velocity_at(touching, obstacle, x, MEAN_VELOCITY)
+def slip_since_last_row(body: ti.template(), contact: ti.template(), rows: ti.template(), k, r):
+    """Return the displacement [3] [m] of node k against the partner of its row r since slip was last restarted."""
+    step = row(body.u, contact.nodes[k]) - three(contact.friction, node_place(k, ORIGIN))
+    return step - contact.friction[STEP] * velocity_of(rows, r, rows.at.mean_velocity)
 
 
 @ti.func
-def remember(body: ti.template(), touching: ti.template()):
-    """Slip counts from here."""
-    for k in range(touching.nodes.shape[0]):
-        put_three(touching.friction, node_place(k, ORIGIN), row(body.u, touching.nodes[k]))
+def restart_slip(body: ti.template(), contact: ti.template()):
+    """Let slip count from the present displacement."""
+    for k in range(node_count(contact)):
+        put_three(contact.friction, node_place(k, ORIGIN), row(body.u, contact.nodes[k]))
 
 
 @ti.func
-def sliding_work(body: ti.template(), touching: ti.template()):
-    """Adds the work of the step that led to this row; then slip counts from here."""
-    slots = ti.static(touching.kinds.slots)
+def sliding_work(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Add the work that friction did in the step that ends here; slip counts from here on."""
     work = 0.0
-    for k in range(touching.nodes.shape[0]):
-        x = row(touching.reference, k) + row(body.u, touching.nodes[k])
-        own, strongest = 0.0, 0.0
-        for p in ti.static(range(slots)):
-            now = three(touching.traces, trace_place(touching, k, p, TRACTION))
-            then = three(touching.traces, trace_place(touching, k, p, BEFORE))
-            if now.dot(now) + then.dot(then) > 0.0:
-                own -= 0.5 * (now + then).dot(moved(body, touching, k, touching.near[k * slots + p], x))
-                strongest = ti.max(strongest, now.norm())
-            put_three(touching.traces, trace_place(touching, k, p, BEFORE), now)
-        touching.friction[node_place(k, RUBBED)] = own
-        touching.friction[node_place(k, FORCE)] = strongest
-        work += own
-    touching.sums[SUMS.friction_before] = touching.sums[SUMS.friction_before] + work
-    remember(body, touching)
+    for k in range(node_count(contact)):
+        work += sliding_work_node(body, contact, rows, k)
+    contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + work
+    restart_slip(body, contact)
 
 
 @ti.func
-def most_friction(touching: ti.template(), k, pressing):
-    """The largest friction force [N] that a contact transmits."""
-    most = touching.friction[COEFFICIENT] * pressing
-    if ti.static(touching.kinds.layered):
-        most = ti.min(most, touching.friction[node_place(k, LIMIT)])
+def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+    """Return the work [J] of the friction on node k, and keep it with the friction now for the next step."""
+    slots = ti.static(contact.options.slots)
+    own, strongest = 0.0, 0.0
+    for p in ti.static(range(slots)):
+        now = vector_of(rows, k * slots + p, rows.at.traction)
+        then = vector_of(rows, k * slots + p, rows.at.traction_before)
+        if now.dot(now) + then.dot(then) > 0.0:
+            own -= 0.5 * (now + then).dot(slip_since_last_row(body, contact, rows, k, k * slots + p))
+            strongest = ti.max(strongest, now.norm())
+        set_vector(rows, k * slots + p, rows.at.traction_before, now)
+    contact.friction[node_place(k, WORK)] = own
+    contact.friction[node_place(k, FORCE)] = strongest
+    return own
+
+
+@ti.func
+def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
+    """Return the largest friction force [N] that row r of node k can transmit."""
+    most = number_of(rows, r, rows.at.coefficient) * pressing
+    if ti.static(contact.options.layered):
+        most = ti.min(most, contact.friction[node_place(k, LIMIT)])
     return most
 
 
 @ti.func
-def note_slip(body: ti.template(), touching: ti.template(), k, x, pressing, directions):
-    """Slip and normals [slots, 3] for the sweeps; returns by how much friction exceeds its law [N]."""
+def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(), k, pressing):
+    """Measure the slip of the rows of node k for the sweeps; returns by how much [N] friction exceeds its law."""
+    slots = ti.static(contact.options.slots)
     excess = 0.0
-    for p in ti.static(range(touching.kinds.slots)):
-        slip = moved(body, touching, k, touching.near[k * touching.kinds.slots + p], x)
-        friction = three(touching.traces, trace_place(touching, k, p, TRACTION))
-        excess = ti.max(excess, friction.norm() - most_friction(touching, k, pressing[p]))
-        put_three(touching.traces, trace_place(touching, k, p, SLIP), slip)
-        for j in ti.static(range(3)):
-            touching.traces[trace_place(touching, k, p, DIRECTION + j)] = directions[p, j]
+    for p in ti.static(range(slots)):
+        r = k * slots + p
+        friction = vector_of(rows, k * slots + p, rows.at.traction)
+        excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
+        set_vector(rows, k * slots + p, rows.at.slip, slip_since_last_row(body, contact, rows, k, r))
     return excess
 
 
 @ti.func
-def hold_one(touching: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()):
-    """Increment, mask of what presses and violated gap [m] of a node at a single obstacle; d: under its old forces.
+def solve_single_row(
+    contact: ti.template(), rows: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()
+):
+    """Solve for a node with one row; returns increment, active mask and violation [m]. d: with the old forces.
 
-    Normal and tangential force answer each other, which converges where mu |coupling| < give. Beyond that the pressing
-    force is searched for between one that leaves an overlap and one that opens the contact.
+    Normal and tangential force answer each other, which converges where mu |coupling| < compliance. Beyond that the
+    pressing force is searched for between one that leaves an overlap and one that opens the contact.
     """
-    traces = ti.static(touching.traces)
     normal = entries(system.normals, k, system.stiffness.shape[0], 0, block)
-    across = tangents(three(traces, trace_place(touching, k, 0, DIRECTION)))
+    across = tangents(normal_of(rows, k))
     there = across @ b
     push = flexible @ normal
-    give = normal.dot(push) + touching.give[k]
-    friction = across @ three(traces, trace_place(touching, k, 0, TRACTION))
-    pressing = traces[trace_place(touching, k, 0, PRESSING)]
+    compliance = normal.dot(push) + contact.compliance[k]
+    friction = across @ vector_of(rows, k, rows.at.traction)
+    pressing = number_of(rows, k, rows.at.pressing)
     d = d - (pressing * push + flexible @ (there.transpose() @ friction))
     off = 0.0
-    if give > 0.0:
+    if compliance > 0.0:
         mobility = there @ flexible @ there.transpose()
         coupling = there @ push
         gap = system.gaps[k] + normal.dot(d)
-        slip = across @ three(traces, trace_place(touching, k, 0, SLIP)) + there @ d
-        steep = gap < 0.0 and touching.friction[COEFFICIENT] * coupling.norm() >= give
+        slip = across @ vector_of(rows, k, rows.at.slip) + there @ d
+        steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
         low, high = 0.0, 0.0
         for turn in range(ti.select(steep, SEARCH, ROUNDS)):
             if turn < ROUNDS:
-                pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / give)
+                pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / compliance)
             elif high > 0.0:
                 pressing = 0.5 * (low + high)
             else:
-                pressing = 2.0 * ti.max(pressing, (0.0 - gap) / give)
-            most = most_friction(touching, k, pressing)
-            friction = resist(touching.kinds.friction, mobility, slip + pressing * coupling, most, scale)
-            after = gap + coupling.dot(friction) + give * pressing
+                pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
+            most = friction_limit(contact, rows, k, k, pressing)
+            friction = resist(contact.options.friction, mobility, slip + pressing * coupling, most, scale)
+            after = gap + coupling.dot(friction) + compliance * pressing
             off = violated(after, pressing)
             if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
                 break
@@ -145,14 +143,15 @@ def hold_one(touching: ti.template(), system: ti.template(), k, d, flexible, b, 
         pressing = 0.0
         friction = ti.Vector([0.0, 0.0])
     d += pressing * push + flexible @ (there.transpose() @ friction)
-    traces[trace_place(touching, k, 0, PRESSING)] = pressing
-    put_three(traces, trace_place(touching, k, 0, TRACTION), across.transpose() @ friction)
+    set_number(rows, k, rows.at.pressing, pressing)
+    set_vector(rows, k, rows.at.traction, across.transpose() @ friction)
     return d, ti.select(pressing > 0.0, 1, 0), off
 
 
 @ti.func
-def hold_several(
-    touching: ti.template(),
+def solve_several_rows(
+    contact: ti.template(),
+    rows: ti.template(),
     system: ti.template(),
     k,
     d,
@@ -162,12 +161,11 @@ def hold_several(
     block: ti.template(),
     slots: ti.template(),
 ):
-    """Increment, mask of what presses and violated gap [m] of a node among several obstacles; d: under its old forces.
+    """Solve for a node with several rows; returns increment, active mask and violation [m]. d: with the old forces.
 
     In turns: the pressing forces of all of them at once, so that dependent normals share them as they do in
     `balance`; then the friction of one after another.
     """
-    traces = ti.static(touching.traces)
     stride = system.stiffness.shape[0]
     normals = ti.Matrix(
         [
@@ -176,28 +174,29 @@ def hold_several(
         ]
     )
     gaps = entries(system.gaps, k, stride, 0, slots)
-    pressing = ti.Vector([traces[trace_place(touching, k, p, PRESSING)] for p in ti.static(range(slots))])
+    pressing = ti.Vector([number_of(rows, k * slots + p, rows.at.pressing) for p in ti.static(range(slots))])
     for _ in range(SEVERAL):
         before = d
         d = d - flexible @ (normals.transpose() @ pressing)
-        pressing = multipliers(d, normals, gaps, flexible, touching.give[k], slots)
+        pressing = multipliers(d, normals, gaps, flexible, contact.compliance[k], slots)
         d += flexible @ (normals.transpose() @ pressing)
         for p in ti.static(range(slots)):
-            across = tangents(three(traces, trace_place(touching, k, p, DIRECTION)))
+            across = tangents(normal_of(rows, k * slots + p))
             there = across @ b
-            friction = across @ three(traces, trace_place(touching, k, p, TRACTION))
+            friction = across @ vector_of(rows, k * slots + p, rows.at.traction)
             d = d - flexible @ (there.transpose() @ friction)
-            slip = across @ three(traces, trace_place(touching, k, p, SLIP)) + there @ d
+            slip = across @ vector_of(rows, k * slots + p, rows.at.slip) + there @ d
             mobility = there @ flexible @ there.transpose()
-            friction = resist(touching.kinds.friction, mobility, slip, most_friction(touching, k, pressing[p]), scale)
+            most = friction_limit(contact, rows, k, k * slots + p, pressing[p])
+            friction = resist(contact.options.friction, mobility, slip, most, scale)
             d += flexible @ (there.transpose() @ friction)
-            put_three(traces, trace_place(touching, k, p, TRACTION), across.transpose() @ friction)
+            set_vector(rows, k * slots + p, rows.at.traction, across.transpose() @ friction)
         if largest(d - before) <= AGREED * largest(d):
             break
     mask, off = 0, 0.0
-    after = gaps + normals @ d + touching.give[k] * pressing
+    after = gaps + normals @ d + contact.compliance[k] * pressing
     for p in ti.static(range(slots)):
-        traces[trace_place(touching, k, p, PRESSING)] = pressing[p]
+        set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
         off = ti.max(off, violated(after[p], pressing[p]))
         if pressing[p] > 0.0:
             mask += 1 << p
@@ -205,20 +204,28 @@ def hold_several(
 
 
 @ti.func
-def update_sliding(touching: ti.template(), system: ti.template(), k, rest, block: ti.template(), slots: ti.template()):
-    """The node's contact problem with friction for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
+def update_with_friction(
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    k,
+    rest,
+    block: ti.template(),
+    slots: ti.template(),
+):
+    """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; returns the defect [N]."""
     stride = system.stiffness.shape[0]
     flexible = square(system.inverse, k, stride, block)
-    b = basis_of(touching.basis, k, block)
-    scale = ti.max(touching.friction[SLIP_SPEED] * touching.friction[STEP], 1e-300)
-    d = flexible @ (rest + b.transpose() @ held(touching, k))
+    b = basis_of(contact.basis, k, block)
+    scale = ti.max(contact.friction[SLIP_SPEED] * contact.friction[STEP], 1e-300)
+    d = flexible @ (rest + b.transpose() @ sum_of_rows(rows, k, rows.at.traction))
     for p in ti.static(range(slots)):
-        pressing = touching.traces[trace_place(touching, k, p, PRESSING)]
+        pressing = number_of(rows, k * slots + p, rows.at.pressing)
         d += pressing * (flexible @ entries(system.normals, k, stride, p * block, block))
     mask, off = 0, 0.0
     if ti.static(slots == 1):
-        d, mask, off = hold_one(touching, system, k, d, flexible, b, scale, block)
+        d, mask, off = solve_single_row(contact, rows, system, k, d, flexible, b, scale, block)
     else:
-        d, mask, off = hold_several(touching, system, k, d, flexible, b, scale, block, slots)
-    stiffness = ti.select(touching.give[k] > 0.0, 1.0 / ti.max(touching.give[k], 1e-300), system.stiffness[k])
-    return ti.max(settle(touching, system, k, d, mask, block), stiffness * off)
+        d, mask, off = solve_several_rows(contact, rows, system, k, d, flexible, b, scale, block, slots)
+    stiffness = ti.select(contact.compliance[k] > 0.0, 1.0 / ti.max(contact.compliance[k], 1e-300), system.stiffness[k])
+    return ti.max(settle(contact, system, k, d, mask, block), stiffness * off)

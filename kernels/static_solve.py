@@ -3,8 +3,11 @@
     f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
 
 A measure of the contact cells gives f_K at the present state (`assemble`); `judge` (static_control.py) says what is
-left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py), and
-x_K += B d. Residuals are relative to F_ref, the largest sum over the cells of a node of |f_cell,k|.
+left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py) or
+`mprgp` (mprgp.py), and x_K += B d.
+What g is the gap to does not matter here: constraint rows hold g and nu at the present state. Islands
+(islands.py) are solved one by one, each as often as it needs. Residuals are relative to F_ref, the largest sum over the
+cells of a node of |f_cell,k|.
 """
 
 import functools
@@ -13,42 +16,45 @@ import taichi as ti
 
 from . import elements
 from .boundary_nodes import row
-from .cell_viscosity import RATE, TANGENT_RATE, stiffen, viscous_force
-from .friction import held
+from .cell_viscosity import RATE, stiffen, viscous_force
+from .constraint_rows import EPSILON, sum_of_rows
+from .islands import first_block, first_cell, first_node, island_count
 from .lanes import CONTACT_BLOCK, KIND
 from .lanes import SWEEP_LANES as LANES
 from .massless_node import (
-    EPSILON,
     balance,
     basis_of,
     block_of,
+    constraint_violation,
     constraints,
     largest,
-    off_the_obstacles,
     unbalanced,
 )
 from .materials import LAWS
-from .obstacles import gap_and_normal, position
+from .mprgp import mprgp
 from .reduced_tangent import make_reduced_tangent
 from .static_control import (
     BEFORE,
     CONVERGED,
     DONE,
     F_REF,
-    LEAST_FORCE,
     MEASURE,
+    MINIMUM_FORCE,
     NEXT,
     PIVOT,
     RESIDUAL,
     ROUNDING,
+    SETTINGS,
     STALE,
+    STATS,
     STIFFEST,
     SWEEP,
     TODO,
     TOLERANCE,
+    VISCOUS_RATE,
     judge,
 )
-from .static_friction import note_slip
+from .static_friction import measure_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
 
@@ -56,68 +62,87 @@ from .sweeps import move, sweep
 @ti.func
 def assemble(
     body: ti.template(),
-    listed: ti.template(),
-    touching: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
     system: ti.template(),
     viscous: ti.template(),
-    block: ti.template(),
-    slots: ti.template(),
+    island,
 ):
-    """Right sides B^t (f_ext - f), constraints and static residual of the contact nodes."""
+    """Set right sides and constraints of an island and measure its static residual."""
     stats = ti.static(system.stats)
-    scale = system.settings[LEAST_FORCE]
-    stride = system.stiffness.shape[0]
+    at = island * STATS
+    scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
     residual = 0.0
     rounding = 0.0
-    for k in range(touching.nodes.shape[0]):
-        node = touching.nodes[k]
-        x = position(touching.reference, k, body.u, node)
-        moved = row(body.u, node).norm() * stats[STIFFEST]
-        if touching.give[k] > 0.0:
-            moved += x.norm() / touching.give[k]
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        moved = row(body.u, contact.nodes[k]).norm() * stats[at + STIFFEST]
+        if contact.compliance[k] > 0.0:
+            moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
         rounding = ti.max(rounding, EPSILON * moved)
-        force = ti.Vector.zero(ti.f64, 3)
-        magnitude = 0.0
-        for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
-            part = row(body.rows, body.corner_rows[i])
-            force += part
-            magnitude += part.norm()
+        left, magnitude = assemble_node(body, boundary, contact, rows, system, viscous, k)
+        residual = ti.max(residual, left)
         scale = ti.max(scale, magnitude)
-        if ti.static(touching.kinds.viscous):
-            force += viscous_force(body, viscous, k)
-        b = basis_of(touching.basis, k, block)
-        right = b.transpose() @ (row(listed.load, k) - force)
-        normals, gaps = constraints(touching, k, b, x, block, slots)
-        out_of_balance = 0.0 - right
-        if ti.static(touching.kinds.static_friction):
-            out_of_balance = out_of_balance - b.transpose() @ held(touching, k)
-            pressing, _rest = balance(out_of_balance, normals, touching.active[k], block, slots)
-            directions = ti.Matrix.zero(ti.f64, slots, 3)
-            for p in ti.static(range(slots)):
-                _gap, direction = gap_and_normal(touching, touching.near[k * slots + p], x)
-                for j in ti.static(range(3)):
-                    directions[p, j] = direction[j]
-            residual = ti.max(residual, note_slip(body, touching, k, x, pressing, directions))
-        rest = unbalanced(out_of_balance, normals, gaps, touching.active[k], touching.give[k], block, slots)
-        residual = ti.max(residual, largest(rest))
-        # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
-        closed = ti.Vector([(touching.active[k] >> p) & 1 for p in ti.static(range(slots))])
-        residual = ti.max(residual, system.stiffness[k] * off_the_obstacles(touching, k, x, gaps, closed, slots))
+    stats[at + F_REF] = scale
+    stats[at + BEFORE] = stats[at + RESIDUAL]
+    stats[at + RESIDUAL] = residual / scale
+    stats[at + ROUNDING] = rounding / scale
+
+
+@ti.func
+def assemble_node(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    viscous: ti.template(),
+    k,
+):
+    """Set right side B^t (f_ext - f) and constraints of node k; returns its unbalanced force and sum |f_cell|."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    stride = system.stiffness.shape[0]
+    force, magnitude = collect(body, k)
+    if ti.static(contact.options.viscous):
+        force += viscous_force(body, viscous, k)
+    b = basis_of(contact.basis, k, block)
+    right = b.transpose() @ (row(boundary.load, k) - force)
+    normals, gaps = constraints(rows, k, b, block, slots)
+    out_of_balance = 0.0 - right
+    residual = 0.0
+    if ti.static(contact.options.static_friction):
+        out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
+        pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
+        residual = measure_slip(body, contact, rows, k, pressing)
+    rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
+    residual = ti.max(residual, largest(rest))
+    # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
+    closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
+    residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
+    for j in ti.static(range(block)):
+        system.right[j * stride + k] = right[j]
+    for p in ti.static(range(slots)):
+        system.gaps[p * stride + k] = gaps[p]
         for j in ti.static(range(block)):
-            system.right[j * stride + k] = right[j]
-        for p in ti.static(range(slots)):
-            system.gaps[p * stride + k] = gaps[p]
-            for j in ti.static(range(block)):
-                system.normals[(p * block + j) * stride + k] = normals[p, j]
-    stats[F_REF] = scale
-    stats[BEFORE] = stats[RESIDUAL]
-    stats[RESIDUAL] = residual / scale
-    stats[ROUNDING] = rounding / scale
+            system.normals[(p * block + j) * stride + k] = normals[p, j]
+    return residual, magnitude
+
+
+@ti.func
+def collect(body: ti.template(), k):
+    """Return the force of the contact cells on node k and the sum of their magnitudes [N]."""
+    force = ti.Vector.zero(ti.f64, 3)
+    magnitude = 0.0
+    for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
+        part = row(body.rows, body.corner_rows[i])
+        force += part
+        magnitude += part.norm()
+    return force, magnitude
 
 
 @ti.func
 def summed(pairs: ti.template(), e, block: ti.template()):
-    """Entry e of K_KK."""
+    """Sum up entry e of K_KK [block, block] over the cells that share it."""
     total = ti.Matrix.zero(ti.f64, block, block)
     for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
         pair = pairs.entry_pairs[i]
@@ -129,46 +154,54 @@ def summed(pairs: ti.template(), e, block: ti.template()):
 
 
 @ti.func
-def blocks(pairs: ti.template(), system: ti.template(), block: ti.template()):
-    """K_KK from the pair stiffnesses of the cells, in the order of the sweeps, and its inverted diagonal blocks.
+def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()):
+    """Assemble K_KK of an island from the stiffnesses of its cells, in the order of the sweeps."""
+    weakest = 1.0
+    stiffest = 0.0
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        trace, pivot = blocks_of_node(pairs, system, k, block)
+        stiffest = ti.max(stiffest, trace)
+        weakest = ti.min(weakest, pivot / trace)
+    system.stats[island * STATS + PIVOT] = weakest
+    system.stats[island * STATS + STIFFEST] = stiffest
+
+
+@ti.func
+def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.template()):
+    """Assemble the row of node k and invert its diagonal block; returns trace and smallest pivot of that block.
 
     The first entry of a row is the diagonal; an unused component gets the trace as its stiffness.
     """
     stride = system.stiffness.shape[0]
-    weakest = 1.0
-    stiffest = 0.0
-    for k in range(pairs.row_start.shape[0] - 1):
-        for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
-            total = summed(pairs, e, block)
-            for i, j in ti.static(ti.ndrange(block, block)):
-                system.values[pairs.entry_place[e] + (i * block + j) * LANES] = total[i, j]
-        diagonal = summed(pairs, pairs.row_start[k], block)
-        trace = diagonal.trace()
-        stiffest = ti.max(stiffest, trace)
-        filled = diagonal
-        for j in ti.static(range(block)):
-            if diagonal[j, j] == 0.0:
-                filled[j, j] = trace
-        pivot = filled[0, 0]
-        for j in ti.static(range(1, block)):
-            pivot = ti.min(pivot, filled[j, j])
-        if ti.static(block == 3):
-            minor = filled[0, 0] * filled[1, 1] - filled[0, 1] * filled[1, 0]
-            pivot = ti.min(pivot, minor / trace, filled.determinant() / (trace * trace))
-        weakest = ti.min(weakest, pivot / trace)
-        inverse = filled.inverse()
+    for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
+        total = summed(pairs, e, block)
         for i, j in ti.static(ti.ndrange(block, block)):
-            system.inverse[(i * block + j) * stride + k] = inverse[i, j]
-        system.stiffness[k] = trace
-    system.stats[PIVOT] = weakest
-    system.stats[STIFFEST] = stiffest
+            system.values[pairs.entry_place[e] + (i * block + j) * LANES] = total[i, j]
+    diagonal = summed(pairs, pairs.row_start[k], block)
+    trace = diagonal.trace()
+    filled = diagonal
+    for j in ti.static(range(block)):
+        if diagonal[j, j] == 0.0:
+            filled[j, j] = trace
+    pivot = filled[0, 0]
+    for j in ti.static(range(1, block)):
+        pivot = ti.min(pivot, filled[j, j])
+    if ti.static(block == 3):
+        minor = filled[0, 0] * filled[1, 1] - filled[0, 1] * filled[1, 0]
+        pivot = ti.min(pivot, minor / trace, filled.determinant() / (trace * trace))
+    inverse = filled.inverse()
+    for i, j in ti.static(ti.ndrange(block, block)):
+        system.inverse[(i * block + j) * stride + k] = inverse[i, j]
+    system.stiffness[k] = trace
+    return trace, pivot
 
 
 @functools.cache
-def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, plain: bool):
-    """resolve(body, listed, touching, pairs, system, viscous, first): what follows a measure.
+def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
+    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first), to be called after every measure.
 
-    stats[NEXT] asks for more; viscous: data of viscous contact cells (cell_viscosity.py).
+    The rows are those of the present state; stats[NEXT] asks for more; viscous: data of viscous contact cells
+    (cell_viscosity.py).
     """
     tangents = [
         make_reduced_tangent(kind, law, block)
@@ -179,40 +212,64 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, slots: int, pla
     refuses = any(LAWS[law].refusal != "" for _, law in cells)
 
     @ti.func
+    def resolve_island(
+        body: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
+        rows: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        viscous: ti.template(),
+        island,
+        first,
+    ):
+        stats = ti.static(system.stats)
+        at = island * STATS
+        assemble(body, boundary, contact, rows, system, viscous, island)
+        if ti.static(contact.options.viscous):
+            if viscous[RATE] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
+        judge(stats, system.settings, island, first)
+        stats[at + NEXT] = DONE
+        if stats[at + TODO] != DONE:
+            if stats[at + STALE] == 1.0:
+                cell, end = first_cell(contact, island), first_cell(contact, island + 1)
+                for number in range(first_block(contact, island), first_block(contact, island + 1)):
+                    for i in ti.static(range(len(tangents))):
+                        if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
+                            tangents[i](body, contact.basis, pairs, number)
+                if ti.static(contact.options.viscous):
+                    stiffen(pairs, viscous, block, cell, end)
+                    stats[at + VISCOUS_RATE] = viscous[RATE]
+                blocks(pairs, contact, system, island, block)
+                stats[at + STALE] = 0.0
+            solved = 0
+            if ti.static(contact.options.projected):
+                solved = mprgp(contact, system, island, block)
+            if solved == 0:
+                sweep(contact, rows, system, island)
+            move(body.u, contact, system, island)
+            if stats[at + TODO] == SWEEP:
+                stats[at + NEXT] = MEASURE
+        stats[at + CONVERGED] = 0.0
+        if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
+            # beyond the limit of a law a node's own tangent is not positive definite
+            if not refuses or stats[at + PIVOT] > 0.0:
+                stats[at + CONVERGED] = 1.0
+
+    @ti.func
     def resolve(
         body: ti.template(),
-        listed: ti.template(),
-        touching: ti.template(),
+        boundary: ti.template(),
+        contact: ti.template(),
+        rows: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         viscous: ti.template(),
         first,
     ):
-        stats = ti.static(system.stats)
-        assemble(body, listed, touching, system, viscous, block, slots)
-        if ti.static(touching.kinds.viscous):
-            if viscous[RATE] != viscous[TANGENT_RATE]:
-                stats[STALE] = 1.0
-        judge(stats, system.settings, first)
-        stats[NEXT] = DONE
-        if stats[TODO] != DONE:
-            if stats[STALE] == 1.0:
-                for number in range(pairs.blocks.shape[0] // CONTACT_BLOCK):
-                    for i in ti.static(range(len(tangents))):
-                        if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
-                            tangents[i](body, touching.basis, pairs, number)
-                if ti.static(touching.kinds.viscous):
-                    stiffen(pairs, viscous, block)
-                blocks(pairs, system, block)
-                stats[STALE] = 0.0
-            sweep(touching, system, block, slots)
-            move(body.u, touching, system, block)
-            if stats[TODO] == SWEEP:
-                stats[NEXT] = MEASURE
-        stats[CONVERGED] = 0.0
-        if stats[RESIDUAL] <= ti.max(system.settings[TOLERANCE], stats[ROUNDING]):
-            # beyond the limit of a law a node's own tangent is not positive definite
-            if not refuses or stats[PIVOT] > 0.0:
-                stats[CONVERGED] = 1.0
+        for island in range(island_count(contact)):
+            if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
+                resolve_island(body, boundary, contact, rows, pairs, system, viscous, island, first)
 
     return resolve

@@ -131,19 +131,21 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
             for q in range(pairs.blocks[at + POINTS]):
                 jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
                 inverse = jacobian.inverse()
-                volume = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                # A_ab is linear in G_a and in G_b: each takes the root of the weight
+                weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                turned = ti.sqrt(weight) * inverse.transpose()
                 f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
                 for part in ti.static(parts):
                     data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
                     for a in range(corners):
-                        g = inverse.transpose() @ corner(pairs.shape_gradients, gradients + q * corners + a)
+                        g = turned @ corner(pairs.shape_gradients, gradients + q * corners + a)
                         mg = part.corner(data, g)
                         for j in ti.static(range(3)):
                             slopes[3 * a + j] = g[j]
                             moved[3 * a + j] = mg[j]
                     for p in range(pairs.start[cell], pairs.start[cell + 1]):
                         left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                        value = volume * part.pair(
+                        value = part.pair(
                             data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
                         )
                         add_pair(pairs, basis, p, value, block, plain)

@@ -15,29 +15,28 @@ the safe side of the residual that is left.
 
 import taichi as ti
 
+from .constraint_rows import EPSILON
+from .islands import first_node, first_pack
 from .lanes import SWEEP_LANES as LANES
 from .local_contact import multipliers
-from .massless_node import EPSILON, basis_of, entries, settle, square
+from .massless_node import basis_of, entries, settle, square
 from .static_control import (
-    AIM,
     BEFORE,
-    CONTRACTION,
     F_REF,
-    LAST_SWEEP,
-    LEAST_SWEEPS,
     LINEAR,
-    MOST_IN_ALL,
-    MOST_SWEEPS,
+    MAXIMUM_IN_ALL,
+    MAXIMUM_SWEEPS,
     POLISHING_SWEEPS,
     REACH,
     RELAXATION,
     RESIDUAL,
     ROUNDING,
+    SETTINGS,
+    STATS,
     SWEEPS,
-    TODO,
-    TOLERANCE,
+    goals,
 )
-from .static_friction import update_sliding
+from .static_friction import update_with_friction
 from .vectors import MASK, load, store
 
 STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
@@ -51,21 +50,21 @@ LANE_NUMBERS = list(range(LANES))
 
 
 @ti.func
-def prepare(touching: ti.template(), system: ti.template(), block: ti.template()):
-    """push: D^-1 n and 1/(n D^-1 n + e) of every node, for a single obstacle."""
+def prepare(contact: ti.template(), system: ti.template(), island, block: ti.template()):
+    """Set `response` of every node of an island, for a single row: D^-1 n and 1/(n D^-1 n + e)."""
     stride = system.stiffness.shape[0]
-    for k in range(touching.nodes.shape[0]):
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
         normal = entries(system.normals, k, stride, 0, block)
         push = square(system.inverse, k, stride, block) @ normal
-        give = normal.dot(push) + touching.give[k]
+        compliance = normal.dot(push) + contact.compliance[k]
         for j in ti.static(range(block)):
-            system.push[j * stride + k] = push[j]
-        system.push[block * stride + k] = ti.select(give > 0.0, 1.0 / ti.max(give, 1e-300), 0.0)
+            system.response[j * stride + k] = push[j]
+        system.response[block * stride + k] = ti.select(compliance > 0.0, 1.0 / ti.max(compliance, 1e-300), 0.0)
 
 
 @ti.func
-def update_pack(touching: ti.template(), system: ti.template(), first, count, rest, relaxation, block: ti.template()):
-    """The own contact problems of nodes first .. first + count, each with a single obstacle, lane by lane.
+def update_pack(contact: ti.template(), system: ti.template(), first, count, rest, relaxation, block: ti.template()):
+    """Solve the contact problems of nodes first .. first + count, each with a single row, in the lanes of a vector.
 
     rest: sum_j K_kj d_j, a vector over the lanes for each component; returns the largest defect. The lanes beyond the
     pack are computed too and stay as they are.
@@ -82,33 +81,33 @@ def update_pack(touching: ti.template(), system: ti.template(), first, count, re
             alone += load(system.inverse, first + (i * block + j) * stride, LANES) * right[j]
         free[i] = old[i] + relaxation * (alone - old[i])
         violation = violation - load(system.normals, first + i * stride, LANES) * free[i]  # "-=" fails for vectors
-    pressing = ti.max(zero, violation) * load(system.push, first + block * stride, LANES)
+    pressing = ti.max(zero, violation) * load(system.response, first + block * stride, LANES)
     lanes = ti.Vector(LANE_NUMBERS)
     largest_change, total = zero, zero
     for i in ti.static(range(block)):
-        wanted = free[i] + pressing * load(system.push, first + i * stride, LANES)
+        wanted = free[i] + pressing * load(system.response, first + i * stride, LANES)
         change = ti.select(lanes < count, wanted - old[i], zero)
         store(system.increment, first + i * stride, ti.select(lanes < count, wanted, old[i]), LANES)
         largest_change = ti.max(largest_change, ti.max(change, zero - change))
         total += change * change
     for lane in ti.static(range(LANES)):
         if lane < count:
-            touching.active[first + lane] = ti.select(pressing[lane] > 0.0, 1, 0)
+            contact.active[first + lane] = ti.select(pressing[lane] > 0.0, 1, 0)
     defect = (load(system.stiffness, first, LANES) * largest_change).max()
-    if touching.give[first] > 0.0:
+    if contact.compliance[first] > 0.0:
         for lane in ti.static(range(LANES)):
             if lane < count and pressing[lane] > 0.0:
                 k = first + lane
-                own = system.stiffness[k] * largest_change[lane] + ti.sqrt(total[lane]) / touching.give[k]
+                own = system.stiffness[k] * largest_change[lane] + ti.sqrt(total[lane]) / contact.compliance[k]
                 defect = ti.max(defect, own)
     return defect
 
 
 @ti.func
 def update(
-    touching: ti.template(), system: ti.template(), k, rest, relaxation, block: ti.template(), slots: ti.template()
+    contact: ti.template(), system: ti.template(), k, rest, relaxation, block: ti.template(), slots: ti.template()
 ):
-    """The node's own contact problem, solved exactly for the given rest = r_k - sum_j K_kj d_j; returns the defect."""
+    """Solve the contact problem of node k exactly for rest = r_k - sum_j K_kj d_j; returns the defect [N]."""
     stride = system.stiffness.shape[0]
     old = entries(system.increment, k, stride, 0, block)
     flexible = square(system.inverse, k, stride, block)
@@ -123,27 +122,26 @@ def update(
     )
     gaps = entries(system.gaps, k, stride, 0, slots)
     if (gaps + normals @ free).min() < 0.0:
-        pressing = multipliers(free, normals, gaps, flexible, touching.give[k], slots)
+        pressing = multipliers(free, normals, gaps, flexible, contact.compliance[k], slots)
         d = free + flexible @ (normals.transpose() @ pressing)
-        after = gaps + normals @ d + touching.give[k] * pressing
+        after = gaps + normals @ d + contact.compliance[k] * pressing
         for p in ti.static(range(slots)):
             if pressing[p] > 0.0:
                 mask += 1 << p
-            if touching.give[k] == 0.0:  # obstacles that leave no room between them
+            if contact.compliance[k] == 0.0:  # rows that leave no room between them
                 off = ti.max(off, 0.0 - after[p] - EPSILON * ti.abs(gaps[p]))
-    return ti.max(settle(touching, system, k, d, mask, block), system.stiffness[k] * off)
+    return ti.max(settle(contact, system, k, d, mask, block), system.stiffness[k] * off)
 
 
 @ti.func
-def sweep_once(
-    touching: ti.template(), system: ti.template(), relaxation, backward, block: ti.template(), slots: ti.template()
-):
-    """One pass over the nodes, colour by colour; returns the largest defect [N]."""
+def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
+    """Update every node of an island once, colour by colour; returns the largest defect [N]."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     defect = 0.0
-    packs = system.pack_start.shape[0] - 1
-    for turn in range(packs):
-        pack = ti.select(backward == 1, packs - 1 - turn, turn)
+    begin, end = first_pack(contact, island), first_pack(contact, island + 1)
+    for turn in range(end - begin):
+        pack = ti.select(backward == 1, end - 1 - turn, begin + turn)
         zero = ti.Vector([0.0 for _ in range(LANES)])
         rest = [zero for _ in range(block)]
         for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
@@ -155,76 +153,84 @@ def sweep_once(
                     rest[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
         first = system.pack_start[pack]
         count = system.pack_start[pack + 1] - first
-        if ti.static(slots == 1 and not touching.kinds.static_friction):
-            defect = ti.max(defect, update_pack(touching, system, first, count, rest, relaxation, block))
+        if ti.static(slots == 1 and not contact.options.static_friction):
+            defect = ti.max(defect, update_pack(contact, system, first, count, rest, relaxation, block))
         else:  # too much code for lanes
             for i in ti.static(range(block)):
                 own = load(system.right, first + i * stride, LANES) - rest[i]
                 for lane in ti.static(range(LANES)):
                     if lane < count:
-                        system.push[i * stride + first + lane] = own[lane]
+                        system.response[i * stride + first + lane] = own[lane]
             for k in range(first, first + count):
-                own = entries(system.push, k, stride, 0, block)
-                if ti.static(touching.kinds.static_friction):
-                    defect = ti.max(defect, update_sliding(touching, system, k, own, block, slots))
+                own = entries(system.response, k, stride, 0, block)
+                if ti.static(contact.options.static_friction):
+                    defect = ti.max(defect, update_with_friction(contact, rows, system, k, own, block, slots))
                 else:
-                    defect = ti.max(defect, update(touching, system, k, own, relaxation, block, slots))
+                    defect = ti.max(defect, update(contact, system, k, own, relaxation, block, slots))
     return defect
 
 
 @ti.func
-def go_on(system: ti.template(), share):
-    """Before an accelerated sweep: d goes on along its last step."""
-    size = system.increment.shape[0] // INCREMENTS
-    for i in range(size):
-        now = system.increment[i]
-        further = now
-        if share > 0.0:
-            further = now + share * (now - system.increment[size + i])
-        system.increment[size + i] = now
-        system.increment[2 * size + i] = further
-        system.increment[i] = further
+def clear(contact: ti.template(), system: ti.template(), island):
+    """Set d = 0 in an island, and in what is kept of its earlier sweeps."""
+    stride = system.stiffness.shape[0]
+    for component in range(ti.static(INCREMENTS * contact.options.block)):
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            system.increment[component * stride + k] = 0.0
 
 
 @ti.func
-def turned(system: ti.template()):
-    """Whether the last sweep went back."""
-    size = system.increment.shape[0] // INCREMENTS
+def go_on(contact: ti.template(), system: ti.template(), island, share):
+    """Let d go on along its last step, before an accelerated pair of sweeps."""
+    stride = system.stiffness.shape[0]
+    size = stride * ti.static(contact.options.block)
+    for component in range(ti.static(contact.options.block)):
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            i = component * stride + k
+            now = system.increment[i]
+            further = now
+            if share > 0.0:
+                further = now + share * (now - system.increment[size + i])
+            system.increment[size + i] = now
+            system.increment[2 * size + i] = further
+            system.increment[i] = further
+
+
+@ti.func
+def turned(contact: ti.template(), system: ti.template(), island):
+    """Return whether the last pair of sweeps went back against the step before."""
+    stride = system.stiffness.shape[0]
+    size = stride * ti.static(contact.options.block)
     total = 0.0
-    for i in range(size):
-        now = system.increment[i]
-        total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
+    for component in range(ti.static(contact.options.block)):
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            i = component * stride + k
+            now = system.increment[i]
+            total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
     return total < 0.0
 
 
 @ti.func
-def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), slots: ti.template()):
-    """Sweeps until the linearised problem is solved as far as it is worth; stats[SWEEPS] counts them.
+def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
+    """Sweep over an island until its linear problem is solved as far as it is worth; stats[SWEEPS] counts sweeps.
 
-    Down to the tolerance a solve may take MOST_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where compression
-    makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go on as long as
-    they lower the residual: no unstable mode lets them.
+    Down to the tolerance a solve may take MAXIMUM_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where
+    compression makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go
+    on as long as they lower the residual: no unstable mode lets them.
     """
     stats, settings = ti.static(system.stats, system.settings)
-    for i in range(system.increment.shape[0] // INCREMENTS):
-        system.increment[i] = 0.0
-    if ti.static(slots == 1 and not touching.kinds.static_friction):
-        prepare(touching, system, block)
-    least, aim = settings[LEAST_SWEEPS], settings[AIM]
-    if settings[LINEAR] == 0.0:
-        if stats[TODO] == LAST_SWEEP:
-            least = ti.max(FEWEST, least - stats[SWEEPS])
-        else:
-            least = ti.select(stats[SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
-            aim = ti.max(aim, FORCING * stats[CONTRACTION] * stats[RESIDUAL])
-    bound = ti.max(settings[TOLERANCE], stats[ROUNDING])
+    at, its = island * STATS, island * SETTINGS
+    clear(contact, system, island)
+    if ti.static(contact.options.slots == 1 and not contact.options.static_friction):
+        prepare(contact, system, island, contact.options.block)
+    least, aim, bound = goals(stats, settings, island)
     done, residual, stalled = 0.0, 1e300, 0
-    relaxation = settings[RELAXATION]
-    most = settings[MOST_SWEEPS]
+    relaxation = settings[its + RELAXATION]
+    most = settings[its + MAXIMUM_SWEEPS]
     slow, marked, mark, backward, share, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
     while (
         done < least
-        or (done < settings[POLISHING_SWEEPS] and residual > aim and stalled == 0)
+        or (done < settings[its + POLISHING_SWEEPS] and residual > aim and stalled == 0)
         or (done < most and residual > bound)
     ):
         before = residual
@@ -233,34 +239,35 @@ def sweep(touching: ti.template(), system: ti.template(), block: ti.template(), 
                 slow = 1
                 relaxation = 1.0  # over-relaxed sweeps turn about the solution: no direction to go on along
             if slow == 1 and residual < mark:
-                most = ti.min(ti.max(most, done + FURTHER), settings[MOST_IN_ALL])
+                most = ti.min(ti.max(most, done + FURTHER), settings[its + MAXIMUM_IN_ALL])
             marked, mark = done, residual
         if slow == 1 and backward == 0:
-            go_on(system, share)
-        residual = sweep_once(touching, system, relaxation, backward, block, slots) / stats[F_REF]
+            go_on(contact, system, island, share)
+        residual = sweep_once(contact, rows, system, island, relaxation, backward) / stats[at + F_REF]
         done += 1.0
         if slow == 1:
             if backward == 1:
-                straight = ti.select(turned(system), 0.0, straight + 1.0)
+                straight = ti.select(turned(contact, system, island), 0.0, straight + 1.0)
                 share = straight / (straight + 3.0)
             backward = 1 - backward
-        if residual > STALLED * before and residual <= stats[ROUNDING]:
+        if residual > STALLED * before and residual <= stats[at + ROUNDING]:
             stalled = 1
-    stats[SWEEPS] = stats[SWEEPS] + done
-    if settings[LINEAR] == 1.0:
-        stats[BEFORE], stats[RESIDUAL] = stats[RESIDUAL], residual
+    stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if settings[its + LINEAR] == 1.0:
+        stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
 
 
 @ti.func
-def move(u: ti.template(), touching: ti.template(), system: ti.template(), block: ti.template()):
-    """x_K += B d; no node further than the reach: from gaps >= 0 a part of a feasible increment is feasible."""
+def move(u: ti.template(), contact: ti.template(), system: ti.template(), island):
+    """Move x_K += B d in an island, no node beyond the reach: a part of a feasible d is feasible from gaps >= 0."""
+    block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
     longest = 0.0
-    for k in range(touching.nodes.shape[0]):
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
         longest = ti.max(longest, entries(system.increment, k, stride, 0, block).norm())
-    part = ti.min(1.0, system.settings[REACH] / ti.max(longest, 1e-300))
-    for k in range(touching.nodes.shape[0]):
-        step = part * (basis_of(touching.basis, k, block) @ entries(system.increment, k, stride, 0, block))
+    part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
+    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+        step = part * (basis_of(contact.basis, k, block) @ entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
-            place = 3 * touching.nodes[k] + j
+            place = 3 * contact.nodes[k] + j
             u[place] = u[place] + step[j]

@@ -21,12 +21,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-__version__ = "0.1.0"
+from .version import __version__ as __version__
 
 _root = Path(__file__).resolve().parent.parent
 if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
+from . import notebook as _notebook  # noqa: E402
 from .checkpoint import Checkpoint  # noqa: E402
 from .contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .dissipation import BulkViscosity, MassDamping  # noqa: E402
@@ -109,6 +110,8 @@ __all__ = [
     "save_scene",
     "simulate",
 ]
+
+Result.notebook = _notebook
 
 
 def __getattr__(name: str) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,13 +13,32 @@ from .friction_models import FrictionLayer
 from .smoothness import PressureRecord
 
 if TYPE_CHECKING:
-    from .state import DomainState
+    from .domain import Domain
+    from .scene import Scene
+
+
+class Stepped(Protocol):
+    """The state of a domain: displacement u, velocity v (flat [3n]) and its terms."""
+
+    scene: Scene
+    domain: Domain
+    u: arrays.Array
+    v: arrays.Array
+    start_velocity: np.ndarray
+    contact: Any
+    serial: Any
+    views: list[BodyView]
+
+    @property
+    def layered(self) -> Any:
+        """The friction layers, None without any."""
+        ...
 
 
 class BodyView:
     """What belongs to body `number` of a domain's state, in the numbering that each method names."""
 
-    def __init__(self, state: DomainState, number: int) -> None:
+    def __init__(self, state: Stepped, number: int) -> None:
         domain = state.domain
         self.state, self.plan = state, domain.bodies[number]
         self._nodes = slice(int(domain.node_start[number]), int(domain.node_start[number + 1]))

@@ -30,6 +30,7 @@ def parser() -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for command in COMMANDS:
         command.add(subparsers)
+    top.set_defaults(main=main)
     return top
 
 

@@ -5,6 +5,7 @@ Built once per body, by brute numpy; the kernels only walk these lists.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,12 @@ class ContactGraph:
     def colours(self) -> int:
         """Number of colours."""
         return len(self.colour_start)
+
+    @property
+    def corners_together(self) -> int:
+        """The largest number of contact nodes of one cell."""
+        own = self.pair_corners[:, 0] == self.pair_corners[:, 1]
+        return int(np.add.reduceat(own, self.pair_start[:-1]).max())
 
 
 def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> ContactGraph:
@@ -79,6 +86,45 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
         corner_start=_starts(corner_node, len(nodes)),
         corners=(corner_cell * width + corner)[by_node],
     )
+
+
+def joined(
+    graphs: Sequence[ContactGraph], first_nodes: Sequence[int], first_cells: Sequence[int], width: int
+) -> ContactGraph:
+    """One graph of several that do not couple, one after another: each is an island of it.
+
+    first_nodes, first_cells: what the ids of nodes and cells of each graph count from in the common numbering; width:
+    corners of a cell.
+    """
+    whole = graphs[0]
+    for number, (graph, node_id, cell_id) in enumerate(zip(graphs, first_nodes, first_cells, strict=True)):
+        before = len(whole.nodes) if number else 0
+        pairs, cells = (len(whole.pair_nodes), len(whole.cells)) if number else (0, 0)
+        moved = ContactGraph(
+            nodes=graph.nodes + node_id,
+            colour_start=graph.colour_start + before,
+            cells=graph.cells + cell_id,
+            pair_start=graph.pair_start + pairs,
+            pair_corners=graph.pair_corners,
+            pair_nodes=graph.pair_nodes + before,
+            row_start=graph.row_start + (len(whole.column) if number else 0),
+            column=graph.column + before,
+            entry_start=graph.entry_start + (len(whole.entry_pairs) if number else 0),
+            entry_pairs=graph.entry_pairs + np.where(graph.entry_pairs < 0, -pairs, pairs),
+            corner_start=graph.corner_start + (len(whole.corners) if number else 0),
+            corners=graph.corners + cells * width,
+        )
+        whole = moved if number == 0 else _appended(whole, moved)
+    return whole
+
+
+def _appended(first: ContactGraph, second: ContactGraph) -> ContactGraph:
+    """Both graphs; lists of n + 1 starts share the number where one ends and the other begins."""
+    shared = ("pair_start", "row_start", "entry_start", "corner_start")
+    parts = {
+        name: (values[:-1] if name in shared else values, vars(second)[name]) for name, values in vars(first).items()
+    }
+    return ContactGraph(**{name: np.concatenate(both) for name, both in parts.items()})
 
 
 def heirs(cells: np.ndarray, reference: np.ndarray, boundary: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

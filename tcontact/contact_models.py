@@ -15,10 +15,13 @@ class MasslessContact:
     "auto" (normal if all planes share one direction that the contact faces look along, and the body does not start
     with a spin that turns it by more than 0.05 rad in the duration; else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
-    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of Gauss-Seidel sweeps a step.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
+    solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
+    for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products
+    with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` says which and why).
     cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness C, the
-    strain rate D and eta = beta h/c (h: shortest height of a hex, that of a tetrahedron times 1.41; c: wave speed).
+    strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave speed).
     Without it what slides on nodes that keep their tangential mass flutters at the scale of the mesh. None means
     `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and
     a number is refused. History: `viscous_work` [J], dissipated so far.
@@ -30,9 +33,11 @@ class MasslessContact:
     sweeps: int = 10
     tolerance: float | None = None
     cell_viscosity: float | None = None
+    solver: str = "auto"
 
     def __post_init__(self) -> None:
         validate.choice("removal", self.removal, ("auto", "normal", "full"))
+        validate.choice("solver", self.solver, ("auto", "gauss-seidel", "projected-gradient"))
         if self.penalty is not None:
             validate.number("penalty", self.penalty, low=0.0)
         validate.whole("depth", self.depth, 1, 1000)

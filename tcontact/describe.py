@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .domain_packing import pack_domain
 from .elements import FORMULATIONS
 from .friction_models import FrictionLayer, FrictionModel
 from .kernels.columns import cell_groups, group_size
-from .kernels.lanes import FRICTION_NODE, FRICTION_TRACE, MOST_SLOTS, OBSTACLE
+from .kernels.lanes import FRICTION_NODE, ISLAND, MOST_SLOTS, OBSTACLE
+from .kernels.node_places import PLACES
 from .measured import raw_groups
 from .packing import CellPacks
 from .plan import FRICTION_TERMS
+from .static_solver import static_solver
 from .sweep_order import sweep_order
 from .terms.contact import MOST_ROWS
-from .terms.internal_force import pack_domain
 
 if TYPE_CHECKING:
     from .domain import Domain
@@ -27,14 +29,14 @@ def describe(plan: Plan) -> str:
     """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
     lines = ["terms: " + ", ".join(plan.terms)]
     for domain in plan.domains:
-        lines += [_body(body) for body in domain.bodies]
+        lines += [_body(plan, body) for body in domain.bodies]
         lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
         sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
         lines.append("  memory: " + ", ".join(sizes))
     return "\n".join(lines)
 
 
-def _body(body: BodyPlan) -> str:
+def _body(plan: Plan, body: BodyPlan) -> str:
     mesh = body.body.mesh
     line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
     way = FORMULATIONS[body.element]
@@ -47,7 +49,8 @@ def _body(body: BodyPlan) -> str:
         if contact.graph is not None:
             line += (
                 f" without mass ({contact.removal} removal, {contact.block} components a node,"
-                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours)"
+                f" {len(contact.graph.cells)} contact cells, {contact.graph.colours} colours;"
+                f" static solve by {static_solver(plan.scene, body)})"
             )
     return line
 
@@ -102,12 +105,17 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     contact = domain.contact
     if contact is not None:
         slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
-        size = count * (WHOLE + slots * WHOLE + 2 * 3 * REAL) + len(contact.all_nodes) * (WHOLE + 24)
+        known = count if len(plan.scene.obstacles) <= slots else 0  # whose smallest gap is that of a row
+        bodies = sum(body.contact is not None for body in domain.bodies)
+        size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + (bodies + 1) * ISLAND * WHOLE
+        size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, domain)
         size += _obstacles(plan, domain)
         if contact.graph is not None:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
+            if static_solver(plan.scene, domain.bodies[0]).projected:
+                size += count * REAL * (PLACES[block].end - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
@@ -116,14 +124,23 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result[plan.contact_term or "contact"] = size
         if domain.viscous_cells and contact.graph is not None:
             lanes = packs.lanes - packs.first_contact_lane
-            numbers = 8 + 6 * listed + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
+            numbers = 7 + 6 * listed + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
-            stays = contact.graph is not None and contact.block > 1
-            per_slot = FRICTION_TRACE if stays else 1
-            size = REAL * (3 + count * (FRICTION_NODE + slots * per_slot))
+            size = REAL * (2 + count * FRICTION_NODE)
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
     return result
+
+
+def _row_width(plan: Plan, domain: Domain) -> int:
+    """Numbers of a constraint row."""
+    contact, scene = domain.contact, plan.scene
+    assert contact is not None
+    massless, rubs = contact.graph is not None, scene.friction is not None
+    stays = massless and rubs and contact.block > 1
+    kicked = rubs and (not massless or bool(domain.inverses[: len(contact.nodes)].any()))
+    now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
+    return 7 + massless + 2 * rubs + 3 * (now + (scene.moving and stays) + kicked + 3 * stays)
 
 
 def _layered(plan: Plan, domain: Domain) -> bool:

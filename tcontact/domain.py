@@ -19,6 +19,8 @@ from .dissipation import BulkViscosity, Damping
 from .materials import Material
 from .periodic import Images
 from .plan import SMALL, BodyPlan, ContactPlan
+from .scene import Scene
+from .static_solver import static_solver
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,7 @@ class CellBlock:
     """Cells of one element and one law with its constants.
 
     variant: the element as its kernels know it; cells [m, corners]: nodes of the domain, the contact cells last;
-    contact [c]: numbers of these among the contact cells of the domain; viscosity: (c1, c2) of the bulk viscosity and
-    the largest mean over smallest corner mass of a cell, None without.
+    contact [c]: numbers of these among the contact cells of the domain.
     """
 
     body: BodyPlan
@@ -50,14 +51,16 @@ class CellBlock:
 class Domain:
     """Bodies in one numbering.
 
-    numbers: of the bodies in the scene; node_start, contact_start, cell_start [bodies + 1]: first node, contact node
-    and contact cell of every body;
+    numbers: of the bodies in the scene; chunks: of its cells (packing.py), None: as many as suit
+    the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of every
+    body;
     boundary_place: where the boundary nodes [s] of every body stand in those of the domain; the other attributes as in
     `BodyPlan`.
     """
 
     def __init__(self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,)) -> None:
         self.bodies, self.numbers = bodies, numbers
+        self.chunks: int | None = None
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])
@@ -304,6 +307,21 @@ def _starts(counts: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def domains_of(bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
-    """The bodies in groups that take their steps together."""
-    return tuple(Domain((body,), (number,)) for number, body in enumerate(bodies))
+def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
+    """The bodies in groups that take their steps together: one, where their contact is of one kind.
+
+    Bodies whose nodes have lost different numbers of mass components, or that need different solvers, make kernels of
+    different kinds; what cannot touch goes with the first group.
+    """
+    groups: dict[tuple[int, bool], list[int]] = {}
+    alone = []
+    for number, body in enumerate(bodies):
+        if body.contact is None or not len(body.contact.nodes):
+            alone.append(number)
+            continue
+        massless = body.contact.graph is not None
+        kind = body.contact.block if massless else 0, massless and static_solver(scene, body).projected
+        groups.setdefault(kind, []).append(number)
+    numbers = list(groups.values()) or [[]]
+    numbers[0] = sorted(numbers[0] + alone)
+    return tuple(Domain(tuple(bodies[number] for number in group), tuple(group)) for group in numbers)

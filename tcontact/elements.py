@@ -48,8 +48,7 @@ class Element:
     cell or has it as a part, with as many alternatives as it takes to see all heights of the cell; in_box: the cells
     that a hexahedron is cut into. formulations: by name, "full" first; spacing: edge over shortest height of a cell of
     even shape; relaxation: of the sweeps of the static solve, measured best at nu = .3.
-    Files: vtk: number of VTK's type; xdmf: name and number; meshio: name; abaqus: type, and abaqus_faces: S1, S2, ...;
-    file_order: where the corners of VTK's order stand in that of gmsh, meshio and Abaqus, to which abaqus_faces refer.
+    Files: vtk: number of VTK's type; xdmf: name and number; meshio: name; abaqus: type, and abaqus_faces: S1, S2, ...
     """
 
     kind: str
@@ -71,7 +70,6 @@ class Element:
     abaqus_faces: tuple[Corners, ...]
     spacing: float = 1.0
     relaxation: float = 1.0
-    file_order: Corners | None = None
     product_points: FloatArray | None = None
     product_weights: FloatArray | None = None
 
@@ -193,11 +191,11 @@ TET4 = Element(
 
 
 def _wedge_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Linear functions of the triangle (r, s), r towards corner 2 and s towards corner 1, times those of [-1, 1]."""
+    """Linear functions of the triangle (r, s), r towards corner 1 and s towards corner 2, times those of [-1, 1]."""
     r, s, t = points.T
     zero, one = np.zeros_like(r), np.ones_like(r)
-    triangle = np.stack([1.0 - r - s, s, r], axis=1)
-    slopes = np.stack([np.stack([-one, zero, one], axis=1), np.stack([-one, one, zero], axis=1)], axis=2)
+    triangle = np.stack([1.0 - r - s, r, s], axis=1)
+    slopes = np.stack([np.stack([-one, one, zero], axis=1), np.stack([-one, zero, one], axis=1)], axis=2)
     values, gradients = [], []
     for sign in (-1.0, 1.0):
         share = 0.5 * (1.0 + sign * t)[:, None]
@@ -206,29 +204,29 @@ def _wedge_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.concatenate(values, axis=1), np.concatenate(gradients, axis=1)
 
 
-WEDGE6 = Element(  # the triangle 0, 1, 2 of VTK looks outward; in gmsh, meshio and Abaqus it looks inward
+WEDGE6 = Element(  # VTK has had this order, that of gmsh and Abaqus, only for some versions
     kind="wedge6",
     plural="prisms",
-    reference=np.array([[0, 0, -1], [0, 1, -1], [1, 0, -1], [0, 0, 1], [0, 1, 1], [1, 0, 1]], dtype=float),
+    reference=np.array([[0, 0, -1], [1, 0, -1], [0, 1, -1], [0, 0, 1], [1, 0, 1], [0, 1, 1]], dtype=float),
     shape=_wedge_shape,
     points=np.array([[r, s, t * GAUSS] for t in (-1, 1) for r, s in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3))]),
     weights=np.full(6, 1.0 / 6.0),
-    faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    faces=((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
     edges=((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-    mirror=(3, 4, 5, 0, 1, 2),
+    mirror=(0, 2, 1, 3, 5, 4),
     spans=(
-        (((2, 5), (0, 3)), ((1, 4), (0, 3)), ((3, 4, 5), (0, 1, 2))),
+        (((1, 4), (0, 3)), ((2, 5), (0, 3)), ((3, 4, 5), (0, 1, 2))),
         (((0, 3), (1, 4)), ((2, 5), (1, 4)), ((3, 4, 5), (0, 1, 2))),
     ),
-    in_box=((0, 2, 1, 4, 6, 5), (0, 3, 2, 4, 7, 6)),
-    formulations={"full": Formulation(_EVERY_POINT, 5000, locks=0.45)},
+    in_box=((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)),
+    formulations={"full": Formulation(_EVERY_POINT, 5800, locks=0.4)},
     spacing=SLANTED,
     vtk=13,
     xdmf=("Wedge", 8),
     meshio="wedge",
     abaqus="C3D6",
+    relaxation=1.2,
     abaqus_faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
-    file_order=(0, 2, 1, 3, 5, 4),
 )
 
 ELEMENTS = {element.kind: element for element in (HEX8, TET4, WEDGE6)}

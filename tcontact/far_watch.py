@@ -35,13 +35,13 @@ class FarWatch:
     @staticmethod
     def of(run: Run) -> FarWatch | None:
         """The looks of a run, None where all obstacles are within reach or the nodes have no mass left."""
-        far = []
-        if isinstance(run.scene.contact, MasslessContact):
+        far, scene = [], run.scene
+        if isinstance(scene.contact, MasslessContact):
             for index, state in enumerate(run.states):
                 contact = state.plan.contact
                 if contact is not None and contact.removal == "normal" and len(contact.nodes):
-                    near = within_reach(state.plan.body, run.scene)
-                    far += [(index, number) for number in range(len(run.scene.obstacles)) if number not in near]
+                    near = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.gravity)
+                    far += [(index, number) for number in range(len(scene.obstacles)) if number not in near]
         return FarWatch(run, far) if far else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:

@@ -23,7 +23,7 @@ class Mesh:
     """An unstructured mesh of one kind of cells.
 
     nodes: [n, 3] coordinates [m]; cells: [m, 8|4|6] node ids, corners in VTK order; kind: "hex8", "tet4" or "wedge6"
-    (VTK's prism, whose first triangle looks outward; in gmsh and Abaqus it looks inward).
+    (a prism whose triangle 0, 1, 2 turns counter-clockwise seen from 3, 4, 5: so in gmsh, Abaqus and VTK 9.7).
     node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation;
     a triangle among quadrilaterals has one of its corners twice.
     A name may stand in both: its faces are then those of the face set, its nodes those of both.

@@ -21,9 +21,9 @@ def box_mesh(
 ) -> Mesh:
     """A box of equal cells with its edges along the axes.
 
-    size: edge lengths [m]; cells: number of hexes along each axis; kind: "hex8"; "tet4" with six tetrahedra per hex
-    (Freudenthal's division about one diagonal, conforming and repeating from hex to hex, so opposite faces match); or
-    "wedge6" with two prisms per hex that stand along z;
+    size: edge lengths [m]; cells: number of hexes along each axis; kind: as of `Mesh`;
+    kinds other than "hex8" cut every hex alike, conforming and repeating from hex to hex, so that opposite faces match
+    (`Element.in_box`: "tet4" is Freudenthal's division into six tetrahedra about one diagonal);
     origin: the corner with the lowest coordinates [m]. Node ids run along x first, then y, then z.
     Face sets xmin xmax ymin ymax zmin zmax; end coordinates are exact.
 

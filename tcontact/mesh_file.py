@@ -47,7 +47,6 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     cells = np.concatenate([rows for name, rows in content.blocks if KINDS.get(name) == found]).astype(np.int64)
     if cells.min() < 0 or cells.max() >= len(content.points):
         raise MeshFileError("cells refer to nodes that the file does not hold; save it again, complete")
-    cells = cells if ELEMENTS[found].file_order is None else cells[:, ELEMENTS[found].file_order]
     points = np.asarray(content.points, dtype=np.float64) * scale
     cells = _turned(points, cells, found)
 

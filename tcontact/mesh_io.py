@@ -18,11 +18,11 @@ _READERS = {".msh": read_gmsh, ".inp": read_abaqus, ".vtu": read_vtu}
 
 
 def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None = None) -> Mesh:
-    """Read a mesh of hexahedra, of tetrahedra or of prisms.
+    """Read a mesh of one kind of cells.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind: "hex8", "tet4" or "wedge6" if the file must hold that kind, None for any; of
-    a file with several, the cells of that kind with the sets on them (two calls, two bodies).
+    file in millimetres. kind (as of `Mesh`): if the file must hold that kind, None for any; of a
+    file with several, the cells of that kind with the sets on them (two calls, two bodies).
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .report import si
+from .result import Result
 from .vtkhdf import Frame
-
-if TYPE_CHECKING:
-    from .result import Result
 
 SIZE = (640, 480)
 

@@ -8,21 +8,16 @@ and energy count every degree of freedom once; angular momentum, which no period
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .errors import InputError
+from .mesh import Mesh
 from .mesh_geometry import shortest_edge
 from .obstacles import Obstacle, Plane
 from .packing import grid_planes
-
-if TYPE_CHECKING:
-    from .mesh import Mesh
-    from .removal import MasslessNodes
-    from .scene import Body
 
 MATCH = 1e-6  # of the shortest edge: how far partners may be off each other, and images start apart
 SAME_SPEED = 1e-6  # of the largest initial velocity
@@ -81,11 +76,6 @@ class Images:
         """Differences of positions [.., 3] [m] to the nearest repetition."""
         whole = np.where(self.period > 0.0, self.period, 1.0)
         return difference - self.period * np.round(difference / whole)
-
-    def masters_of(self, massless: MasslessNodes) -> MasslessNodes:
-        """The massless nodes without the followers."""
-        kept = self.master[massless.nodes] == massless.nodes
-        return replace(massless, nodes=massless.nodes[kept], basis=massless.basis[kept], rank=massless.rank[kept])
 
     def boundary(self, first: np.ndarray, special: np.ndarray) -> np.ndarray:
         """Boundary nodes: the contact nodes `first`, their followers, then the other special nodes and images."""
@@ -174,37 +164,33 @@ def _faces_within(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
     return faces[np.isin(faces, nodes).all(axis=1)]
 
 
-def check_contact(body: Body) -> None:
-    """Refuse a contact set on a side that repeats: it is no surface. Raises `InputError`."""
-    if body.images is not None and repeated_faces(body, body.contact_faces).any():
-        axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(body.images.period))
+def check_contact(images: Images | None, mesh: Mesh, faces: np.ndarray, contact: object) -> None:
+    """Refuse a contact set with faces on a side that repeats: it is no surface. Raises `InputError`."""
+    if images is not None and repeated_faces(images, mesh, faces).any():
+        axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(images.period))
         remedy = f"it has faces on the periodic sides along {axes}; name the faces that can touch alone"
-        raise InputError("Body.contact", body.contact, remedy)
+        raise InputError("Body.contact", contact, remedy)
 
 
-def repeated_faces(body: Body, faces: np.ndarray) -> np.ndarray:
+def repeated_faces(images: Images, mesh: Mesh, faces: np.ndarray) -> np.ndarray:
     """Which of the faces [k, 4|3] lie on sides that repeat: [k]."""
-    nodes = body.mesh.nodes
+    nodes = mesh.nodes
     result = np.zeros(len(faces), dtype=bool)
-    if body.images is None:
-        return result
-    tolerance = MATCH * shortest_edge(nodes, body.mesh.cells)
-    for axis in np.flatnonzero(body.images.period):
+    tolerance = MATCH * shortest_edge(nodes, mesh.cells)
+    for axis in np.flatnonzero(images.period):
         for end in (nodes[:, axis].min(), nodes[:, axis].max()):
             result |= (np.abs(nodes[faces][:, :, axis] - end) <= tolerance).all(axis=1)
     return result
 
 
-def check_obstacles(body: Body, obstacles: Sequence[Obstacle]) -> None:
+def check_obstacles(images: Images, periodic: str | None, obstacles: Sequence[Obstacle]) -> None:
     """Refuse obstacles that do not repeat as the body does, for a body that could touch. Raises `InputError`.
 
     A body whose contact faces are found by the scene could touch even if none was found: sides that repeat are no
     surface, and it would fall through a wall that they face.
     """
-    if body.images is None or body.contact is None:
-        return
     for obstacle in obstacles:
-        along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[body.images.period > 0.0]).max() <= ACROSS
+        along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[images.period > 0.0]).max() <= ACROSS
         if not along or obstacle.turns:
             remedy = "a periodic body can touch planes along its periodic directions only, which do not turn"
-            raise InputError("Scene.obstacles", obstacle, f"{remedy} (Body.periodic = {body.periodic!r})")
+            raise InputError("Scene.obstacles", obstacle, f"{remedy} (Body.periodic = {periodic!r})")

@@ -26,6 +26,7 @@ from .periodic import Images
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .scene import Body, Scene
+from .static_solver import static_solver
 
 if TYPE_CHECKING:
     from .domain import Domain
@@ -184,7 +185,7 @@ class Plan:
         """The bodies in the groups that take their steps together."""
         from .domain import domains_of
 
-        return domains_of(self.bodies)
+        return domains_of(self.scene, self.bodies)
 
     @property
     def contact_term(self) -> str | None:
@@ -237,9 +238,7 @@ class Plan:
         An implicit scheme names its equations, the solver of its linear systems and why that one.
         """
         if getattr(scheme, "implicit", False):
-            from .implicit.describe import describe as implicit
-
-            return implicit(self, scheme)
+            return str(scheme.describe(self))
         from .describe import describe
 
         return describe(self)
@@ -255,6 +254,10 @@ def plan(scene: Scene) -> Plan:
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
         remedy = "contact cells are viscous where friction meets removal='normal' alone; leave it at None"
         raise InputError("MasslessContact.cell_viscosity", asked, remedy)
+    if isinstance(scene.contact, MasslessContact) and scene.contact.solver != "auto":
+        for body in planned.bodies:
+            if body.contact is not None and body.contact.graph is not None:
+                static_solver(scene, body)  # refuses what it cannot solve
     return planned
 
 
@@ -280,7 +283,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         massless = massless_nodes(scene, body)
         if len(massless.nodes):
             check_clusters(body, massless)
-            massless = massless if body.images is None else body.images.masters_of(massless)
+            massless = massless if body.images is None else massless.masters(body.images)
             moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]

@@ -12,17 +12,18 @@ body, |u| the largest initial displacement. Faces that turn towards an obstacle 
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .errors import FunctionError
 from .mesh_geometry import shortest_edge
+from .obstacles import Obstacle
 from .obstacles.motion import Rate
 
 if TYPE_CHECKING:
-    from .obstacles import Obstacle
-    from .scene import Body, Scene
+    from .scene import Body
 
 SLACK = 1.5  # on the way, for what the body's waves add to its speed
 FACING = -1e-6  # cosine: faces along the way do not look at it
@@ -30,17 +31,17 @@ SAMPLES = 257  # of a motion given as a function of time
 OUT_OF_REACH = 10.0  # times the way that a node can go
 
 
-def with_reached_faces(body: Body, scene: Scene) -> Body:
-    """The body with the faces that may meet an obstacle of the scene as its contact faces; itself unless "auto"."""
+def with_reached_faces(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> Body:
+    """The body with the faces that may meet one of the obstacles as its contact faces; itself unless "auto"."""
     if not body.finds_contact:
         return body
     faces = body.outer_faces
-    if scene.contact is None or not scene.obstacles or len(faces) == 0:
+    if len(obstacles) == 0 or len(faces) == 0:
         faces = faces[:0]
     else:
         near = np.zeros(len(faces), dtype=bool)
-        for obstacle in scene.obstacles:
-            near |= _meets(body, faces, obstacle, scene.duration, scene.gravity)
+        for obstacle in obstacles:
+            near |= _meets(body, faces, obstacle, duration, gravity)
         faces = faces[near]
     result = copy.copy(body)
     result.__dict__.pop("contact_nodes", None)
@@ -73,20 +74,18 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
     return moving + turning * float(np.linalg.norm(positions - obstacle.reference, axis=1).max())
 
 
-def within_reach(body: Body, scene: Scene) -> list[int]:
-    """Numbers of the obstacles of the scene that the contact nodes of the body may come to; all, if it is none."""
+def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> list[int]:
+    """Numbers of the obstacles that the contact nodes of the body may come to; all, if it is none."""
     nodes = body.initial_nodes[body.contact_nodes]
     edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
     freed = body.material.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
     own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
-    fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
+    fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     try:
-        pushed = 2.0 * max((_speed(obstacle, nodes, scene.duration) for obstacle in scene.obstacles), default=0.0)
+        pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)
     except FunctionError:  # it may go anywhere; the run that asks it then stops there
         pushed = np.inf
-    way = OUT_OF_REACH * ((own + fall + pushed) * scene.duration + edge)
-    near = [
-        number for number, obstacle in enumerate(scene.obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way
-    ]
-    return near or list(range(len(scene.obstacles)))
+    way = OUT_OF_REACH * ((own + fall + pushed) * duration + edge)
+    near = [number for number, obstacle in enumerate(obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way]
+    return near or list(range(len(obstacles)))

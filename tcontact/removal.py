@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .contact_models import MasslessContact
 from .errors import InputError
+from .periodic import Images
 from .reach import within_reach
 from .rotation import spin
 from .scene import Body, Scene
@@ -28,6 +29,11 @@ class MasslessNodes:
     rank: np.ndarray
     removal: str
 
+    def masters(self, images: Images) -> MasslessNodes:
+        """Drop the nodes that follow another image of themselves."""
+        kept = images.master[self.nodes] == self.nodes
+        return replace(self, nodes=self.nodes[kept], basis=self.basis[kept], rank=self.rank[kept])
+
 
 def choose_removal(scene: Scene, body: Body) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
@@ -38,7 +44,7 @@ def choose_removal(scene: Scene, body: Body) -> str:
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
-    near = [scene.obstacles[number] for number in within_reach(body, scene)]
+    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
     if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in near):
         return "full"
     normals = np.array([obstacle.frame[2] for obstacle in near])
@@ -65,7 +71,7 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     removal = choose_removal(scene, body)
     nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
-    near = [scene.obstacles[number] for number in within_reach(body, scene)]
+    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
     normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in near], axis=1)
     given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(given, axis=0, return_inverse=True)

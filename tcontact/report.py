@@ -7,16 +7,17 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from . import runtime, smoothness
 from .atomic_file import replaced
-
-if TYPE_CHECKING:
-    from .checks import Check
-    from .result import Result
+from .checks import Check
+from .result import Result
+from .version import __version__
 
 SCALARS = ("ok", "reason", "message", "steps", "time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
 AXES = "xyz"
@@ -24,9 +25,6 @@ AXES = "xyz"
 
 def versions() -> dict[str, str]:
     """Versions of tcontact, Taichi, numpy and Python, without importing Taichi."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    import tcontact
 
     def installed(package: str) -> str:
         try:
@@ -34,9 +32,8 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             return "not installed"
 
-    own = getattr(tcontact, "__version__", "unknown")
     return {
-        "tcontact": own,
+        "tcontact": __version__,
         "taichi": installed("taichi"),
         "numpy": np.__version__,
         "python": platform.python_version(),
@@ -48,8 +45,6 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
     "smoothness" holds the numbers of `tcontact.smoothness`; it is empty if nothing touched.
     """
-    from . import runtime, smoothness
-
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
     if "contact_force" in result.history:
@@ -61,11 +56,45 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data["warnings"] = list(result.warnings)
     data["cells"] = sum(len(body.mesh.cells) for body in result.scene.bodies)
     data["nodes"] = sum(len(body.mesh.nodes) for body in result.scene.bodies)
-    data["smoothness"] = smoothness.of(result)
+    data["smoothness"] = smoothness_of(result)
     data["last_row"] = {name: column[-1] for name, column in result.history.items()}
     data["versions"] = versions()
     data |= {"arch": runtime.arch(), "threads": runtime.threads()}
     return plain(data)
+
+
+def total_force(result: Result) -> np.ndarray:
+    """Contact force [rows] along the normal that all obstacles share; its size where they have several normals."""
+    force = result.history["contact_force"]
+    normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
+    with np.errstate(invalid="ignore"):
+        flat = len(normals) == len(result.scene.obstacles) and normals
+        if flat and all(np.allclose(normal, normals[0]) for normal in normals):
+            return np.asarray(force @ normals[0])
+        return np.asarray(np.linalg.norm(force, axis=1))
+
+
+def smoothness_of(result: Result, records: Sequence[smoothness.PressureRecord] | None = None) -> dict[str, float | int]:
+    """Measure how smooth the contact of a run is: numbers of the total force, and of the nodes if there are records.
+
+    records: one per body that can touch, the worst counts; None = `result.contact_pressures` if the run kept them.
+    Empty if nothing touched or the force is not finite.
+    """
+    if records is None:
+        records = result.contact_pressures
+    force = total_force(result)
+    if not np.isfinite(force).all() or not smoothness.largest(force) > 0.0:
+        return {}
+    numbers: dict[str, float | int] = {
+        "force_variation": smoothness.force_variation(force),
+        "peak_over_plateau": smoothness.peak_over_plateau(force),
+        "releases": smoothness.releases(force),
+    }
+    nodal = [record.numbers() for record in records]
+    for name in nodal[0] if nodal else ():
+        known = [found[name] for found in nodal if np.isfinite(found[name])]
+        numbers[name] = max(known, default=float("nan"))
+    return numbers
 
 
 def hourglass_share(history: Mapping[str, np.ndarray]) -> float:

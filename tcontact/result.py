@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -53,6 +53,8 @@ class Result:
     scheme: Any = None
     layers: tuple[LayerState | None, ...] = ()
 
+    notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
+
     def nodes_of(self, name: str) -> slice:
         """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
         start = 0
@@ -83,15 +85,11 @@ class Result:
 
     def _repr_html_(self) -> str:
         """In a notebook: how it went as a table, and a picture of the end."""
-        from . import notebook
-
-        return notebook.html(self)
+        return str(self.notebook.html(self))
 
     def _repr_png_(self) -> bytes:
         """In a notebook: a picture of the end, coloured by the von Mises stress."""
-        from . import notebook
-
-        return notebook.picture(self)
+        return bytes(self.notebook.picture(self))
 
     def __repr__(self) -> str:
         error = self.history["energy_error"].max() if len(self.history.get("energy_error", ())) else float("nan")

@@ -63,9 +63,11 @@ def resume(
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
-        names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep")
+        names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep", "chunks")
         head = {name: stored.head[name] for name in names}
         rows = head["history_every"], head["pressures"], head["history_rows"]
+        for domain in planned.domains:  # the same bits on a machine with another number of threads
+            domain.chunks = head["chunks"]
         run = Run(scene, planned, scheme, displacement, velocity, *rows)
         new = contents.prints(run)
         if contents.differs(stored.head["new"], new, stored.found):

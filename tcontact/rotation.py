@@ -9,14 +9,10 @@ Normal removal takes mass along the normals of the start. Where these turn, the 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .lumped_mass import cell_masses
-
-if TYPE_CHECKING:
-    from .scene import Body
+from .scene import Body
 
 FREE = 1e-9  # eigenvalue of the held motions, over the largest, below which a rigid motion is free
 

@@ -116,7 +116,7 @@ class Body:
             object.__setattr__(self, "contact", tuple(names))
             if not self.finds_contact:
                 self.mesh.faces_of(names)
-        check_contact(self)
+        check_contact(self.images, self.mesh, self.contact_faces, self.contact)
         supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
             raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
@@ -144,7 +144,7 @@ class Body:
     def outer_faces(self) -> np.ndarray:
         """Faces [k, 4|3] of the surface, oriented outward, but for sides that repeat."""
         faces = self.mesh.boundary_faces()
-        return faces if self.images is None else faces[~repeated_faces(self, faces)]
+        return faces if self.images is None else faces[~repeated_faces(self.images, self.mesh, faces)]
 
     @cached_property
     def contact_faces(self) -> np.ndarray:
@@ -283,11 +283,13 @@ class Scene:
             raise InputError("Scene.pairs", self.pairs, remedy)
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
-        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, self) for body in self.bodies))
+        within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
+        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within) for body in self.bodies))
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
-                check_obstacles(body, self.obstacles)
+                if body.images is not None and body.contact is not None:
+                    check_obstacles(body.images, body.periodic, self.obstacles)
         if self.obstacles and self.contact is None:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
         elif self.obstacles and all(body.contact is None for body in self.bodies):

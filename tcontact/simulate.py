@@ -25,6 +25,7 @@ from .friction_models import FrictionLayer
 from .history import MOST_ROWS
 from .loop import Run
 from .mesh_geometry import shortest_edge
+from .packing import chunks_for
 from .plan import Plan, plan
 from .progress import ProgressBar
 from .recorder import Recorder, check_folder, make_folder, unwritten
@@ -109,6 +110,7 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
+            head["chunks"] = chunks_for(runtime.threads())
             head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)

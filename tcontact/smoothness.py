@@ -16,13 +16,7 @@ which `simulate(pressures=True)` keeps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
-
-if TYPE_CHECKING:
-    from .result import Result
 
 LOADED = 0.2  # of the largest force: rows with less count as arriving or leaving
 OPEN = 1e-6
@@ -30,18 +24,18 @@ OPEN = 1e-6
 
 def force_variation(force: np.ndarray) -> float:
     """Sum of all changes of a force [rows] over twice its largest value; nan if it never pushes."""
-    return _ratio(np.abs(np.diff(force)).sum(), 2.0 * _largest(force))
+    return _ratio(np.abs(np.diff(force)).sum(), 2.0 * largest(force))
 
 
 def peak_over_plateau(force: np.ndarray) -> float:
     """Largest force over the median of the loaded rows; nan if it never pushes."""
-    largest = _largest(force)
-    return _ratio(largest, float(np.median(force[force > LOADED * largest])) if largest > 0.0 else 0.0)
+    peak = largest(force)
+    return _ratio(peak, float(np.median(force[force > LOADED * peak])) if peak > 0.0 else 0.0)
 
 
 def releases(force: np.ndarray) -> int:
     """How often the force falls to nothing."""
-    floor = OPEN * _largest(force)
+    floor = OPEN * largest(force)
     return int(np.sum((force[:-1] > floor) & (force[1:] <= floor)))
 
 
@@ -51,7 +45,7 @@ def nodal_variation(pressure: np.ndarray, areas: np.ndarray) -> float:
     pressure: [rows, k] [Pa]; areas: [k] area weights [m^2]. nan if nothing ever pushes.
     """
     face_mean = pressure @ areas / areas.sum()
-    return _ratio(float(np.abs(np.diff(pressure, axis=0)).sum(axis=0).mean()), 2.0 * _largest(face_mean))
+    return _ratio(float(np.abs(np.diff(pressure, axis=0)).sum(axis=0).mean()), 2.0 * largest(face_mean))
 
 
 def checkerboard(pressure: np.ndarray, areas: np.ndarray, lines: np.ndarray) -> float:
@@ -61,7 +55,7 @@ def checkerboard(pressure: np.ndarray, areas: np.ndarray, lines: np.ndarray) -> 
     nan if there are no lines or nothing pushes.
     """
     force = pressure @ areas
-    loaded = pressure[force > LOADED * _largest(force)] if _largest(force) > 0.0 else pressure[:0]
+    loaded = pressure[force > LOADED * largest(force)] if largest(force) > 0.0 else pressure[:0]
     before, middle, after = (loaded[:, lines[:, i]] for i in range(3)) if len(lines) else (loaded[:, :0],) * 3
     return _ratio(float(np.abs(before - 2.0 * middle + after).sum()) / 4.0, float(np.abs(middle).sum()))
 
@@ -144,41 +138,8 @@ class PressureRecord:
         }
 
 
-def total_force(result: Result) -> np.ndarray:
-    """Contact force [rows] along the normal that all obstacles share; its size where they have several normals."""
-    force = result.history["contact_force"]
-    normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
-    with np.errstate(invalid="ignore"):
-        flat = len(normals) == len(result.scene.obstacles) and normals
-        if flat and all(np.allclose(normal, normals[0]) for normal in normals):
-            return np.asarray(force @ normals[0])
-        return np.asarray(np.linalg.norm(force, axis=1))
-
-
-def of(result: Result, records: Sequence[PressureRecord] | None = None) -> dict[str, float | int]:
-    """The numbers of a run, by name: those of the total force, and the nodal ones if there are records.
-
-    records: one per body that can touch, the worst counts; None = `result.contact_pressures` if the run kept them.
-    Empty if nothing touched or the force is not finite.
-    """
-    if records is None:
-        records = result.contact_pressures
-    force = total_force(result)
-    if not np.isfinite(force).all() or not _largest(force) > 0.0:
-        return {}
-    numbers: dict[str, float | int] = {
-        "force_variation": force_variation(force),
-        "peak_over_plateau": peak_over_plateau(force),
-        "releases": releases(force),
-    }
-    nodal = [record.numbers() for record in records]
-    for name in nodal[0] if nodal else ():
-        known = [found[name] for found in nodal if np.isfinite(found[name])]
-        numbers[name] = max(known, default=float("nan"))
-    return numbers
-
-
-def _largest(values: np.ndarray) -> float:
+def largest(values: np.ndarray) -> float:
+    """The largest value, 0 if none is positive."""
     return float(np.max(values, initial=0.0))
 
 

@@ -43,10 +43,10 @@ def sweep_order(graph: ContactGraph, block: int) -> SweepOrder:
     column = np.zeros((int(lane_start[-1]), LANES), dtype=np.int64)
     entry_place = np.full(len(graph.column), -1)
     for number, pack in enumerate(packs):
+        column[lane_start[number] : lane_start[number + 1]] = pack[0]  # filling: any node of the island will do
         for lane, node in enumerate(pack):
             entries = np.arange(graph.row_start[node] + 1, graph.row_start[node + 1])
             places = lane_start[number] + np.arange(len(entries))
-            column[lane_start[number] : lane_start[number + 1], lane] = node  # filling: any node will do
             column[places, lane] = graph.column[entries]
             entry_place[entries] = places * block * block * LANES + lane
     pack_start = np.array([pack[0] for pack in packs] + [len(graph.nodes)])

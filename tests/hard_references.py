@@ -17,7 +17,7 @@ import oracle  # noqa: E402
 from scenes import twin, twin_planes  # noqa: E402
 
 import tcontact as tc  # noqa: E402
-from tcontact.study import hard_cases  # noqa: E402
+from tcontact.study import hard_register  # noqa: E402
 from tcontact.study.hard import references  # noqa: E402
 
 
@@ -59,7 +59,7 @@ def runs(name, full=False):
     """The runs of a case that have a reference: mesh size, and those that are compared."""
     chosen = [
         run
-        for run in hard_cases.register()[name].runs(full)[: references.RUNS.get(name)]
+        for run in hard_register.register()[name].runs(full)[: references.RUNS.get(name)]
         if isinstance(run.scene.contact, tc.MasslessContact)
     ]
     return chosen[0].scene.bodies[0].mesh.cell_count, chosen
@@ -71,7 +71,7 @@ def main(words):
     names = [word for word in words if word != "--full"]
     for name in names or references.STABLE_STEPS:
         if name in references.STABLE_STEPS:
-            scene = hard_cases.register()["step-1.3" if name == "step" else name].runs(full)[0].scene
+            scene = hard_register.register()["step-1.3" if name == "step" else name].runs(full)[0].scene
             print(f'"{name}": {{{scene.bodies[0].mesh.cell_count}: {stable_step(scene):.6g}}},', flush=True)
     for name in names or references.IMPULSES:
         if name not in references.IMPULSES:

@@ -17,7 +17,6 @@ TYPES = {
     "hex8": (5, 3),
     "wedge6": (6, 3),
 }
-GMSH_WEDGE = [0, 2, 1, 3, 5, 4]  # VTK lists the corners of a prism the other way round
 NAMES = {
     (2, 1): "left",
     (2, 2): "both ends",
@@ -54,7 +53,7 @@ def gmsh_content(kind, ungrouped=False):
         faces(2, [2], sides["xmax"]),
         faces(3, [9], sides["ymin"]),
         faces(4, [5], sides["zmax"]),
-        (kind, 1, [1, 3], row[mesh.cells][:, GMSH_WEDGE if kind == "wedge6" else slice(None)]),
+        (kind, 1, [1, 3], row[mesh.cells]),
     ]
     if ungrouped:
         blocks.insert(4, faces(5, [], sides["ymax"]))

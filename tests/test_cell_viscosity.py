@@ -330,7 +330,7 @@ def test_absent_it_leaves_nothing_behind(contact, friction):
     state = state_of(scene, planned.bodies[0])
     assert "visco" not in planned.describe()
     assert planned.columns == ()
-    assert not state.contact.kinds.viscous
+    assert not state.contact.options.viscous
     assert state.serial.cells is None
     assert "viscous_work" not in simulate(scene).history
 

@@ -25,6 +25,7 @@ TWINS = [  # kind, law, walls, removal (or other contact), penalty in E/h, suppo
     ("tet4", "linear", 1, "normal", None, HELD),
     ("hex8", "linear", 1, "penalty", 3.0, ()),
     ("tet4", "neo", 1, "impulse", None, ()),
+    ("wedge6", "neo", 2, "full", None, ()),
 ]
 
 
@@ -78,7 +79,9 @@ def slanted_cube(kind, removal, tolerance, cells=4, law="linear", gap=0.0, shake
     return tc.Scene(bodies=[body], obstacles=[wall(mesh, normal, gap)], duration=duration, contact=contact), normal, gap
 
 
-@pytest.mark.parametrize(("kind", "removal"), [("hex8", "auto"), ("hex8", "full"), ("tet4", "full")])
+@pytest.mark.parametrize(
+    ("kind", "removal"), [("hex8", "auto"), ("hex8", "full"), ("tet4", "full"), ("wedge6", "full")]
+)
 def test_the_contact_force_converges_with_the_square_of_the_step(kind, removal):
     """Successive differences on a fixed mesh at cfl .8 .. .05: observed order >= 1.8."""
     scene, normal, _ = slanted_cube(kind, removal, 1e-11)

@@ -46,6 +46,7 @@ def of_scheme(scheme):
 GOOD = {scheme: of_scheme(scheme) for scheme in IMPLICIT} | {
     tc.MooneyRivlin: {"c1": 1e6, "c2": 1e5, "bulk": 1e7, "density": 1e3},
     tc.MooneyRivlin.of: {"young": 1e7, "poisson": 0.3, "density": 1e3, "second": 0.2},
+    tc.Ogden: {"mu": (1e6, -1e3), "alpha": (1.3, -2.0), "poisson": 0.3, "density": 1e3},
     tc.Checkpoint: {"every_seconds": 1.0, "every_steps": None, "origin": {}},
     checked: {"value": 60.0, "out": "folder"},
     Clip: {"point": (0, 0, 0), "normal": (0, 0, 1)},

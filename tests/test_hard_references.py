@@ -4,7 +4,7 @@ import hard_references
 import numpy as np
 import pytest
 
-from tcontact.study import hard_cases
+from tcontact.study import hard_register
 from tcontact.study.hard import references
 
 ROUNDED = 1e-3  # of the figures, which are kept with four or five digits
@@ -29,7 +29,7 @@ def test_figures_are_those_of_the_oracle(name):
 
 def test_stable_steps_are_those_of_the_oracle():
     for name, case in (("step", "step-1.3"), ("sliver-tets-extreme", "sliver-tets-extreme")):
-        scene = hard_cases.register()[case].runs(False)[0].scene
+        scene = hard_register.register()[case].runs(False)[0].scene
         cells = scene.bodies[0].mesh.cell_count
         assert references.STABLE_STEPS[name][cells] == pytest.approx(hard_references.stable_step(scene), rel=ROUNDED)
 
@@ -48,7 +48,7 @@ def test_figures_of_a_known_pulse():
 
 
 def test_every_reference_is_of_a_case_at_both_sizes():
-    known = hard_cases.register()
+    known = hard_register.register()
     assert set(references.IMPULSES) <= set(known)
     for name, sizes in references.IMPULSES.items():
         assert {hard_references.runs(name, full)[0] for full in (False, True)} == set(sizes), name

@@ -20,7 +20,7 @@ LAM, MU = 0.7, 0.4
 C1, C2, BULK = 0.15, 0.05, 0.5  # LAM and MU at small strains
 MODULI = {"mooney_rivlin": (BULK, 2 * (C1 + 2 * C2), 4 * C2)}
 HEX = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
-WEDGES = np.array([[0, 2, 1, 4, 6, 5], [0, 3, 2, 4, 7, 6]])
+WEDGES = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
 TETS = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 
 
@@ -42,11 +42,11 @@ def gradients(kind):
     if kind == "tet4":
         return np.array([[(-1, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]], float), np.array([1 / 6])
     if kind == "wedge6":
-        triangle = np.array([(-1, -1), (0, 1), (1, 0)])
+        triangle = np.array([(-1, -1), (1, 0), (0, 1)])
         found = []
         for r, s, t in product((1 / 6, 2 / 3), (1 / 6, 2 / 3), 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)):
             if r + s < 1:
-                area = np.array([1 - r - s, s, r])
+                area = np.array([1 - r - s, r, s])
                 found.append(np.r_[np.c_[(1 - t) * triangle, -area], np.c_[t * triangle, area]])
         return np.array(found), np.full(6, 1 / 12)
     points = 0.5 + (HEX - 0.5) / np.sqrt(3)

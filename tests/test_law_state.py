@@ -57,12 +57,18 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
 
 def numbers_of(state):
     """What the points keep [cells and padding, points, 2]."""
-    points = {"tet4": 1, "hex8-reduced": 1}.get(state.views[0].plan.element, 8)
+    points = {"tet4": 1, "hex8-reduced": 1, "wedge6": 6}.get(state.views[0].plan.element, 8)
     kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
     return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.views[0].plan.cells)]
 
 
-CASES = [("hex8", "full", 2), ("tet4", "full", 2), ("hex8", "reduced", 3), ("hex8", "mean-dilatation", 2)]
+CASES = [
+    ("hex8", "full", 2),
+    ("tet4", "full", 2),
+    ("hex8", "reduced", 3),
+    ("hex8", "mean-dilatation", 2),
+    ("wedge6", "full", 2),
+]
 
 
 @pytest.mark.parametrize("path", ["serial", "parallel"])

@@ -67,6 +67,23 @@ def test_kernels_import_relatively_and_say_what_they_compute(path):
             assert node.level <= depth, f"line {node.lineno}: kernels know nothing of the package around them"
 
 
+STATIC_SOLVE = [path for path in KERNELS if path.stem.startswith("static_") or path.stem == "sweeps"]
+
+
+@pytest.mark.parametrize("path", STATIC_SOLVE, ids=relative)
+def test_the_static_solve_does_not_know_what_an_obstacle_is(path):
+    """No module of the static solve imports one of the obstacles, not even through others."""
+    known, waiting = set(), [path]
+    while waiting:
+        for node in ast.walk(ast.parse(waiting.pop().read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                names = [node.module] if node.module else [alias.name for alias in node.names]
+                waiting += [path.with_name(f"{name}.py") for name in set(names) - known]
+                known |= set(names)
+    assert "constraint_rows" in known or path.stem == "static_control"
+    assert not {name for name in known if name.startswith("obstacle")}
+
+
 @pytest.mark.parametrize("path", KERNELS, ids=relative)
 def test_kernels_hold_no_state(path):
     """At module level no field, and no list, dict or set but in capitals; nowhere a `global`."""

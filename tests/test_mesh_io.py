@@ -8,7 +8,7 @@ import sys
 import meshio
 import numpy as np
 import pytest
-from mesh_files import GMSH_WEDGE, NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
+from mesh_files import NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
 from tcontact.mesh_file import MeshWarning
 from tcontact.mesh_io import read_mesh
@@ -67,7 +67,7 @@ def test_gmsh_file_without_groups_gives_all_cells_and_no_sets(tmp_path, version,
 def test_mirrored_cells_are_turned_and_reported(tmp_path, kind):
     mesh = box(kind)
     mirrored = mesh.nodes * [1.0, 1.0, -1.0]
-    blocks = [(kind, 1, [], mesh.cells[:, GMSH_WEDGE] if kind == "wedge6" else mesh.cells)]
+    blocks = [(kind, 1, [], mesh.cells)]
     write_gmsh22(tmp_path / "part.msh", mirrored, list(range(1, mesh.node_count + 1)), blocks, {}, False)
     with pytest.warns(MeshWarning, match=f"{mesh.cell_count} inverted {kind} cells"):
         read = read_mesh(tmp_path / "part.msh")
@@ -79,10 +79,9 @@ def test_mirrored_cells_are_turned_and_reported(tmp_path, kind):
 def test_vtu_file_gives_the_mesh_and_no_sets(tmp_path, kind, binary):
     mesh = box(kind)
     word, face = {"hex8": ("hexahedron", "quad"), "tet4": ("tetra", "triangle"), "wedge6": ("wedge", "quad")}[kind]
-    rows = mesh.cells[:, GMSH_WEDGE] if kind == "wedge6" else mesh.cells
     content = meshio.Mesh(
         np.r_[[[5.0, 5.0, 5.0]], mesh.nodes],
-        [(face, mesh.face_sets["xmin"] + 1), (word, rows + 1)],
+        [(face, mesh.face_sets["xmin"] + 1), (word, mesh.cells + 1)],
         cell_data={"material": [np.ones(len(mesh.face_sets["xmin"]), int), np.ones(mesh.cell_count, int)]},
     )
     content.write(tmp_path / "part.vtu", binary=binary)

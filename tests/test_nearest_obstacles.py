@@ -1,25 +1,23 @@
-"""Which obstacles a node knows where there are more than it can touch at once (kernels/obstacles.py)."""
-
-from collections import namedtuple
+"""Which obstacles a node knows where there are more than it can touch at once (kernels/obstacle_rows.py)."""
 
 import numpy as np
 import pytest
 import taichi as ti
 
 from tcontact import arrays
-from tcontact.kernels import obstacles
+from tcontact.kernels import obstacle_rows, obstacles
 from tcontact.kernels.arguments import ARRAY, INDEX
-from tcontact.kernels.bundles import Kinds
+from tcontact.kernels.bundles import Contact, ContactOptions, Obstacles
 from tcontact.kernels.lanes import MOST_SLOTS
 
-Touching = namedtuple("Touching", "nodes obstacles near reference motion kinds")
-KINDS = Kinds(slots=MOST_SLOTS)
+OPTIONS = ContactOptions(slots=MOST_SLOTS)
 
 
 @ti.kernel
-def choose(nodes: INDEX, records: ARRAY, near: INDEX, reference: ARRAY, u: ARRAY):
-    touching = ti.static(Touching(nodes, records, near, reference, records, KINDS))
-    obstacles.nearest_obstacles(touching, u)
+def choose(nodes: INDEX, islands: INDEX, records: ARRAY, candidates: INDEX, reference: ARRAY, u: ARRAY):
+    contact = ti.static(Contact(nodes=nodes, islands=islands, reference=reference, options=OPTIONS))
+    known = ti.static(Obstacles(records=records, motion=records, candidates=candidates, options=OPTIONS))
+    obstacle_rows.choose_candidates(known, contact, u)
 
 
 def chosen(gaps, known):
@@ -28,9 +26,9 @@ def chosen(gaps, known):
     records = np.zeros((len(gaps), obstacles.RECORD))
     records[:, obstacles.FRAME + 6 : obstacles.FRAME + 9] = normals
     records[:, obstacles.POINT : obstacles.POINT + 3] = -np.asarray(gaps)[:, None] * normals
-    near = arrays.put(np.array(known, dtype=np.int32))
-    choose(np.zeros(1, dtype=np.int32), records.reshape(-1), near, np.zeros(3), np.zeros(3))
-    return arrays.get(near).tolist()
+    candidates, islands = (arrays.put(np.array(values)) for values in (known, [0, 0, 0, 1, 1, 0, 0, 1]))
+    choose(np.zeros(1, dtype=np.int32), islands, records.reshape(-1), candidates, np.zeros(3), np.zeros(3))
+    return arrays.get(candidates).tolist()
 
 
 def test_a_node_takes_the_three_nearest_obstacles_in_the_order_of_the_scene():

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tcontact import cli
+from tcontact.cli import main
 from tcontact.numbers import pages, register, rows, tables
 from tcontact.numbers.reports import Reports
 
@@ -16,7 +17,7 @@ QUICK = [row for row in (*register.RUNS, *register.IMPLICIT_RUNS) if row.quick]
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
-    return Reports(tmp_path_factory.mktemp("numbers"))
+    return Reports(tmp_path_factory.mktemp("numbers"), main)
 
 
 @pytest.fixture(scope="module")

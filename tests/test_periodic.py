@@ -176,6 +176,7 @@ CUTS = {
         {"supports": HELD},
     ),
     "impulse": ("hex8", "linear", {"contact": tc.ImpulseContact()}, {}),
+    "prisms, full removal": ("wedge6", "neo", {"contact": FULL}, {}),
     "mean dilatation": ("hex8", "neo", {"contact": FULL}, {"formulation": "mean-dilatation"}),
 }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tcontact import cases, cli
 from tcontact.commands import settings
-from tcontact.study import hard_cases, methods, problems
+from tcontact.study import hard_register, methods, problems
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = {page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
@@ -84,7 +84,7 @@ def test_every_study_of_the_readme_is_one():
         assert words.case in (*problems.names(), "hard-cases", "friction-layer")
         for name in words.methods or ():
             methods.method(name)
-    known = hard_cases.register()
+    known = hard_register.register()
     (table,) = blocks("text")
     rows = [row.split() for row in table.splitlines()[1:]]
     assert len(rows) > 10

@@ -6,9 +6,9 @@ from conftest import THREADS
 
 import tcontact as tc
 from tcontact import cases
-from tcontact.study import hard_cases
+from tcontact.study import hard_cases, hard_register
 
-CASES = hard_cases.register()
+CASES = hard_register.register()
 QUICK = (  # hundredths of a second each, one of every kind
     "nu-0.49-full",
     "shock-0.05",

@@ -84,7 +84,7 @@ def test_a_record_divides_by_the_area_of_each_node():
 
 def test_nothing_is_said_of_a_run_without_contact():
     result = scenes.simulate(cube_impact.scene(cells=2, duration=1e-5))
-    assert smoothness.of(result) == {}
+    assert report.smoothness_of(result) == {}
     assert report.run_attributes(result)["smoothness"] == {}
 
 
@@ -158,7 +158,7 @@ def test_pressures_is_true_or_false():
 def test_the_cube_is_pressed_smoothly_by_the_massless_method_and_not_by_a_penalty():
     """16^3 hexes at 10 km/h."""
     result = scenes.simulate(cube_impact.scene(), pressures=True)
-    found = smoothness.of(result)
+    found = report.smoothness_of(result)
     assert found["force_variation"] <= 1.4
     assert found["nodal_variation"] <= 1.6
     assert found["checkerboard"] <= 0.02
@@ -166,6 +166,6 @@ def test_the_cube_is_pressed_smoothly_by_the_massless_method_and_not_by_a_penalt
     data = report.summary(result, case="cube-impact", parameters={}, checks=[])
     assert data["smoothness"] == found
     assert any("checkerboard" in line for line in report.lines(data))
-    wild = smoothness.of(scenes.simulate(cube_impact.scene(contact="penalty"), pressures=True))
+    wild = report.smoothness_of(scenes.simulate(cube_impact.scene(contact="penalty"), pressures=True))
     assert wild["nodal_variation"] > 5.0 * found["nodal_variation"]
     assert wild["checkerboard"] > 10.0 * found["checkerboard"]

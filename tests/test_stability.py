@@ -11,9 +11,9 @@ import tcontact as tc
 from tcontact import checks as ck
 from tcontact.cases import bar_impact
 from tcontact.cli import main
-from tcontact.study import hard_cases, hard_table
+from tcontact.study import hard_cases, hard_register, hard_table
 
-CASES = hard_cases.register()
+CASES = hard_register.register()
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -1,9 +1,9 @@
 """Prisms with two triangles: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
 
 Linear in the triangle (r, s) and along t in [0, 1], with 3 points of the triangle (exact to degree 2) times 2 of Gauss;
-VTK corner order, r towards corner 2 and s towards corner 1. With the differences
+VTK corner order, r towards corner 1 and s towards corner 2. With the differences
 
-    p = u2 - u0,  q = u1 - u0,  d = u3 - u0,  P = (u5 - u3) - p,  Q = (u4 - u3) - q
+    p = u1 - u0,  q = u2 - u0,  d = u3 - u0,  P = (u4 - u3) - p,  Q = (u5 - u3) - q
 
 G = du/dr has the columns p + P t, q + Q t and d + P r + Q s; A = dX/dr likewise. The two levels t share their first two
 columns, the three points of the triangle their third (`points` has the rest). The volume V = D/2 of a prism with any
@@ -30,8 +30,8 @@ WEIGHT = 1.0 / 12.0  # of every point: a sixth of the triangle's area of 1/2
 @ti.func
 def wedge_differences(u):
     """[p, q, d, P, Q] of one component from its 6 corner values."""
-    p, q = u[2] - u[0], u[1] - u[0]
-    return [p, q, u[3] - u[0], (u[5] - u[3]) - p, (u[4] - u[3]) - q]
+    p, q = u[1] - u[0], u[2] - u[0]
+    return [p, q, u[3] - u[0], (u[4] - u[3]) - p, (u[5] - u[3]) - q]
 
 
 @ti.func
@@ -39,7 +39,7 @@ def wedge_corner_forces(m):
     """6 corner forces of one component from dW/d(difference), the transpose of `wedge_differences`."""
     p, q = m[0] - m[3], m[1] - m[4]
     last = m[3] + m[4]
-    return [0.0 - (p + q + m[2]), q, p, m[2] - last, m[4], m[3]]
+    return [0.0 - (p + q + m[2]), p, q, m[2] - last, m[3], m[4]]
 
 
 @ti.func
@@ -65,14 +65,8 @@ def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
         for level in ti.static(range(2)):
             t = ti.static(LEVELS[level])
             shape = geometry([wedge_gradient(mode_x[c], r, s, t) for c in range(3)])
-            point = point_force(
-                [wedge_gradient(mode_u[c], r, s, t) for c in range(3)],
-                shape,
-                parameters,
-                law,
-                memory,
-                3 * level + place,
-            )
+            g = [wedge_gradient(mode_u[c], r, s, t) for c in range(3)]
+            point = point_force(g, shape, parameters, law, memory, 3 * level + place)
             energy += point[1]
             change = ti.min(change, point[2])
             for c in ti.static(range(3)):
@@ -83,7 +77,7 @@ def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
                 mode_f[c][3] += along[0] * t + along[2] * r
                 mode_f[c][4] += along[1] * t + along[2] * s
     share = weight * WEIGHT
-    force = [wedge_corner_forces([share * mode_f[c][k] for k in range(5)]) for c in range(3)]
+    force = [wedge_corner_forces([share * mode_f[c][m] for m in range(5)]) for c in range(3)]
     return [force, share * energy, change]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..atomic_file import part_of, replaced
 
 FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
-FORMAT = 3
+FORMAT = 4
 HEAD = "head"
 
 

@@ -46,12 +46,17 @@ def add(subparsers: Any) -> None:
         "--out", metavar="DIR", type=words.folder, default=Path("runs/bench"), help="(default: runs/bench)"
     )
     parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, a minute: a look only")
+    parser.add_argument(
+        "--solvers",
+        action="store_true",
+        help="only compare the solvers of the static solve, on the first of --sizes and --threads; leaves solvers.json",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, write the files, print the table; exit code 1 if a configuration failed."""
-    from ..bench import chart, table
+    from ..bench import chart, static_solvers, table
     from ..bench.collect import collect
     from ..report import write_json
 
@@ -65,6 +70,11 @@ def run(arguments: argparse.Namespace) -> int:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    if arguments.solvers:
+        rows = static_solvers.compare(sizes[0], threads[0])
+        write_json(out / "solvers.json", {"rows": rows})
+        print(*static_solvers.lines(rows), sep="\n")
+        return 0 if all(row["ok"] for row in rows) else 1
     configurations = grid(
         arguments.kinds,
         laws,

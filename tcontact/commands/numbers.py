@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     stated = pages.tables(arguments.docs) if arguments.check or arguments.write else {}
     chosen = arguments.only or known
     wanted = [name for name in TABLES if name in chosen and (TABLES[name].repeats or not arguments.check)]
-    reports = Reports(arguments.out, lambda text: print(f"  {text}", flush=True))
+    reports = Reports(arguments.out, arguments.main, lambda text: print(f"  {text}", flush=True))
     new = {name: TABLES[name].lines(reports) for name in wanted}
     if arguments.check:
         return _compare(stated, new)

@@ -187,7 +187,7 @@ def _compare(
     out: Path,
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
-    from .. import plots, report, smoothness
+    from .. import plots, report
 
     picture = out / "comparison.png"
     histories = {label: result.history for label, (_, result) in runs.items()}
@@ -202,7 +202,7 @@ def _compare(
             "energy_end": float(result.history["energy"][-1] / max(result.history["energy"][0], 1e-300)),
             "force_changes": plots.unrest(plots.force_component(result.history, normals)),
             "energy_error_max": float(np.abs(result.history["energy_error"]).max()),
-            **smoothness.of(result),
+            **report.smoothness_of(result),
         }
         for label, (_, result) in runs.items()
     }

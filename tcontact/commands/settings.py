@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any, Literal
 
 from ..errors import InputError
+from ..schemes import SCHEMES
 
 SCHEME_KEYS: dict[str, Any] = {
     "scheme": str,
@@ -101,19 +102,17 @@ def _wanted(kind: Any) -> str:
 
 def scheme(options: dict[str, Any], case: Any = None) -> Any:
     """The time scheme the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
-    from ..schemes import SCHEMES as known
-
     own = dict(getattr(case, "SCHEME", {}))
     if "dt" in options or "cfl" in options or options.get("scheme") == "central-difference":
         own = {key: value for key, value in own.items() if key == "scheme"}
     options = own | options
     name = options.pop("scheme", "central-difference")
-    if name not in known:
-        raise InputError("--set scheme", name, "use one of " + ", ".join(known))
-    taken = {item.name for item in fields(known[name])}
+    if name not in SCHEMES:
+        raise InputError("--set scheme", name, "use one of " + ", ".join(SCHEMES))
+    taken = {item.name for item in fields(SCHEMES[name])}
     for key in options:
         if key not in taken:
             raise InputError(f"--set {key}", options[key], f"{name} has no such option")
     if options.get("cfl") is not None and options.get("dt") is not None:
         raise InputError("--set cfl, dt", (options["cfl"], options["dt"]), "give one of them")
-    return known[name](**options)
+    return SCHEMES[name](**options)

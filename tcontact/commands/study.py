@@ -10,6 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..friction_layer.study import draw
+from ..report import write_json
+from ..study import figure, friction_layer, hard_register, hard_table, methods, problems, table
+from ..study.runner import collect
+from ..study.setting import Study
 from . import folder, settings, words
 
 HARD, LAYER = "hard-cases", "friction-layer"
@@ -73,10 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _study(arguments: argparse.Namespace) -> Any:
-    """Checks the words; returns what runs methods x sizes x steps into a folder and gives the exit code."""
-    from ..study import methods, problems
-    from ..study.runner import Study, collect
-
+    """Check the words; return what runs methods x sizes x steps into a folder and gives the exit code."""
     problem = problems.load(arguments.case)
     if arguments.full:
         raise InputError("--full", True, "is for hard-cases; give --sizes")
@@ -96,9 +98,6 @@ def _study(arguments: argparse.Namespace) -> Any:
     )
 
     def go(out: Path) -> int:
-        from ..report import write_json
-        from ..study import figure, table
-
         report = collect(study, lambda text: print(f"  {text}", flush=True))
         write_json(out / "study.json", report)
         table.write_csv(out / "study.csv", report)
@@ -111,16 +110,11 @@ def _study(arguments: argparse.Namespace) -> Any:
 
 
 def _hard_cases(arguments: argparse.Namespace) -> Any:
-    """The same for the register of hard cases."""
-    from ..study import hard_cases
-
+    """Check the words of a study of the hard cases; return what runs them into a folder and gives the exit code."""
     _refuse(arguments, ("sizes", "steps", "set", "error"), "hard cases have their own; use --full")
-    chosen = hard_cases.choose(arguments.methods)
+    chosen = hard_register.choose(arguments.methods)
 
     def go(out: Path) -> int:
-        from ..report import write_json
-        from ..study import hard_table
-
         report = hard_table.collect(
             chosen,
             full=arguments.full,
@@ -138,26 +132,21 @@ def _hard_cases(arguments: argparse.Namespace) -> Any:
 
 
 def _friction_layer(arguments: argparse.Namespace) -> Any:
-    """The same for the layer alone."""
-    from ..study import friction_layer as study
-
+    """Check the words of a study of the layer alone; return what runs it into a folder and gives the exit code."""
     _refuse(arguments, ("sizes", "steps", "set", "error", "full"), "this study has its own grids, steps and errors")
-    methods = study.choose(arguments.methods)
+    chosen = friction_layer.choose(arguments.methods)
 
     def go(out: Path) -> int:
-        from ..friction_layer.study import draw
-        from ..report import write_json
-
-        report = study.collect(
-            methods,
+        report = friction_layer.collect(
+            chosen,
             budget=arguments.budget,
             threads=arguments.threads,
             say=lambda text: print(f"  {text}", flush=True),
         )
         write_json(out / "study.json", report)
-        study.write_csv(out / "study.csv", report["rows"])
+        friction_layer.write_csv(out / "study.csv", report["rows"])
         drawn = draw(out / "study.png", report["rows"])
-        print("", *study.lines(report), sep="\n")
+        print("", *friction_layer.lines(report), sep="\n")
         print(f"\nfiles in {out}" + ("" if drawn else " (no figure: nothing was measured)"))
         return 0 if report["rows"] and not report["interrupted"] else 1
 

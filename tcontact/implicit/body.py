@@ -8,13 +8,13 @@ import numpy as np
 
 from ..plan import BodyPlan
 from ..scene import Scene
-from ..schemes.implicit import ImplicitScheme
 from .cells import Cells
 from .contact import StepContact
 from .equations import Rows, StaticEquations, StepEquations
 from .linear_solver import choose, make_solver
 from .mass import ConsistentMass, NodalMass
 from .newton import NotConverged, Settings, newton
+from .rule import ImplicitRule
 
 DEEPEST = 10  # halvings of a step
 RECOVER = 4  # good steps before the next is tried twice as long
@@ -52,7 +52,7 @@ class Taken:
 class ImplicitBody:
     """The equations of a body under an implicit scheme and what it takes to solve them."""
 
-    def __init__(self, scene: Scene, plan: BodyPlan, scheme: ImplicitScheme) -> None:
+    def __init__(self, scene: Scene, plan: BodyPlan, scheme: ImplicitRule) -> None:
         self.plan, self.scheme = plan, scheme
         count = len(plan.reference)
         self.cells = Cells(plan.body, plan.reference, plan.cells)

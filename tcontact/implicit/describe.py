@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from ..plan import BodyPlan, Plan
 from .linear_solver import DIRECT, STIFF, choose
-
-if TYPE_CHECKING:
-    from ..plan import BodyPlan, Plan
-    from ..schemes.implicit import ImplicitScheme
+from .rule import ImplicitRule
 
 
-def describe(plan: Plan, scheme: ImplicitScheme) -> str:
+def describe(plan: Plan, scheme: ImplicitRule) -> str:
     """Terms, then for every body its size, kernels, sparsity and solver."""
     conserved = ", ".join(scheme.conserves)
     lines = ["terms: " + ", ".join(plan.terms), f"scheme: {scheme.name}, order {scheme.order}, conserves {conserved}"]
@@ -22,7 +18,7 @@ def describe(plan: Plan, scheme: ImplicitScheme) -> str:
     return "\n".join(lines)
 
 
-def _body(body: BodyPlan, scheme: ImplicitScheme) -> list[str]:
+def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
     mesh, material = body.body.mesh, body.body.material
     unknowns = 3 * mesh.node_count
     left, right = np.broadcast_arrays(mesh.cells[:, :, None], mesh.cells[:, None, :])

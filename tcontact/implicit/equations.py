@@ -7,18 +7,14 @@ Held components keep their row free: it says that they move no further than they
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .cells import Cells
 from .contact import StepContact
 from .mass import ConsistentMass, NodalMass
+from .rule import ImplicitRule
 from .sparsity import Sparsity
 from .surfaces import Passage
-
-if TYPE_CHECKING:
-    from ..schemes.implicit import ImplicitScheme
 
 ROUNDED = 1e-3  # share of modulus times area below which forces of a static solve need not be told from rounding
 
@@ -79,7 +75,7 @@ class StepEquations:
 
     def __init__(
         self,
-        scheme: ImplicitScheme,
+        scheme: ImplicitRule,
         cells: Cells,
         mass: NodalMass | ConsistentMass,
         contact: StepContact | None,

@@ -13,10 +13,10 @@ from .. import arrays
 from ..measured import Layout
 from ..plan import BodyPlan
 from ..scene import Scene
-from ..schemes.implicit import ImplicitScheme
 from ..smoothness import PressureRecord
 from .body import ImplicitBody, Level, Taken
 from .newton import NotConverged
+from .rule import ImplicitRule
 
 REMEDY = "use a smaller dt, or a scheme that conserves energy (discrete-gradient)"
 
@@ -63,7 +63,7 @@ class ImplicitState:
         displacement: np.ndarray,
         velocity: np.ndarray,
         layout: Layout,
-        scheme: ImplicitScheme,
+        scheme: ImplicitRule,
     ) -> None:
         self.plan, self.layout = plan, layout
         order = plan.node_order

@@ -20,11 +20,13 @@ NAMES = {"run": "summary.json", "study": "study.json", "bench": "bench.json"}
 class Reports:
     """Reports of commands, run into a folder of their own below `out` when they are first asked for.
 
-    say: told each command before it runs.
+    main: runs a command line and returns its exit code; say: told each command before it runs.
     """
 
-    def __init__(self, out: Path, say: Callable[[str], None] = lambda text: None) -> None:
-        self.out, self.say = out, say
+    def __init__(
+        self, out: Path, main: Callable[[list[str]], int], say: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self.out, self.main, self.say = out, main, say
         self._known: dict[str, dict[str, Any]] = {}
 
     def folder(self, command: str) -> Path:
@@ -38,8 +40,6 @@ class Reports:
         return self._known[command]
 
     def _run(self, command: str) -> dict[str, Any]:
-        from ..cli import main
-
         self.say(f"tcontact {command}")
         words, folder = shlex.split(command), self.folder(command)
         options = ["--out", str(folder)] + ([] if words[0] == "bench" else ["--force"])
@@ -49,7 +49,7 @@ class Reports:
         report.unlink(missing_ok=True)
         with redirect_stdout(io.StringIO()) as printed, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            code = main([*words, *options])  # 1 where a scheme fails that is there to fail
+            code = self.main([*words, *options])  # 1 where a scheme fails that is there to fail
         if code == 2 or not report.exists():
             raise OutputError(f"`tcontact {command}` left no {report.name} (exit code {code}): {printed.getvalue()}")
         return dict(json.loads(report.read_text(encoding="utf-8")))

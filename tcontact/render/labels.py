@@ -5,22 +5,31 @@ from __future__ import annotations
 import math
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ..vtkhdf import ResultData
+from .camera import Eye
 from .colours import AXIS_COLOURS, FAINT_TEXT, FIELDS, TEXT, colour_table
 
 if TYPE_CHECKING:
     from PIL import Image, ImageFont
 
-    from .camera import Eye
-    from .studio import Studio
+
+class Sheet(Protocol):
+    """A series of pictures as its labels see it: size [pixels], title, exaggeration of the deformation, frames."""
+
+    unit: float
+    size: tuple[int, int]
+    title: str
+    scale: float
+    data: ResultData
 
 
 def decorate(
     picture: Image.Image,
-    studio: Studio,
+    studio: Sheet,
     eye: Eye,
     field: str,
     limits: tuple[float, float],

@@ -85,27 +85,6 @@ class Outcome:
     checks: list[ck.Check]
 
 
-def register() -> dict[str, HardCase]:
-    """All hard cases by name."""
-    from .hard import impacts, invariances, long_runs, materials, meshes, starts, steps
-
-    modules = (materials, meshes, impacts, starts, steps, long_runs, invariances)
-    found: dict[str, HardCase] = {}
-    for case in (case for module in modules for case in module.cases()):
-        assert case.name not in found, case.name
-        found[case.name] = case
-    return found
-
-
-def choose(names: Sequence[str] | None) -> list[HardCase]:
-    """The named cases, all without names. Raises `InputError` with the known ones."""
-    known = register()
-    for name in names or ():
-        if name not in known:
-            raise InputError("--methods", name, "use hard cases by name: " + ", ".join(known))
-    return [known[name] for name in names or known]
-
-
 def evaluate(case: HardCase, full: bool = False, threads: int | None = None) -> Outcome:
     """Run a case and judge it."""
     import tcontact as tc

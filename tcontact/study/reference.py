@@ -9,16 +9,15 @@ import warnings
 from collections.abc import Callable
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import runtime
 from ..errors import InputError
 from ..report import plain, versions
-
-if TYPE_CHECKING:
-    from .runner import Study
+from .methods import method
+from .setting import Study, build
 
 METHOD = "massless-normal"
 
@@ -37,9 +36,6 @@ def prepare(study: Study, say: Callable[[str], None]) -> tuple[dict[str, np.ndar
     problem = study.problem
     if not hasattr(problem, "reference"):
         return None, {"kind": "exact", "what": problem.REFERENCE}
-    from .methods import method
-    from .runner import build
-
     size = problem.FINER * max(study.sizes)
     about = {
         "kind": "self-converged",

@@ -3,59 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from time import perf_counter
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from .. import runtime
-from ..contact_models import MasslessContact
 from ..errors import InputError
 from ..report import plain, versions
 from . import errors, pareto
 from .methods import Method, method
 from .reference import prepare
+from .setting import Study, build
 
 SHORT = 0.5  # seconds: runs below it are repeated, the smallest wall counts
 REPEATS = 3
 GROWN = 0.1  # an energy error above this is named among the failures
 WRONG = 1.0  # so is an error as large as the solution
-TAKEN = ("cells", "contact", "removal", "penalty", "depth")  # parameters that the study itself sets
-
-
-@dataclass(frozen=True)
-class Study:
-    """What to run: problem, names of methods, sizes (cells), cfl numbers, parameters of the scene, seconds, threads.
-
-    error: the one that the table and the figure show, None = the problem's main one.
-    """
-
-    name: str
-    problem: ModuleType
-    methods: Sequence[str]
-    sizes: Sequence[int]
-    cfls: Sequence[float]
-    parameters: dict[str, Any] = field(default_factory=dict)
-    budget: float | None = None
-    threads: int | None = None
-    error: str | None = None
-
-    def __post_init__(self) -> None:
-        for name in self.methods:
-            method(name)
-        if self.error is not None and self.error not in self.problem.ERRORS:
-            raise InputError("--error", self.error, "use one of " + ", ".join(self.problem.ERRORS))
-        for key in self.parameters:
-            if key in TAKEN:
-                raise InputError("--set", key, "a study sets it itself: use --sizes and --methods")
-
-    @property
-    def shown(self) -> str:
-        """The error that the table and the figure show."""
-        return self.error or str(self.problem.ERRORS[0])
 
 
 def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
@@ -98,16 +63,6 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
             "versions": versions(),
         }
     )
-
-
-def build(study: Study, chosen: Method, size: int) -> Any:
-    """The scene of the study with the method's contact and its start."""
-    scene = study.problem.scene(cells=size, **study.parameters)
-    model = chosen.contact(study.problem.unit(scene))
-    if isinstance(model, MasslessContact) and isinstance(scene.contact, MasslessContact):
-        model = replace(model, sweeps=scene.contact.sweeps, tolerance=scene.contact.tolerance)
-    scene = replace(scene, contact=model)
-    return study.problem.displaced(scene) if hasattr(study.problem, "displaced") else scene
 
 
 def _forecast(seconds: float, row: dict[str, Any], size: int, cfl: float) -> float:

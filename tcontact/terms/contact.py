@@ -9,23 +9,25 @@ import numpy as np
 from .. import arrays
 from ..domain import Domain
 from ..errors import InputError
+from ..islands import island_starts, islands_of, nodes_without_rows
 from ..kernels.lanes import MOST_SLOTS
 from ..plan import ContactPlan
 from ..scene import Scene
 from .boundary_nodes import BoundaryNodes
+from .constraint_rows import ConstraintRows
 from .friction import Friction
 from .friction_layer import LayeredFriction, make_friction
 from .internal_force import InternalForce
 from .obstacles import Obstacles
 
 if TYPE_CHECKING:
-    from ..kernels.bundles import Kinds
+    from ..kernels.bundles import ContactOptions
 
 MOST_ROWS = 256  # in one launch of a small body
 
 
 class ContactTerm:
-    """Contact of one body with the obstacles of the scene; the contact nodes are the first boundary nodes.
+    """Contact of the bodies of a domain with the obstacles; the contact nodes are the first boundary nodes.
 
     By itself it only checks gaps, which is all there is to do where supports hold every node against the obstacle.
     `kernel`: what kernels/serial_step.py calls it.
@@ -38,35 +40,46 @@ class ContactTerm:
     exact = True  # no penalty
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells are
+    projected = False  # MPRGP solves instead of the sweeps
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
         assert domain.contact is not None
         contact: ContactPlan = domain.contact
+        count = len(contact.nodes)
         self.slots = min(len(scene.obstacles), MOST_SLOTS)
         centre = domain.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MOST_ROWS if domain.small else 1)
-        self.reference = arrays.put(domain.reference[contact.nodes] - centre)
-        self.all_reference = arrays.put(domain.reference[contact.all_nodes] - centre)
-        self.nodes = arrays.put(contact.nodes.astype(np.int32))
-        self.all_nodes = arrays.put(contact.all_nodes.astype(np.int32))
-        self.near = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), len(contact.nodes)))
-        self.give = arrays.zeros(1)
-        self.contact_force = arrays.zeros(3 * len(contact.nodes))
+        self.islands = islands_of(domain)
+        self.others = nodes_without_rows(domain, self.islands, len(scene.obstacles))
+        nodes = np.concatenate([contact.nodes, *self.others])
+        self.nodes = arrays.put(nodes.astype(np.int32))
+        self.reference = arrays.put(domain.reference[nodes] - centre)
+        self.starts = arrays.put(island_starts(self.islands, self.others, None))
+        self.candidates = arrays.put(np.tile(np.arange(self.slots, dtype=np.int32), count))
+        self.contact_force = arrays.zeros(3 * count)
         self.friction: Friction | None = None
+        self.rows: ConstraintRows | None = None
 
-    def rub(self, scene: Scene, domain: Domain) -> None:
-        """Take the friction of the scene, if there is any."""
-        if scene.friction is not None and domain.contact is not None and len(domain.contact.nodes):
-            stays = self.kernel == "massless" and self.block > 1
-            self.friction = make_friction(scene, domain.contact, self.slots, stays)
+    def finish(self, scene: Scene, domain: Domain) -> None:
+        """Take the friction of the scene, if there is any, and make the rows with what all of this asks of them."""
+        if domain.contact is None or not len(domain.contact.nodes):
+            return
+        count, coefficient = len(domain.contact.nodes), 0.0
+        stays = self.kernel == "massless" and self.block > 1
+        if scene.friction is not None:
+            self.friction, coefficient = make_friction(scene, domain.contact, stays), scene.friction.coefficient
+        self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
+        if self.friction is not None:
+            self.friction.rows = self.rows
 
     @property
-    def kinds(self) -> Kinds:
+    def options(self) -> ContactOptions:
         """What its kernels are made for."""
-        from ..kernels.bundles import Kinds
+        from ..kernels.bundles import ContactOptions
 
         obstacles, friction = self.obstacles, self.friction
-        return Kinds(
+        return ContactOptions(
+            self.kernel,
             self.block,
             self.slots,
             obstacles.shapes,
@@ -76,6 +89,7 @@ class ContactTerm:
             isinstance(friction, LayeredFriction),
             friction is not None and self.kicked,
             self.viscous,
+            self.projected,
         )
 
     @property
@@ -91,26 +105,31 @@ class ContactTerm:
         return None
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/bundles.Touching; what it does not have is left out."""
-        obstacles, friction = self.obstacles, self.friction
+        """Arrays by the names of kernels/bundles.Contact; what it does not have is left out."""
+        friction = self.friction
         arguments = {
             "nodes": self.nodes,
-            "obstacles": obstacles.records,
-            "motion": obstacles.motion,
-            "near": self.near,
+            "islands": self.starts,
             "reference": self.reference,
-            "all_nodes": self.all_nodes,
-            "all_reference": self.all_reference,
-            "give": self.give,
             "force": self.contact_force,
         }
         if friction is not None:
-            arguments |= {"friction": friction.data, "traces": friction.traces}
+            arguments |= {"friction": friction.data}
         return arguments
+
+    def obstacle_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Obstacles."""
+        obstacles = self.obstacles
+        return {"records": obstacles.records, "motion": obstacles.motion, "candidates": self.candidates}
+
+    def row_arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Rows."""
+        return {} if self.rows is None else {"values": self.rows.values}
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [*self.obstacles.owned(), *(item for item in vars(self).values() if hasattr(item, "shape"))]
+        own = (item for item in vars(self).values() if hasattr(item, "shape"))
+        return [*self.obstacles.owned(), *own, *([] if self.rows is None else [self.rows.values])]
 
 
 class PenaltyContactTerm(ContactTerm):
@@ -125,7 +144,11 @@ class PenaltyContactTerm(ContactTerm):
         super().__init__(scene, domain)
         assert isinstance(scene.contact, PenaltyContact)
         assert domain.contact is not None
-        self.give = arrays.put(scene.contact.stiffness * domain.contact.areas)
+        self.penalty_stiffness = arrays.put(scene.contact.stiffness * domain.contact.areas)
+
+    def arguments(self) -> dict[str, arrays.Array]:
+        """Arrays by the names of kernels/bundles.Contact."""
+        return super().arguments() | {"penalty_stiffness": self.penalty_stiffness}
 
 
 class ImpulseContactTerm(ContactTerm):
@@ -156,5 +179,5 @@ def make_contact(
         term = ImpulseContactTerm(scene, domain)
     else:
         raise InputError("Scene.contact", scene.contact, "unknown contact model")
-    term.rub(scene, domain)
+    term.finish(scene, domain)
     return term

@@ -7,6 +7,7 @@ import numpy as np
 from .. import arrays
 from ..friction_models import FrictionModel, RegularizedCoulomb, law_of
 from ..plan import FRICTION_TERMS
+from .constraint_rows import ConstraintRows
 
 
 class Friction:
@@ -15,26 +16,22 @@ class Friction:
     With friction layers they also limit it: `terms/friction_layer.py`.
     """
 
-    def __init__(self, model: FrictionModel, nodes: int, slots: int, stays: bool) -> None:
+    def __init__(self, model: FrictionModel, nodes: int, stays: bool) -> None:
         from ..kernels import friction as names
 
         self.law = law_of(model)
         self.name = FRICTION_TERMS[type(model)]
         speed = model.slip_speed if isinstance(model, RegularizedCoulomb) else 1.0
-        self.names, self.slots, self.stays = names, slots, stays
+        self.names, self.stays = names, stays
         rows = np.zeros((nodes, names.NODE))
         rows[:, names.LIMIT] = 1e300
-        self.data = arrays.put(np.concatenate([[model.coefficient, speed, 0.0], rows.ravel()]))
-        self.traces = arrays.zeros(nodes * slots * (names.TRACE if stays else names.SHORT_TRACE))
+        self.data = arrays.put(np.concatenate([[speed, 0.0], rows.ravel()]))
+        self.rows: ConstraintRows
 
     def node(self, number: int) -> np.ndarray:
         """A number of every node [k], as placed in kernels/friction.py."""
         rows = arrays.get(self.data)[self.names.FIRST :].reshape(-1, self.names.NODE)
         return rows[:, number].copy()
-
-    def pressing(self) -> np.ndarray:
-        """lambda [k] [N], all obstacles together."""
-        return np.asarray(arrays.get(self.traces).reshape(self.node(0).size, self.slots, -1)[:, :, 0].sum(axis=1))
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

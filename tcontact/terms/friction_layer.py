@@ -24,19 +24,19 @@ SLIDES = 1e-6  # of the largest friction work that a step did: above it a node s
 EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
 
 
-def make_friction(scene: Scene, contact: ContactPlan, slots: int, stays: bool) -> Friction:
+def make_friction(scene: Scene, contact: ContactPlan, stays: bool) -> Friction:
     """The friction of one body."""
     assert scene.friction is not None
     if isinstance(scene.friction, FrictionLayer):
-        return LayeredFriction(scene.friction, contact.areas, slots, stays)
-    return Friction(scene.friction, len(contact.nodes), slots, stays)
+        return LayeredFriction(scene.friction, contact.areas, stays)
+    return Friction(scene.friction, len(contact.nodes), stays)
 
 
 class LayeredFriction(Friction):
     """Layers of the contact nodes [k]; areas [k] [m^2]."""
 
-    def __init__(self, model: FrictionLayer, areas: np.ndarray, slots: int, stays: bool) -> None:
-        super().__init__(model, len(areas), slots, stays)
+    def __init__(self, model: FrictionLayer, areas: np.ndarray, stays: bool) -> None:
+        super().__init__(model, len(areas), stays)
         self.model, self.areas = model, areas
         self.layer = Layer(
             (model.material,),
@@ -74,7 +74,7 @@ class LayeredFriction(Friction):
 
         before, after [s]: the steps that end and start at the present level.
         """
-        pressure = self.pressing() / self.areas
+        pressure = self.rows.pressing() / self.areas
         pressed = pressure > 0.0
         if (pressed & ~self._pressed).any():
             self.span = 1
@@ -109,7 +109,7 @@ class LayeredFriction(Friction):
 
     def _note_onset(self) -> None:
         """Nodes that start to slide end the long layer steps that sticking ones allowed."""
-        work = self.node(self.names.RUBBED) / self.areas
+        work = self.node(self.names.WORK) / self.areas
         self._most = max(self._most, float(work.max()))
         slides = work > SLIDES * self._most
         if (slides & ~self._slid).any():
@@ -154,11 +154,11 @@ class LayeredFriction(Friction):
 
     def _pending(self) -> np.ndarray:
         """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
-        return np.asarray(self.node(self.names.RUBBED) / self.areas - self._given)
+        return np.asarray(self.node(self.names.WORK) / self.areas - self._given)
 
     def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
         """Take note of what friction did in the last kick or step of length dt [s]; friction [k] [N], pressure [Pa]."""
-        self._waiting += self.node(self.names.RUBBED) / self.areas
+        self._waiting += self.node(self.names.WORK) / self.areas
         self._push += force / self.areas * dt
         self._load += pressure * dt
         self._elapsed += dt

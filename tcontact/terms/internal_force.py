@@ -8,52 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import arrays
-from ..domain import CellBlock, Domain
+from .. import arrays, runtime
+from ..domain import Domain
+from ..domain_packing import corner_lists, massless_count, material_numbers, pack_domain
 from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
-from ..kernels.lanes import LAW_PARAMETERS
 from ..launch import Prepared
-from ..lumped_mass import cell_masses
 from ..measured import COMBINE
-from ..packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
+from ..packing import chunks_for
 
 if TYPE_CHECKING:
     from ..kernels.bundles import Body
-
-
-def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
-    """The cells of a domain in packs."""
-    from ..kernels.elements import FUNCTIONS
-    from ..kernels.materials import LAWS
-
-    size = len(material_numbers(domain, domain.blocks[0]))
-    blocks = [
-        Block(
-            block.cells,
-            WIDTH,
-            domain.kinds.index(block.kind),
-            lanes.MATERIALS + number * size,
-            len(block.contact),
-            FUNCTIONS[block.variant].points * len(LAWS[block.material.law].state),
-        )
-        for number, block in enumerate(domain.blocks)
-    ]
-    return pack_blocks(blocks, len(domain.reference), len(domain.kinds), chunks)
-
-
-def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
-    """What stands in `params` for the cells of a block, as in kernels/lanes.py."""
-    material, viscosity = block.material, domain.viscosity
-    numbers = [*material.parameters, *[0.0] * (LAW_PARAMETERS - len(material.parameters))]
-    if domain.dissipates:
-        numbers += [material.lame_lambda, material.lame_mu]
-    if viscosity is not None:
-        masses = cell_masses(block.body.body.mesh, material.density)
-        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
-        speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
-        numbers += [speed, square, material.density, uneven]
-    return numbers
 
 
 class InternalForce:
@@ -68,7 +33,7 @@ class InternalForce:
         from ..kernels.internal_force import make_step
         from ..kernels.signatures import signature_of
 
-        self.packs = packs = pack_domain(domain)
+        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()))
         self.chunks = packs.chunks
         self.gravity = domain.gravity
         self.connectivity = arrays.put(packs.connectivity)
@@ -86,7 +51,7 @@ class InternalForce:
         self.cell_sums = arrays.zeros(packs.all_chunks * group_size(*cell_groups(self.viscous)) + held)
         damping = [] if domain.damping is None else [*domain.damping.constants]
         damping += [0.0] * (lanes.FREE - lanes.DAMPING - len(damping))
-        self.constants = [*damping, 0.0, float(_massless_count(domain)), float(packs.all_chunks)]
+        self.constants = [*damping, 0.0, float(massless_count(domain)), float(packs.all_chunks)]
         self.material_at: list[int] = []
         for block in domain.blocks:
             self.material_at.append(lanes.DAMPING + len(self.constants))
@@ -194,28 +159,3 @@ class InternalForce:
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
         shared += [part for part in (self.corner_rows, self.memory) if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared
-
-
-def _massless_count(domain: Domain) -> int:
-    """How many boundary nodes come first that have massless components: the contact nodes and who follows them."""
-    contact = domain.contact
-    if contact is None or contact.basis is None:
-        return 0
-    followers = 0 if domain.images is None else len(domain.images.followers_of(contact.nodes))
-    return len(contact.nodes) + followers
-
-
-def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
-    """The force rows of the corners of contact cells by boundary node: where each begins [s + 1], and the rows.
-
-    The corners of images belong to their masters.
-    """
-    place = np.full(len(domain.reference), -1)
-    place[domain.boundary] = np.arange(len(domain.boundary))
-    cells = [block.contact_cells.reshape(-1) for block in domain.blocks]
-    nodes = np.concatenate(cells)
-    owner = place[nodes if domain.images is None else domain.images.master[nodes]]
-    assert (owner >= 0).all()
-    order = np.argsort(owner, kind="stable")
-    starts = np.searchsorted(owner[order], np.arange(len(domain.boundary) + 1))
-    return np.concatenate([starts + len(starts), packs.corners[order]])

@@ -7,7 +7,9 @@ import numpy as np
 from .. import arrays
 from ..contact_models import MasslessContact
 from ..domain import Domain
+from ..islands import island_starts
 from ..scene import Scene
+from ..sweep_order import sweep_order
 from .cell_viscosity import CellViscosity
 from .contact import ContactTerm
 from .internal_force import InternalForce
@@ -26,6 +28,7 @@ class MasslessContactTerm(ContactTerm):
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.basis is not None
+        assert contact.graph is not None
         self.block = contact.block
         self.plain = bool(self.block == 3 and (contact.basis == np.eye(3)).all())
         self.exact = model.penalty is None
@@ -33,12 +36,15 @@ class MasslessContactTerm(ContactTerm):
         stiffness = np.inf if model.penalty is None else model.penalty * contact.areas
         self.massless = contact.basis[:, :, : self.block]
         self.basis = arrays.put(self.massless)
-        self.give = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
+        self.compliance = arrays.put(np.broadcast_to(1.0 / stiffness, (len(contact.nodes),)))
         self.active = arrays.put(np.zeros(len(contact.nodes), dtype=np.int32))
-        self.last = arrays.zeros(len(contact.nodes) * self.block)
+        self.displacement_before = arrays.zeros(len(contact.nodes) * self.block)
         start, rows = domain.residual_receivers
-        self.heirs = arrays.put(np.concatenate([start + len(start), rows]))
-        self.static_solve = StaticSolve(scene, domain, force, self.slots)
+        self.residual_receivers = arrays.put(np.concatenate([start + len(start), rows]))
+        order = sweep_order(contact.graph, self.block)
+        self.starts = arrays.put(island_starts(self.islands, self.others, order))
+        self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
+        self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
         self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
 
@@ -50,25 +56,28 @@ class MasslessContactTerm(ContactTerm):
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """The first prediction goes on with the given velocity [k, 3] of K."""
         now = self.displacement(u)
-        arrays.set_values(self.last, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
+        arrays.set_values(self.displacement_before, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
 
     def displacement(self, u: arrays.Array) -> np.ndarray:
         """Massless components [k, block] of the displacement."""
-        moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)]
+        moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)[: len(self.massless)]]
         return np.einsum("kic,ki->kc", self.massless, moved)
 
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray:
         """Position difference over the last step, massless components only [k, 3] [m/s]."""
         now = self.displacement(u)
-        return np.einsum("kic,kc->ki", self.massless, (now - arrays.get(self.last).reshape(now.shape)) / dt)
+        return np.einsum(
+            "kic,kc->ki", self.massless, (now - arrays.get(self.displacement_before).reshape(now.shape)) / dt
+        )
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """By the names of kernels/bundles.Touching."""
+        """By the names of kernels/bundles.Contact."""
         return super().arguments() | {
             "basis": self.basis,
+            "compliance": self.compliance,
             "active": self.active,
-            "last": self.last,
-            "heirs": self.heirs,
+            "displacement_before": self.displacement_before,
+            "residual_receivers": self.residual_receivers,
         }
 
     def owned(self) -> list[arrays.Array]:

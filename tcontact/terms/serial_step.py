@@ -32,14 +32,14 @@ class SerialStep:
         images: PeriodicImages | None = None,
     ) -> None:
         from ..kernels import serial_step as kernels
-        from ..kernels.bundles import Kinds, Launch, Listed, Pairs, Supported, System, Touching
+        from ..kernels.bundles import Contact, ContactOptions, Launch, Listed, Obstacles, Pairs, Rows, Supported, System
         from ..kernels.signatures import arguments, signature_of
         from .massless_contact import MasslessContactTerm
 
         self.names = kernels
         self.force = force
         self.contact = contact
-        self.kinds = Kinds() if contact is None else contact.kinds
+        self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
@@ -51,7 +51,9 @@ class SerialStep:
             "body": force.bundle(),
             "listed": Listed(sums=self.sums) if listed is None else Listed(**listed.arguments(), sums=self.sums),
             "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
-            "contact": Touching(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
+            "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
             "launch": Launch(

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import arrays
 from ..contact_models import MasslessContact
 from ..domain import Domain
 from ..elements import shape_functions
+from ..islands import Island
 from ..kernels.lanes import SWEEP_LANES
+from ..kernels.node_places import PLACES
 from ..mesh_geometry import shortest_edge
 from ..scene import Scene
-from ..sweep_order import sweep_order
+from ..static_solver import static_solver
+from ..sweep_order import SweepOrder
 from .internal_force import InternalForce
 
 TOLERANCE = 1e-4  # on the static residual, unless the user sets one
@@ -21,29 +26,36 @@ POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per li
 MOST_SWEEPS = 500  # then the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-MOST_POISSON = 0.499  # of a mean dilatation: above it the sweeps may not converge with either removal
+# of a mean dilatation: above it the sweeps, or MPRGP, may not converge with either removal
+MOST_POISSON = {False: 0.499, True: 0.4999}
+STEP_LENGTH = 1.9  # of a projected step, over the bound of the largest eigenvalue: less than 2
 LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
 class StaticSolve:
-    """Arrays of the solve; `stats` and `settings` are numbered in kernels/static_control.py."""
+    """Arrays of the solve; `stats` [islands, STATS] and `settings` are numbered in kernels/static_control.py."""
 
-    def __init__(self, scene: Scene, domain: Domain, force: InternalForce, slots: int) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        domain: Domain,
+        force: InternalForce,
+        order: SweepOrder,
+        islands: Sequence[Island],
+        slots: int,
+    ) -> None:
         from ..kernels import static_control as names
-        from ..kernels.materials import LAWS
 
-        contact, model, body = domain.contact, scene.contact, domain.bodies[0]
-        material = body.body.material
+        contact, model = domain.contact, scene.contact
         assert isinstance(model, MasslessContact)
         assert contact is not None
         assert contact.graph is not None
         graph, block = contact.graph, contact.block
         self.names = names
-        self.law, self.refusal, self.removal = material.law, LAWS[material.law].refusal, contact.removal
+        self.islands = islands
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
-        self.poisson = material.poisson if body.body.formulation == "mean-dilatation" else 0.0
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        order = sweep_order(graph, block)
+        self.projected = static_solver(scene, islands[0].body).projected
         room = len(contact.nodes) + SWEEP_LANES - 1
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
@@ -67,60 +79,68 @@ class StaticSolve:
             "right": arrays.zeros(room * block),
             "gaps": arrays.zeros(room * slots),
             "normals": arrays.zeros(room * slots * block),
-            "push": arrays.zeros(room * (block + 1)),
+            "response": arrays.zeros(room * (PLACES[block].end if self.projected else block + 1)),
             "increment": arrays.zeros(3 * room * block),
-            "settings": arrays.put(self._settings(scene, domain, model)),
+            "settings": arrays.put(np.stack([self._settings(scene, domain, island) for island in islands])),
             "stats": self.stats,
         }
 
     def _start(self) -> np.ndarray:
-        stats = np.zeros(self.names.STATS)
-        stats[[self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
+        stats = np.zeros((len(self.islands), self.names.STATS))
+        stats[:, [self.names.CONTRACTION, self.names.STALE, self.names.CONVERGED]] = 1.0
         return stats
 
-    def _settings(self, scene: Scene, domain: Domain, model: MasslessContact) -> np.ndarray:
-        body, names = domain.bodies[0], self.names
-        material = body.body.material
-        assert domain.contact is not None
+    def _settings(self, scene: Scene, domain: Domain, island: Island) -> np.ndarray:
+        contact, model, names, body = domain.contact, scene.contact, self.names, island.body
+        material, graph = body.body.material, None if body.contact is None else body.contact.graph
+        assert isinstance(model, MasslessContact)
+        assert contact is not None
         linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
         stiffness = material.lame_lambda + 2.0 * material.lame_mu
         settings = np.zeros(names.SETTINGS)
-        settings[names.LEAST_SWEEPS] = model.sweeps
+        settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
-        settings[names.MOST_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
-        settings[names.MOST_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.MAXIMUM_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
+        if self.projected:  # it notices an indefinite tangent by itself
+            settings[names.MAXIMUM_SWEEPS] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
-        if not linear:
-            settings[names.REACH] = REACH * min(
-                shortest_edge(domain.reference, block.contact_cells) for block in domain.blocks if len(block.contact)
-            )
-        settings[names.LEAST_FORCE] = LEAST_FORCE * stiffness * float(domain.contact.areas.mean())
         settings[names.LINEAR] = 1.0 if linear else 0.0
-        exact = model.penalty is None and scene.friction is None and self.removal == "full"
+        exact = model.penalty is None and scene.friction is None and island.removal == "full"
         settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
+        if graph is not None:
+            if not linear:
+                settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])
+            settings[names.MINIMUM_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
+            settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
         return settings
-
-    def _stat(self, number: int) -> float:
-        return float(arrays.get(self.stats)[number])
 
     @property
     def trouble(self) -> str | None:
-        """Why the last solve did not converge; None if it did."""
-        if self._stat(self.names.CONVERGED) == 1.0:
+        """Why the last solve did not converge; None if it did. With several islands the first one in trouble."""
+        stats = arrays.get(self.stats).reshape(-1, self.names.STATS)
+        wrong = np.flatnonzero(stats[:, self.names.CONVERGED] != 1.0)
+        if not len(wrong):
             return None
-        residual = self._stat(self.names.RESIDUAL)
-        text = "the static solve of the contact nodes stopped at a residual of"
-        text += f" {residual:.3g} (wanted {self.tolerance:.3g})"
-        if not self._stat(self.names.PIVOT) > 0.0:
-            text += f"; the tangent of the law {self.law} is not positive definite in strong compression"
-            return f"{text}: {self.refusal}" if self.refusal else text
-        if self.poisson > MOST_POISSON:
-            text += f"; poisson {self.poisson:.5g} makes it ill-conditioned: use at most {MOST_POISSON:g},"
+        island, numbers = self.islands[wrong[0]], stats[wrong[0]]
+        body = island.body.body
+        whose = "" if len(self.islands) == 1 else f" of {island.body.label}"
+        text = f"the static solve of the contact nodes{whose} stopped at a residual of"
+        text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
+        if not numbers[self.names.PIVOT] > 0.0:
+            from ..kernels.materials import LAWS
+
+            text += f"; the tangent of the law {body.material.law} is not positive definite in strong compression"
+            refusal = LAWS[body.material.law].refusal
+            return f"{text}: {refusal}" if refusal else text
+        poisson, most = body.material.poisson, MOST_POISSON[self.projected]
+        if body.formulation == "mean-dilatation" and poisson > most:
+            text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {most:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
-        removal = "" if self.removal == "normal" else "removal='normal', "
+        removal = "" if island.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
             removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"

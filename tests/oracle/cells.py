@@ -36,21 +36,15 @@ def reference_points(kind, centre=False):
         slope = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
         return np.full((1, 4), 0.25), slope[None], np.array([1 / 6])
     if kind == "wedge6":
-        weights = (
-            np.full((1, 3), 1 / 3) if centre else np.full((3, 3), 1 / 6) + np.eye(3) / 2
-        )  # of the triangle's corners
+        areas = np.full((1, 3), 1 / 3) if centre else np.full((3, 3), 1 / 6) + np.eye(3) / 2
         levels = np.array([0.5]) if centre else 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+        within = np.array([[-1.0, -1], [1, 0], [0, 1]])
         shape, slope = [], []
-        for area in weights:
+        for area in areas:
             for level in levels:
                 shape.append([*((1 - level) * area), *(level * area)])
-                within = np.array(
-                    [[-1.0, -1], [0, 1], [1, 0]]
-                )  # corner 2 along the first axis, corner 1 along the second
-                lower, upper = [
-                    np.column_stack([part * within, sign * area]) for part, sign in ((1 - level, -1), (level, 1))
-                ]
-                slope.append(np.concatenate([lower, upper]))
+                ends = ((1 - level, -1), (level, 1))
+                slope.append(np.concatenate([np.column_stack([part * within, sign * area]) for part, sign in ends]))
         return np.array(shape), np.array(slope), np.full(len(shape), 0.5 / len(shape))
     raise ValueError(kind)
 

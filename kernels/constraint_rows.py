@@ -1,0 +1,115 @@
+"""Constraint rows: all that contact knows of its partners.
+
+    g_r + n_r . d >= 0,   lambda_r >= 0,   (g_r + n_r . d) lambda_r = 0,   F_r = lambda_r n_r + t_r on the node
+
+Row r = k * slots + p is constraint p of contact node k. A search fills the rows at the present positions: the gap g
+(open positive), the unit normal n into the body, the size of what g is a difference of (for its rounding), the velocity
+of the partner where it is touched; obstacle_rows.py does it for rigid obstacles, whose rows have one node of weight 1.
+Normal and full removal, penalty, impulses, prediction, static solve and friction read rows and nothing else. They leave
+the force of every row, and `hand_over` gives it to the node: to know what a partner feels, its search reads the forces
+of the rows it has filled.
+
+Rows of pairs of deformable bodies get masters beside their node: weights P in lists (row_start [rows+1], masters,
+weights), absent as long as no pair exists. Their search fills gap n.(x_s - P x_m), normal and the velocities P v_m of
+the same fields in a slot of the slave, behind those of the obstacles. The static solve stays as it is: with
+x_s = y_s + n n.(P x_m) the row is a bound on one number of its slave (change of basis around the sweeps or MPRGP), and
+`hand_over` gives -P F_r to the masters.
+"""
+
+import taichi as ti
+
+from .columns import SUMS
+from .islands import node_count
+
+EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
+
+
+@ti.func
+def number_of(rows: ti.template(), r, place: ti.template()):
+    """Return a number of row r; place: one of bundles.RowPlaces, rows.at."""
+    return rows.values[r * ti.static(rows.at.width) + place]
+
+
+@ti.func
+def set_number(rows: ti.template(), r, place: ti.template(), value):
+    """Set a number of row r."""
+    rows.values[r * ti.static(rows.at.width) + place] = value
+
+
+@ti.func
+def vector_of(rows: ti.template(), r, place: ti.template()):
+    """Return three numbers of row r as a vector."""
+    first = r * ti.static(rows.at.width) + place
+    return ti.Vector([rows.values[first + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def set_vector(rows: ti.template(), r, place: ti.template(), vector):
+    """Set three numbers of row r."""
+    first = r * ti.static(rows.at.width) + place
+    for j in ti.static(range(3)):
+        rows.values[first + j] = vector[j]
+
+
+@ti.func
+def normal_of(rows: ti.template(), r):
+    """Return the unit normal [3] of row r."""
+    return vector_of(rows, r, rows.at.normal)
+
+
+@ti.func
+def velocity_of(rows: ti.template(), r, place: ti.template()):
+    """Return the velocity [3] [m/s] of the partner of row r; place: rows.at.velocity or mean_velocity. 0 at rest."""
+    velocity = ti.Vector.zero(ti.f64, 3)
+    if ti.static(place >= 0):
+        velocity = vector_of(rows, r, place)
+    return velocity
+
+
+@ti.func
+def sum_of_rows(rows: ti.template(), k, place: ti.template()):
+    """Sum three numbers of every row of node k."""
+    slots = ti.static(rows.options.slots)
+    total = ti.Vector.zero(ti.f64, 3)
+    for p in ti.static(range(slots)):
+        total += vector_of(rows, k * slots + p, place)
+    return total
+
+
+@ti.func
+def hand_over_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+    """Give the forces of its rows to contact node k: the contact force leaves special_force (internal less contact)."""
+    total = sum_of_rows(rows, k, rows.at.force)
+    for j in ti.static(range(3)):
+        contact.force[3 * k + j] = total[j]
+        body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+    return total
+
+
+@ti.func
+def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Give the forces of the rows to the contact nodes, and sum them up."""
+    force = ti.Vector.zero(ti.f64, 3)
+    pressed = 0.0
+    for k in range(node_count(contact)):
+        total = hand_over_node(body, contact, rows, k)
+        force += total
+        if total.norm() > 0.0:
+            pressed += 1.0
+    for j in ti.static(range(3)):
+        contact.sums[SUMS.contact_force + j] = force[j]
+    contact.sums[SUMS.contact_nodes] = pressed
+
+
+@ti.func
+def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Give the friction of the kick to the contact nodes too."""
+    force = ti.Vector([contact.sums[SUMS.contact_force + j] for j in ti.static(range(3))])
+    for k in range(node_count(contact)):
+        total = sum_of_rows(rows, k, rows.at.kick_friction)
+        force += total
+        for j in ti.static(range(3)):
+            contact.force[3 * k + j] = contact.force[3 * k + j] + total[j]
+            body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+    for j in ti.static(range(3)):
+        contact.sums[SUMS.contact_force + j] = force[j]

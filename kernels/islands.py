@@ -1,0 +1,53 @@
+"""Islands: contact nodes that no stiffness couples with others; they stand one after another in every list.
+
+The contact nodes of a body are an island. Each has its own settings, numbers and end of the static
+solve, so that it gets to the last bit what it would get alone; one measure of the contact cells serves all of them.
+`islands` [i+1, ISLAND]: where those of island i begin among the contact nodes, the packs of the sweeps, the contact
+cells, the nodes without rows, which follow the contact nodes in their list, and the contact blocks (lanes.py).
+"""
+
+import taichi as ti
+
+from .lanes import ISLAND
+
+
+@ti.func
+def island_count(contact: ti.template()):
+    """Return the number of islands."""
+    return contact.islands.shape[0] // ISLAND - 1
+
+
+@ti.func
+def first_node(contact: ti.template(), island):
+    """Return the first contact node of an island; that of the next island is its end."""
+    return contact.islands[ISLAND * island]
+
+
+@ti.func
+def first_pack(contact: ti.template(), island):
+    """Return the first pack of an island in the order of the sweeps."""
+    return contact.islands[ISLAND * island + 1]
+
+
+@ti.func
+def first_cell(contact: ti.template(), island):
+    """Return the first contact cell of an island."""
+    return contact.islands[ISLAND * island + 2]
+
+
+@ti.func
+def first_other(contact: ti.template(), island):
+    """Return the first node of an island without rows."""
+    return contact.islands[ISLAND * island + 3]
+
+
+@ti.func
+def node_count(contact: ti.template()):
+    """Return the number of contact nodes of all islands."""
+    return first_node(contact, island_count(contact))
+
+
+@ti.func
+def first_block(contact: ti.template(), island):
+    """Return the first contact block of an island."""
+    return contact.islands[ISLAND * island + 4]

@@ -1,0 +1,288 @@
+"""MPRGP: projected conjugate gradients for contact nodes that one obstacle each can hold (METHOD 2).
+
+    min 1/2 d.K d - r.d   with   g_k + n_k.d_k >= 0
+
+Dostal and Schoberl, Comput. Optim. Appl. 30 (2005) 23-43. Conjugate gradients on the free components; a step that would
+cross a bound ends there and goes on along the projected gradient; where the bounds hold more of the gradient than is
+left at the free components, a step lets go of the nodes that are pulled. All of it in the bases of node_basis.py, where
+the nodes' own blocks are the identity: they precondition the steps and the projection at once, and K has no
+eigenvalue above the number of contact nodes of one cell, so that the length of a projected step needs no estimate.
+A direction of negative curvature ends the solve: the tangent is indefinite, and the sweeps take over.
+
+Phases are functions of one pack: up to so many nodes of one colour as there are lanes. Sums have a fixed order.
+"""
+
+import taichi as ti
+
+from .islands import first_pack
+from .lanes import SWEEP_LANES as LANES
+from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
+from .node_places import PLACES
+from .static_control import (
+    BEFORE,
+    F_REF,
+    LINEAR,
+    MAXIMUM_SWEEPS,
+    PIVOT,
+    POLISHING_SWEEPS,
+    RESIDUAL,
+    SETTINGS,
+    STATS,
+    STEP_LENGTH,
+    SWEEPS,
+    goals,
+)
+from .vectors import MASK, load
+
+UNLIMITED = 1e300
+NOTHING = 1e-20  # of F_ref: a residual that changes no digit of any increment
+
+
+@ti.func
+def put_motion(system: ti.template(), node, count, vector, block: ti.template()):
+    """The increments of a pack become the motion of a vector, which its neighbours read in the next product."""
+    put(system, system.increment, node, count, 0, block, into_motion(system, node, vector, block))
+
+
+@ti.func
+def bound_of(system: ti.template(), node, block: ti.template()):
+    """The bounds of z_1 in a pack."""
+    return load(system.response, node + ti.static(PLACES[block]).bound * system.stiffness.shape[0], LANES)
+
+
+@ti.func
+def slack_of(system: ti.template(), node, block: ti.template()):
+    """How far z_1 is from its bound in a pack."""
+    place = node + ti.static(PLACES[block]).position * system.stiffness.shape[0]
+    return load(system.response, place, LANES) - bound_of(system, node, block)
+
+
+@ti.func
+def split(system: ti.template(), node, block: ti.template()):
+    """Free gradient of a pack, and its chopped one: the first components whose bounds pull instead of pressing."""
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    free = part(system, system.response, node, ti.static(PLACES[block]).gradient, block)
+    is_free = slack_of(system, node, block) > 0.0
+    chopped = ti.select(is_free, zero, ti.min(free[0], zero))
+    free[0] = ti.select(is_free, free[0], zero)
+    return free, chopped
+
+
+@ti.func
+def begin(system: ti.template(), node, count, step, block: ti.template()):
+    """The bases of a pack, and its projected gradient step from d = 0."""
+    at = ti.static(PLACES[block])
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    set_basis(system, node, count, block)
+    position = into_basis(system, node, part(system, system.right, node, 0, block), block)
+    for i in ti.static(range(block)):
+        position[i] = step * position[i]
+    position[0] = ti.max(position[0], bound_of(system, node, block))
+    put(system, system.response, node, count, at.position, block, position)
+    put(system, system.response, node, count, at.direction, block, [zero for _ in range(block)])
+    put_motion(system, node, count, position, block)
+
+
+@ti.func
+def multiply(system: ti.template(), pack, node, count, block: ti.template()):
+    """The forces that the motion of their neighbours makes at the nodes of a pack, in their bases."""
+    stride = system.stiffness.shape[0]
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    force = [zero for _ in range(block)]
+    for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
+        there = [system.column[((entry * LANES) & MASK) + lane] for lane in range(LANES)]
+        start = entry * block * block * LANES
+        for j in ti.static(range(block)):
+            moved = ti.Vector([system.increment[j * stride + k] for k in there])
+            for i in ti.static(range(block)):
+                force[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
+    product = into_basis(system, node, force, block)
+    put(system, system.response, node, count, ti.static(PLACES[block]).product, block, product)
+
+
+@ti.func
+def renew(system: ti.template(), node, count, block: ti.template()):
+    """Gradient K z - b of a pack after the product with z; the own block of a node is the identity."""
+    at = ti.static(PLACES[block])
+    gradient = part(system, system.response, node, at.product, block)
+    position = part(system, system.response, node, at.position, block)
+    right = into_basis(system, node, part(system, system.right, node, 0, block), block)
+    for i in ti.static(range(block)):
+        gradient[i] += position[i] - right[i]
+    put(system, system.response, node, count, at.gradient, block, gradient)
+
+
+@ti.func
+def curve(system: ti.template(), node, count, block: ti.template()):
+    """K p of a pack after the product with p; over the lanes p.K p, gradient.p and how far -p may go to a bound."""
+    at = ti.static(PLACES[block])
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    direction = part(system, system.response, node, at.direction, block)
+    gradient = part(system, system.response, node, at.gradient, block)
+    product = part(system, system.response, node, at.product, block)
+    curvature, slope = zero, zero
+    for i in ti.static(range(block)):
+        product[i] += direction[i]
+        curvature += direction[i] * product[i]
+        slope += direction[i] * gradient[i]
+    put(system, system.response, node, count, at.product, block, product)
+    reach = slack_of(system, node, block) / ti.max(direction[0], 1e-300)
+    inside = ti.Vector(LANE_NUMBERS) < count
+    towards = inside and direction[0] > 0.0
+    return [
+        ti.select(inside, curvature, zero),
+        ti.select(inside, slope, zero),
+        ti.select(towards, reach, zero + UNLIMITED),
+    ]
+
+
+@ti.func
+def advance(system: ti.template(), node, count, length, block: ti.template()):
+    """z of a pack and its gradient at the end of a step along -p."""
+    at = ti.static(PLACES[block])
+    position = part(system, system.response, node, at.position, block)
+    gradient = part(system, system.response, node, at.gradient, block)
+    direction = part(system, system.response, node, at.direction, block)
+    product = part(system, system.response, node, at.product, block)
+    for i in ti.static(range(block)):
+        position[i] = position[i] - length * direction[i]
+        gradient[i] = gradient[i] - length * product[i]
+    position[0] = ti.max(position[0], bound_of(system, node, block))
+    put(system, system.response, node, count, at.position, block, position)
+    put(system, system.response, node, count, at.gradient, block, gradient)
+
+
+@ti.func
+def expand(system: ti.template(), node, count, step, block: ti.template()):
+    """From where a step has met a bound, a pack goes on along its projected free gradient."""
+    at = ti.static(PLACES[block])
+    free, _chopped = split(system, node, block)
+    position = part(system, system.response, node, at.position, block)
+    for i in ti.static(range(block)):
+        position[i] = position[i] - step * free[i]
+    position[0] = ti.max(position[0], bound_of(system, node, block))
+    put(system, system.response, node, count, at.position, block, position)
+    put_motion(system, node, count, position, block)
+
+
+@ti.func
+def judged(system: ti.template(), node, count, step, block: ti.template()):
+    """Over the lanes of a pack: reduced free gradient times the free one, chopped gradient squared, free gradient times
+    K p, and the largest component of the force that is not balanced [N]."""
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    product = part(system, system.response, node, ti.static(PLACES[block]).product, block)
+    free, chopped = split(system, node, block)
+    reduced = ti.min(slack_of(system, node, block) / step, free[0]) * free[0]
+    conjugate = free[0] * product[0]
+    for i in ti.static(range(1, block)):
+        reduced += free[i] * free[i]
+        conjugate += free[i] * product[i]
+    free[0] = free[0] + chopped
+    force = into_force(system, node, free, block)
+    residual = zero
+    for i in ti.static(range(block)):
+        residual = ti.max(residual, force[i], zero - force[i])
+    inside = ti.Vector(LANE_NUMBERS) < count
+    results = [reduced, chopped * chopped, conjugate, residual]
+    return [ti.select(inside, result, zero) for result in results]
+
+
+@ti.func
+def turn(system: ti.template(), node, count, proportional, share, block: ti.template()):
+    """The next direction of a pack: its free gradient less a share of the last direction, or its chopped gradient."""
+    at = ti.static(PLACES[block])
+    direction = part(system, system.response, node, at.direction, block)
+    free, chopped = split(system, node, block)
+    for i in ti.static(range(block)):
+        direction[i] = proportional * (free[i] - share * direction[i])
+    direction[0] = direction[0] + (1.0 - proportional) * chopped
+    put(system, system.response, node, count, at.direction, block, direction)
+    put_motion(system, node, count, direction, block)
+
+
+@ti.func
+def finish(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
+    """Increments of a pack, and which of its nodes their rows hold: at the bound, and pressing."""
+    at = ti.static(PLACES[block])
+    put_motion(system, node, count, part(system, system.response, node, at.position, block), block)
+    slack = slack_of(system, node, block)
+    pressing = load(system.response, node + at.gradient * system.stiffness.shape[0], LANES)
+    for lane in ti.static(range(LANES)):
+        if lane < count:
+            contact.active[node + lane] = ti.select(slack[lane] <= 0.0 and pressing[lane] > 0.0, 1, 0)
+
+
+@ti.func
+def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.template()):
+    """Solve for the nodes of an island as far as it is worth; stats[SWEEPS] counts the products with K.
+
+    Returns 1, or 0 where K_KK turned out to be indefinite and the increments are not to be used.
+    """
+    stats, settings, starts = ti.static(system.stats, system.settings, system.pack_start)
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    first, end = first_pack(contact, island), first_pack(contact, island + 1)
+    at, its = island * STATS, island * SETTINGS
+    least, aim, bound = goals(stats, settings, island)
+    step = settings[its + STEP_LENGTH]
+    definite = ti.select(stats[at + PIVOT] > 0.0, 1, 0)
+    if definite == 1:
+        for pack in range(first, end):
+            begin(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+    going, jumped = definite, 1  # jumped: z is where a projected step has led, and the product is with z
+    done, proportional, share, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
+    while going == 1:
+        for pack in range(first, end):
+            multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)
+        done += 1.0
+        jumps = 0
+        if jumped == 1:
+            proportional = 0.0
+            for pack in range(first, end):
+                renew(system, starts[pack], starts[pack + 1] - starts[pack], block)
+        else:
+            sums = [zero, zero, zero + UNLIMITED]
+            for pack in range(first, end):
+                own = curve(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                sums[0] += own[0]
+                sums[1] += own[1]
+                sums[2] = ti.min(sums[2], own[2])
+            curvature = sums[0].sum()
+            length, reach = sums[1].sum() / curvature, sums[2].min()
+            if not curvature > 0.0:
+                definite, going = 0, 0
+            else:
+                for pack in range(first, end):
+                    advance(system, starts[pack], starts[pack + 1] - starts[pack], ti.min(length, reach), block)
+                if length > reach:
+                    jumps = 1
+                    for pack in range(first, end):
+                        expand(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+        jumped = jumps
+        if going == 1 and jumps == 0:
+            sums = [zero, zero, zero, zero]
+            for pack in range(first, end):
+                own = judged(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+                for i in ti.static(range(3)):
+                    sums[i] += own[i]
+                sums[3] = ti.max(sums[3], own[3])
+            reduced, chopped = sums[0].sum(), sums[1].sum()
+            residual = sums[3].max() / stats[at + F_REF]
+            share = 0.0
+            if proportional == 1.0:
+                share = sums[2].sum() / curvature
+            proportional = ti.select(chopped <= reduced, 1.0, 0.0)
+            more = done < least or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
+            more = more or (done < settings[its + MAXIMUM_SWEEPS] and residual > bound)
+            going = ti.select(more and residual > NOTHING, 1, 0)
+            if not reduced + chopped < UNLIMITED:  # not a number: the sweeps shall say so
+                definite, going = 0, 0
+            if going == 1:
+                for pack in range(first, end):
+                    turn(system, starts[pack], starts[pack + 1] - starts[pack], proportional, share, block)
+    stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if definite == 1:
+        for pack in range(first, end):
+            finish(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+        if settings[its + LINEAR] == 1.0:
+            stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
+    return definite

@@ -1,0 +1,126 @@
+"""The basis of a contact node in which its block of K is the identity and its row bounds one component (METHOD 2).
+
+    D_k^-1 = M M^t,   d_k = T z_k with T = M (1 - w w^t),   (1 - w w^t) M^t n = |M^t n| e_1:
+
+    T^t D_k T = 1,   g_k + n.d_k >= 0 becomes z_k1 >= -g_k / |M^t n|,   a force f becomes T^t f
+
+M is a lower triangle whose first column has the sign that makes the first component of M^t n at most 0, so that w does
+not suffer from cancellation. A node that its row cannot push (n = 0) has no bound. All functions work on the nodes of a
+pack: their values are vectors over the lanes; lanes beyond the pack are computed too, but neither stored nor summed.
+"""
+
+import taichi as ti
+
+from .lanes import SWEEP_LANES as LANES
+from .node_places import PLACES
+from .tensor3 import cofactor, determinant
+from .vectors import load, store
+
+LANE_NUMBERS = list(range(LANES))
+UNBOUNDED = -1e300
+
+
+@ti.func
+def part(system: ti.template(), values: ti.template(), node, first: ti.template(), block: ti.template()):
+    """Components first, first + 1, ... [block] of the pack that begins with `node`."""
+    return [load(values, node + (first + i) * system.stiffness.shape[0], LANES) for i in range(block)]
+
+
+@ti.func
+def put(system: ti.template(), values: ti.template(), node, count, first: ti.template(), block: ti.template(), new):
+    """Write components first, first + 1, ... [block] of the `count` nodes of a pack."""
+    inside = ti.Vector(LANE_NUMBERS) < count
+    for i in ti.static(range(block)):
+        place = node + (first + i) * system.stiffness.shape[0]
+        store(values, place, ti.select(inside, new[i], load(values, place, LANES)), LANES)
+
+
+@ti.func
+def into_motion(system: ti.template(), node, vector, block: ti.template()):
+    """d = T z."""
+    at = ti.static(PLACES[block])
+    basis = part(system, system.response, node, at.basis, block * block)
+    return combined(basis, 1, block, vector, block)
+
+
+@ti.func
+def into_basis(system: ti.template(), node, force, block: ti.template()):
+    """T^t f."""
+    at = ti.static(PLACES[block])
+    basis = part(system, system.response, node, at.basis, block * block)
+    return combined(basis, block, 1, force, block)
+
+
+@ti.func
+def into_force(system: ti.template(), node, gradient, block: ti.template()):
+    """f = T^-t gradient [N]."""
+    at = ti.static(PLACES[block])
+    inverse = part(system, system.response, node, at.inverse, block * block)
+    return combined(inverse, 1, block, gradient, block)
+
+
+@ti.func
+def combined(matrix, along: ti.template(), across: ti.template(), vector, block: ti.template()):
+    """Matrix times vector, or transposed with the strides exchanged: entry (i, j) at i * across + j * along."""
+    result = [matrix[i * across] * vector[0] for i in range(block)]
+    for i in ti.static(range(block)):
+        for j in ti.static(range(1, block)):
+            result[i] += matrix[i * across + j * along] * vector[j]
+    return result
+
+
+@ti.func
+def lower_triangle(matrix, block: ti.template()):
+    """M of M M^t = matrix, row by row (Cholesky)."""
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    result = [zero for _ in range(block * block)]
+    for j in ti.static(range(block)):
+        for i in ti.static(range(j, block)):
+            rest = matrix[i * block + j]
+            for m in ti.static(range(j)):
+                rest = rest - result[i * block + m] * result[j * block + m]
+            if ti.static(i == j):
+                result[i * block + j] = ti.sqrt(rest)
+            else:
+                result[i * block + j] = rest / result[j * block + j]
+    return result
+
+
+@ti.func
+def inverse_transposed(a, block: ti.template()):
+    """a^-t, row by row."""
+    result = [1.0 / a[0] for _ in range(block * block)]
+    if ti.static(block == 3):
+        rows = [[a[3 * i + j] for j in range(3)] for i in range(3)]
+        minors = cofactor(rows)
+        for i, j in ti.static(ti.ndrange(3, 3)):
+            result[3 * i + j] = minors[i][j] / determinant(rows, minors)
+    return result
+
+
+@ti.func
+def set_basis(system: ti.template(), node, count, block: ti.template()):
+    """T, T^-t and the bounds of a pack of nodes, from D_k^-1, n and g."""
+    at = ti.static(PLACES[block])
+    zero = ti.Vector([0.0 for _ in range(LANES)])
+    basis = lower_triangle(part(system, system.inverse, node, 0, block * block), block)
+    across = combined(basis, block, 1, part(system, system.normals, node, 0, block), block)  # M^t n, then w
+    turned = across[0] > 0.0
+    across[0] = ti.select(turned, zero - across[0], across[0])
+    square = across[0] * across[0]
+    for i in ti.static(range(1, block)):
+        square += across[i] * across[i]
+    length = ti.sqrt(square)
+    across[0] = across[0] - length
+    scale = ti.sqrt(2.0 / ti.max(square - 2.0 * length * (across[0] + length) + square, 1e-300))
+    for i in ti.static(range(block)):
+        across[i] = scale * across[i]
+        basis[i * block] = ti.select(turned, zero - basis[i * block], basis[i * block])
+    reflected = combined(basis, 1, block, across, block)
+    for i, j in ti.static(ti.ndrange(block, block)):
+        basis[i * block + j] = basis[i * block + j] - reflected[i] * across[j]
+    gap = load(system.gaps, node, LANES)
+    bound = [ti.select(length > 0.0, (zero - gap) / ti.max(length, 1e-300), zero + UNBOUNDED)]
+    put(system, system.response, node, count, at.basis, block * block, basis)
+    put(system, system.response, node, count, at.inverse, block * block, inverse_transposed(basis, block))
+    put(system, system.response, node, count, at.bound, 1, bound)

@@ -1,0 +1,138 @@
+"""Rows of rigid obstacles: gap, normal and velocity of the surface at a contact node, and what the obstacles feel.
+
+Row k * slots + p of node k stands for obstacle `candidates` of it; where there are more than MOST_SLOTS obstacles
+these are the nearest ones.
+"""
+
+import taichi as ti
+
+from .boundary_nodes import row
+from .columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
+from .constraint_rows import number_of, set_number, set_vector, vector_of
+from .islands import first_other, island_count, node_count
+from .lanes import MOST_SLOTS
+from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, vector, velocity_at
+
+
+@ti.func
+def position(reference: ti.template(), k, u: ti.template(), node):
+    """Return where entry k of a list of nodes is, from the point that `reference` counts from."""
+    return row(reference, k) + row(u, node)
+
+
+@ti.func
+def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
+    """Fill row r for a node at x."""
+    p = obstacles.candidates[r]
+    gap, normal = gap_and_normal(obstacles, p, x)
+    set_number(rows, r, rows.at.gap, gap)
+    set_vector(rows, r, rows.at.normal, normal)
+    if ti.static(rows.at.size_squared >= 0):
+        away = x - vector(obstacles.records, RECORD * p + POINT)
+        set_number(rows, r, rows.at.size_squared, ti.max(x.norm_sqr(), away.norm_sqr()))
+    if ti.static(rows.at.velocity >= 0):
+        set_vector(rows, r, rows.at.velocity, velocity_at(obstacles, p, x, VELOCITY))
+    if ti.static(rows.at.mean_velocity >= 0):
+        set_vector(rows, r, rows.at.mean_velocity, velocity_at(obstacles, p, x, MEAN_VELOCITY))
+
+
+@ti.func
+def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template(), k):
+    """Fill the rows of contact node k."""
+    x = position(contact.reference, k, u, contact.nodes[k])
+    slots = ti.static(rows.options.slots)
+    for p in range(slots):
+        fill_row(obstacles, rows, k * slots + p, x)
+
+
+@ti.func
+def fill_rows(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
+    """Fill the rows of all contact nodes at the displacement u."""
+    for k in range(node_count(contact)):
+        fill_node(obstacles, rows, contact, u, k)
+
+
+@ti.func
+def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.template()):
+    """Choose the obstacles with the smallest gaps at each node, where there are more than slots for them."""
+    if obstacles.records.shape[0] // RECORD > MOST_SLOTS:
+        for k in range(node_count(contact)):
+            choose_at_node(obstacles, contact, u, k)
+
+
+@ti.func
+def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.template(), k):
+    """Choose the obstacles of node k.
+
+    They stand in the order of the scene: obstacles out of reach leave the arithmetic of the others as it is. The order
+    stays while they are the same: what a node knows of its obstacles stays with them.
+    """
+    x = position(contact.reference, k, u, contact.nodes[k])
+    found = ti.Vector([-1 for _ in range(MOST_SLOTS)])
+    missing = 0
+    for slot in ti.static(range(MOST_SLOTS)):
+        best = 1e300
+        for p in range(obstacles.records.shape[0] // RECORD):
+            g, _normal = gap_and_normal(obstacles, p, x)
+            taken = 0
+            for before in ti.static(range(slot)):
+                if found[before] == p:
+                    taken = 1
+            if taken == 0 and g < best:
+                best = g
+                found[slot] = p
+        known = 0
+        for other in ti.static(range(MOST_SLOTS)):
+            if obstacles.candidates[MOST_SLOTS * k + other] == found[slot]:
+                known = 1
+        missing += 1 - known
+    for _, slot in ti.static(ti.ndrange(MOST_SLOTS - 1, MOST_SLOTS - 1)):
+        first, second = found[slot], found[slot + 1]
+        found[slot] = ti.min(first, second)
+        found[slot + 1] = ti.max(first, second)
+    if missing > 0:
+        for slot in ti.static(range(MOST_SLOTS)):
+            obstacles.candidates[MOST_SLOTS * k + slot] = found[slot]
+
+
+@ti.func
+def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
+    """Take the smallest gap of the contact sets to any obstacle: that of the rows, and of nodes without rows."""
+    smallest = 1e300
+    if ti.static(rows.exist):
+        for r in range(ti.static(rows.options.slots) * node_count(contact)):
+            smallest = ti.min(smallest, number_of(rows, r, rows.at.gap))
+    for k in range(first_other(contact, 0), first_other(contact, island_count(contact))):
+        x = position(contact.reference, k, u, contact.nodes[k])
+        for p in range(obstacles.records.shape[0] // RECORD):
+            g, _normal = gap_and_normal(obstacles, p, x)
+            smallest = ti.min(smallest, g)
+    contact.sums[SUMS.gap_min] = smallest
+
+
+@ti.func
+def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
+    """Sum up what every obstacle feels of the row forces: force and moment, and the power of all on the bodies.
+
+    An obstacle feels the opposite of the force on the node, where the node is.
+    """
+    slots = ti.static(rows.options.slots)
+    power = ti.static(loads_place(contact.options.friction != ""))
+    for j in range(power, contact.sums.shape[0]):
+        contact.sums[j] = 0.0
+    power_of_all = 0.0
+    for k in range(node_count(contact)):
+        x = position(contact.reference, k, u, contact.nodes[k])
+        for r in range(k * slots, (k + 1) * slots):
+            p = obstacles.candidates[r]
+            force = vector_of(rows, r, rows.at.force)
+            if ti.static(rows.at.kick_friction >= 0):
+                force += vector_of(rows, r, rows.at.kick_friction)
+            moment = (x - vector(obstacles.records, RECORD * p + POINT)).cross(force)
+            first = power + 1 + OBSTACLE_LOADS * p
+            pushed, turned = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
+            for j in ti.static(range(3)):
+                contact.sums[pushed + j] = contact.sums[pushed + j] - force[j]
+                contact.sums[turned + j] = contact.sums[turned + j] - moment[j]
+            power_of_all += force.dot(velocity_at(obstacles, p, x, VELOCITY))
+    contact.sums[power] = power_of_all

@@ -1,0 +1,69 @@
+"""The cells of a domain in packs, the constants of their materials, and the corners of its contact cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .domain import CellBlock, Domain
+from .kernels import lanes
+from .lumped_mass import cell_masses
+from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
+
+
+def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
+    """The cells of a domain in packs."""
+    from .kernels.elements import FUNCTIONS
+    from .kernels.materials import LAWS
+
+    size = len(material_numbers(domain, domain.blocks[0]))
+    blocks = [
+        Block(
+            block.cells,
+            WIDTH,
+            domain.kinds.index(block.kind),
+            lanes.MATERIALS + number * size,
+            len(block.contact),
+            FUNCTIONS[block.variant].points * len(LAWS[block.material.law].state),
+        )
+        for number, block in enumerate(domain.blocks)
+    ]
+    return pack_blocks(blocks, len(domain.reference), len(domain.kinds), chunks)
+
+
+def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
+    """What stands in `params` for the cells of a block, as in kernels/lanes.py."""
+    material, viscosity = block.material, domain.viscosity
+    numbers = [*material.parameters, *[0.0] * (lanes.LAW_PARAMETERS - len(material.parameters))]
+    if domain.dissipates:
+        numbers += [material.lame_lambda, material.lame_mu]
+    if viscosity is not None:
+        masses = cell_masses(block.body.body.mesh, material.density)
+        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
+        numbers += [speed, square, material.density, uneven]
+    return numbers
+
+
+def massless_count(domain: Domain) -> int:
+    """How many boundary nodes come first that have massless components: the contact nodes and who follows them."""
+    contact = domain.contact
+    if contact is None or contact.basis is None:
+        return 0
+    followers = 0 if domain.images is None else len(domain.images.followers_of(contact.nodes))
+    return len(contact.nodes) + followers
+
+
+def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
+    """The force rows of the corners of contact cells by boundary node: where each begins [s + 1], and the rows.
+
+    The corners of images belong to their masters.
+    """
+    place = np.full(len(domain.reference), -1)
+    place[domain.boundary] = np.arange(len(domain.boundary))
+    cells = [block.contact_cells.reshape(-1) for block in domain.blocks]
+    nodes = np.concatenate(cells)
+    owner = place[nodes if domain.images is None else domain.images.master[nodes]]
+    assert (owner >= 0).all()
+    order = np.argsort(owner, kind="stable")
+    starts = np.searchsorted(owner[order], np.arange(len(domain.boundary) + 1))
+    return np.concatenate([starts + len(starts), packs.corners[order]])

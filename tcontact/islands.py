@@ -1,0 +1,76 @@
+"""Islands of contact: the contact nodes of one body in lists that several bodies share (kernels/islands.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .domain import Domain
+from .kernels.lanes import ISLAND, MOST_SLOTS
+from .plan import BodyPlan
+from .sweep_order import SweepOrder
+
+
+@dataclass(frozen=True)
+class Island:
+    """The share of one body in the lists of contact.
+
+    nodes, all_nodes, cells: its slices of `ContactPlan.nodes`, `ContactPlan.all_nodes` and of the contact cells;
+    blocks: of the contact blocks.
+    """
+
+    body: BodyPlan
+    nodes: slice
+    all_nodes: slice
+    cells: slice
+    blocks: slice
+
+    @property
+    def removal(self) -> str | None:
+        """Which mass its nodes have lost: "normal", "full" or None."""
+        return None if self.body.contact is None else self.body.contact.removal
+
+
+def islands_of(domain: Domain) -> tuple[Island, ...]:
+    """The islands of a domain: one of every body that can touch."""
+    found, everyone, blocks = [], 0, 0
+    for number, body in enumerate(domain.bodies):
+        if body.contact is not None:
+            own = sum(len(block.contact) > 0 for block in domain.blocks if block.body is body)
+            found.append(
+                Island(
+                    body,
+                    slice(int(domain.contact_start[number]), int(domain.contact_start[number + 1])),
+                    slice(everyone, everyone + len(body.contact.all_nodes)),
+                    slice(int(domain.cell_start[number]), int(domain.cell_start[number + 1])),
+                    slice(blocks, blocks + own),
+                )
+            )
+            everyone += len(body.contact.all_nodes)
+            blocks += own
+    return tuple(found)
+
+
+def nodes_without_rows(domain: Domain, islands: Sequence[Island], obstacles: int) -> list[np.ndarray]:
+    """Per island the nodes of its contact set whose smallest gap no row knows: all where rows leave obstacles out."""
+    contact = domain.contact
+    assert contact is not None
+    known = contact.nodes if obstacles <= MOST_SLOTS else contact.nodes[:0]
+    return [np.setdiff1d(contact.all_nodes[island.all_nodes], known) for island in islands]
+
+
+def island_starts(islands: Sequence[Island], others: Sequence[np.ndarray], order: SweepOrder | None) -> np.ndarray:
+    """Where every island begins [i+1, ISLAND] and the last one ends, as `kernels/islands.py` reads it.
+
+    others: per island its nodes without rows; order: of the sweeps, None without a static solve.
+    """
+    starts = np.zeros((len(islands) + 1, ISLAND), dtype=np.int64)
+    starts[1:, 0] = [island.nodes.stop for island in islands]
+    starts[1:, 2] = [island.cells.stop for island in islands]
+    starts[:, 3] = starts[-1, 0] + np.cumsum([0, *(len(nodes) for nodes in others)])
+    starts[1:, 4] = [island.blocks.stop for island in islands]
+    if order is not None:
+        starts[:, 1] = np.searchsorted(order.pack_start, starts[:, 0])
+    return starts
