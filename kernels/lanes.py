@@ -13,8 +13,8 @@ WIDTH = 8  # lanes of a pack
 SEGMENT = 8
 FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = range(SEGMENT)
 # numbers of a contact block, the contact cells of one block: first and end cell among all contact cells; where its
-# nodes begin in `cell_nodes`, the data of its quadrature points in `shape_gradients` and `weights`, and how many points
-# there are; where in `params` its material stands; where in `memory` its cell 0 begins; number of its kind of cells
+# nodes begin in `cell_nodes`, the gradients and the weights of its quadrature points in `shape_gradients`; how many
+# points there are; where in `params` its material stands; where in `memory` its cell 0 begins; number of its kind
 CONTACT_BLOCK = 9
 FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)

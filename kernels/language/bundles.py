@@ -47,10 +47,9 @@ class Listed(NamedTuple):
 
 
 class Supported(NamedTuple):
-    """Prescribed components: place in the list of boundary nodes, axis, velocity [m/s]; sums: reaction, power."""
+    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction, power."""
 
-    slots: Index = None
-    axes: Index = None
+    components: Index = None
     speeds: Array = None
     sums: Shared = None
 
@@ -217,14 +216,13 @@ class Pairs(NamedTuple):
     (tcontact/planning/contact_graph.py).
 
     blocks: the contact blocks, numbered as in lanes.py; of each cell_nodes [c, corners], shape_gradients
-    [q, corners, 3], weights [q]; start [c+1], corners, nodes [p, 2],
+    [q, corners, 3], behind those of all blocks the weights [q]; start [c+1], corners, nodes [p, 2],
     values [p, block, block]; row_start [k+1], entry_start [e+1], entry_pairs, entry_place [e].
     """
 
     blocks: Index = None
     cell_nodes: Index = None
     shape_gradients: Array = None
-    weights: Array = None
     start: Index = None
     corners: Index = None
     nodes: Index = None

@@ -66,8 +66,8 @@ def kick_and_drift(body: ti.template(), listed: ti.template()):
 def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.template()):
     """Reaction M a + f - f_ext of every prescribed component, summed, and its power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(supported.slots.shape[0]):
-        s, axis = supported.slots[i], supported.axes[i]
+    for i in range(supported.components.shape[0]):
+        s, axis = supported.components[i] // 3, supported.components[i] % 3
         net = row(listed.load, s) - row(body.special_force, s)
         inertia = symmetric(listed.mass, s) @ (symmetric(listed.inverse_mass, s) @ net)
         reaction = 0.0
