@@ -179,3 +179,12 @@ def test_the_plan_names_its_terms_and_foresees_the_memory(name):
     assert set(foreseen) == set(taken)
     for term, size in taken.items():
         assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term
+
+
+def test_describing_a_plan_is_light():
+    """It needs no Taichi: `describe` says what a run would take before anything is started."""
+    code = "import sys, tcontact as tc; from tcontact.cases import cube_impact; "
+    code += "tc.plan(cube_impact.scene(cells=2)).describe(); print('taichi' in sys.modules)"
+    done = python(code)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.split()[-1] == "False"
