@@ -95,10 +95,10 @@ def test_terms_and_memory_are_those_of_the_scene(name):
 
 
 def test_memory_counts_what_the_terms_own():
-    """State: two float64 vectors a node; a support term: two int32 and one float64 a component."""
+    """State: two float64 vectors a node; a support term: an int32 and a float64 a component."""
     result = simulate(SCENES["supports"][0])
     assert result.memory["state"] == 27 * 3 * 8 * 2
-    assert result.memory["supports"] == 9 * (4 + 4 + 8)
+    assert result.memory["supports"] == 9 * (4 + 8)
     more = tc.Scene(bodies=[tc.Body(block(cells=4), material())], duration=1e-5, contact=None)
     assert simulate(more).memory["state"] == 125 * 3 * 8 * 2
 
