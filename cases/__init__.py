@@ -1,10 +1,10 @@
-"""The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
+"""The cases: each is a module with a docstring, `scene(**parameters)` and `checks(result)`.
 
-Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
-folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label that are run and plotted
-side by side, or pairs of a scene and its scheme; `draw_comparison(path, histories)`, its picture, if not the usual one;
-`SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical scene has
-`solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
+A case may also have `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
+folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label, or pairs of a scene and
+its scheme, that are run and plotted side by side; `draw_comparison(path, histories)`, a picture of its own instead of
+the usual one; and `SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical
+scene has `solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
 
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """

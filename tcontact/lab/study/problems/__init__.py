@@ -1,10 +1,10 @@
-"""The problems of a study, one module each, named like the file: bar_impact.py is bar-impact.
+"""The problems of a study: each is a module and named like its file, bar-impact in bar_impact.py.
 
-A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error, the names are
-`ERRORS`, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (what the K of penalty-K counts,
-[N/m^3]).
-Optional: `displaced(scene)`, the scene with its start, once its contact is known; `REFERENCE`, a line on what the
-errors refer to; `reference`, see `tcontact.lab.study.reference`: then `errors(result, reference)`.
+A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error; `ERRORS` lists
+the names, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (the stiffness [N/m^3] that the K of
+the method penalty-K multiplies). It may have `displaced(scene)`, the scene with its start, once its contact is known;
+`REFERENCE`, a line on what the errors refer to; and `reference` (see `tcontact.lab.study.reference`), which turns
+`errors` into `errors(result, reference)`.
 """
 
 from __future__ import annotations
