@@ -21,22 +21,22 @@ from tcontact.base.errors import InputError
 
 
 def names() -> list[str]:
-    """Names of all cases, sorted: the file cube_impact.py is the case cube-impact."""
+    """Return the names of all cases, sorted: the file cube_impact.py is the case cube-impact."""
     return sorted(path.stem.replace("_", "-") for path in Path(__file__).parent.glob("[a-z]*.py"))
 
 
 def title(name: str) -> str:
-    """First line of the case's docstring. Raises `InputError` for an unknown case."""
+    """Return the first line of the case's docstring. Raises `InputError` for an unknown case."""
     return (ast.get_docstring(_source(name)) or "").partition("\n")[0]
 
 
 def about(name: str) -> str:
-    """What follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
+    """Return what follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
     return (ast.get_docstring(_source(name)) or "").partition("\n")[2].strip()
 
 
 def about_parameters(name: str) -> str:
-    """The docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
+    """Return the docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
             return (ast.get_docstring(item) or "").strip()
@@ -44,7 +44,7 @@ def about_parameters(name: str) -> str:
 
 
 def parameters(name: str) -> dict[str, tuple[str, str]]:
-    """Type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
+    """Return type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
             found = {}
@@ -56,7 +56,7 @@ def parameters(name: str) -> dict[str, tuple[str, str]]:
 
 
 def compares(name: str) -> str:
-    """First line of the docstring of the case's `comparison`, empty if it has none. Raises `InputError`."""
+    """Return the first line of the docstring of the case's `comparison`, "" if it has none. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name == "comparison":
             return (ast.get_docstring(item) or "").partition("\n")[0]
@@ -70,7 +70,7 @@ def load(name: str) -> ModuleType:
 
 
 def _aliases() -> dict[str, str]:
-    """The words one may give for a named choice of `_choices.py`, such as choices.Kind."""
+    """Return the words that a named choice of `_choices.py` allows, such as choices.Kind."""
     from . import _choices
 
     named = {name: get_args(kind) for name, kind in vars(_choices).items() if get_origin(kind) is Literal}
