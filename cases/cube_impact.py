@@ -1,8 +1,8 @@
 """A soft cube hits a rigid wall at 10 km/h: flat, edge first or corner first.
 
-This is the main job of the project. A 10 cm cube (E 10 MPa, nu 0.3, rho 1000, 16^3 hexes, neo-Hookean) flies down onto the
-plane z = 0. yaw turns it about z, then pitch about y: pitch=45 is edge first, yaw=45 with pitch=54.7356 corner first.
-compare=true runs it twice, with mass redistribution and with a penalty on ordinary mass (Fig. 4 of Le Tallec,
+This is the main job of the project. A 10 cm cube (E 10 MPa, nu 0.3, rho 1000, 16^3 hexes, neo-Hookean) flies down onto
+the plane z = 0. yaw turns it about z, then pitch about y: pitch=45 is edge first, yaw=45 with pitch=54.7356 corner
+first. compare=true runs it twice, with mass redistribution and with a penalty on ordinary mass (Fig. 4 of Le Tallec,
 Dambakizi and Hauret 2007, here explicit). With nu = 0.3 some energy stays in vibration: the cube leaves slower than it
 came.
 """

@@ -1,8 +1,9 @@
 """A thin layer of metal under sliding contact heats, softens and, at high speed, all but melts.
 
-This is section 2 of Le Tallec, Dambakizi and Hauret (2007): one cell at 34 m/s and 1.3 GPa, a layer of 10 um, 200 points,
-steps of 1 ns to 0.6 us; then again at a speed that brings the surface to melting. The paper states no constants of its
-metal, so its Figs. 2 and 3 are reproduced in kind. There is no mechanical scene: velocity and pressure are given.
+This is section 2 of Le Tallec, Dambakizi and Hauret (2007): one cell at 34 m/s and 1.3 GPa, a layer of 10 um, 200
+points, steps of 1 ns to 0.6 us; then again at a speed that brings the surface to melting. The paper states no constants
+of its metal, so its Figs. 2 and 3 are reproduced in kind. There is no mechanical scene: velocity and pressure are
+given.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """A nearly incompressible beam swings: the trapezoidal rule gains energy until it breaks, conserving schemes keep it.
 
-This is the contrast of section 3.1 of Le Tallec, Dambakizi and Hauret 2007. A beam 1 m x 0.1 m in plane strain (neo-Hookean,
-mu 1 MPa, rho 1000, mean dilatation) is clamped at its left end and thrown up with v_y = speed (x/length)^2; it bends
-through large rotations. compare=true runs every implicit scheme at the same step and plots their energies.
+This is the contrast of section 3.1 of Le Tallec, Dambakizi and Hauret 2007. A beam 1 m x 0.1 m in plane strain
+(neo-Hookean, mu 1 MPa, rho 1000, mean dilatation) is clamped at its left end and thrown up with v_y = speed
+(x/length)^2; it bends through large rotations. compare=true runs every implicit scheme at the same step and plots their
+energies.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A cube strikes a wall with the paper's implicit scheme: penetration energy with and without redistributed mass.
 
-This is Fig. 4 of Le Tallec, Dambakizi and Hauret 2007. The cube of the case cube-impact strikes a wall with a penalty of
-1000 E/h; the inertia follows the trapezoidal rule, stiffness and contact follow backward Euler, and the step is the
+This is Fig. 4 of Le Tallec, Dambakizi and Hauret 2007. The cube of the case cube-impact strikes a wall with a penalty
+of 1000 E/h; the inertia follows the trapezoidal rule, stiffness and contact follow backward Euler, and the step is the
 stable one of the explicit scheme. On ordinary mass the penetration energy jumps up and down, on redistributed mass it
 rises and falls once. compare=true runs both at three steps.
 """

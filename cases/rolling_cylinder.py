@@ -127,7 +127,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     found += [ck.momentum_balance(result, 1e-5), ck.energy(result, 4e-3)]
     if not result.ok:
         return found
-    coarse = max(1.0, (96.0 / len(scene.bodies[0].contact_faces)) ** 2)  # error of the work; the noise of the faces falls more slowly
+    coarse = max(1.0, (96.0 / len(scene.bodies[0].contact_faces)) ** 2)  # for the work; the noise of faces falls slower
     start, slid, time = float(scene.bodies[0].velocity[0]), sliding_time(scene), history["time"]
     speed, spin = motion(result)
     wanted_speed, wanted_spin = rigid(scene, time)
