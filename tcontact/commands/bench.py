@@ -1,4 +1,4 @@
-"""`tcontact bench`: what a step costs on this machine, against what it could cost, with its errors beside it."""
+"""`tcontact bench`: it measures what a step costs on this machine, against what it could cost, beside its errors."""
 
 from __future__ import annotations
 

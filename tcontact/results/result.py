@@ -1,4 +1,4 @@
-"""What a run returns."""
+"""The result of a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .smoothness import PressureRecord
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The end of a run, how it went, and its history.
+    """Result of a run: its end, how it went, and its history.
 
     ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
     missed-contact | interrupted | function-failed (a function of time that the scene holds) | not-written (only in
@@ -56,7 +56,7 @@ class Result:
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
     def nodes_of(self, name: str) -> slice:
-        """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
+        """Return the rows of a body in position, velocity and contact_node_force; `InputError` for an unknown name."""
         start = 0
         known = []
         for index, body in enumerate(self.scene.bodies):
@@ -80,15 +80,15 @@ class Result:
         return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
 
     def reversed(self) -> Result:
-        """The same state with all velocities negated: given as `initial`, it runs time backwards."""
+        """Return the same state with all velocities negated: given as `initial`, it runs backwards in time."""
         return replace(self, velocity=-self.velocity)
 
     def _repr_html_(self) -> str:
-        """In a notebook: how it went as a table, and a picture of the end."""
+        """Return how it went as a table, and a picture of the end, for a notebook."""
         return str(self.notebook.html(self))
 
     def _repr_png_(self) -> bytes:
-        """In a notebook: a picture of the end, coloured by the von Mises stress."""
+        """Return a picture of the end, coloured by the von Mises stress, for a notebook."""
         return bytes(self.notebook.picture(self))
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""A series as .xdmf, an index in XML, with its numbers in one .h5 file beside it.
+"""Writer of a series as .xdmf, an index in XML, with its numbers in one .h5 file beside it.
 
 Format: https://www.xdmf.org/index.php/XDMF_Model_and_Format (cells of several kinds: their code before their nodes).
 """
