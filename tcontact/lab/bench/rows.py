@@ -1,4 +1,4 @@
-"""From seconds to rows: rates, ratios within a round, shares, errors."""
+"""Rows of the report from measured seconds: rates, ratios within a round, shares, errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NODE_BYTES = 3 * 8 + 2 * 3 * 8 + 2 * 3 * 8 + 8 + 4 + 2 * 3 * 8  # X; u and v in 
 
 
 def step_bytes(mesh: Mesh) -> float:
-    """Bytes per cell that a step must touch: connectivity, and per node X, u, v, m, where it belongs, and its force."""
+    """Return the bytes per cell that a step must touch: connectivity, and per node X, u, v, m, place and force."""
     return 4.0 * mesh.cells.shape[1] + NODE_BYTES * mesh.node_count / mesh.cell_count
 
 
@@ -28,7 +28,7 @@ def rows_of(
     found: Mapping[str, Any],
     failures: Mapping[str, str],
 ) -> list[dict[str, Any]]:
-    """One row per contact asked for. taken [rounds] seconds per unit by work: "step none", "kernel", "plain", ..."""
+    """Return a row per contact asked for; taken: seconds [rounds] a unit by work: "step none", "kernel", "plain", .."""
     rows = []
     for contact in configuration.contacts:
         row = configuration.row(contact)

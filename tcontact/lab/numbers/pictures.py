@@ -19,7 +19,7 @@ FROM_RUNS = {
 
 
 def draw(root: Path, reports: Reports) -> list[Path]:
-    """Make the pictures in docs/ below `root` again; returns them. Raises `OutputError` if a run left none."""
+    """Make the pictures in docs/ below `root` again; return them. Raises `OutputError` if a run left none."""
     from ...show.render import render_picture
 
     made = []

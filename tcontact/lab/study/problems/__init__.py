@@ -19,25 +19,25 @@ from ....mesh.geometry import shortest_edge
 
 
 def names() -> list[str]:
-    """Names of all problems, sorted."""
+    """Return the names of all problems, sorted."""
     return sorted(path.stem.replace("_", "-") for path in Path(__file__).parent.glob("[a-z]*.py"))
 
 
 def load(name: str) -> ModuleType:
-    """The problem's module. Raises `InputError` with the known names."""
+    """Return the problem's module. Raises `InputError` with the known names."""
     if name not in names():
         raise InputError("case", name, "use one of " + ", ".join([*names(), "friction-layer", "hard-cases"]))
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 
 def cell_stiffness(scene: Any) -> float:
-    """young/h [N/m^3], h the shortest edge of the first body's cells."""
+    """Return young/h [N/m^3], h the shortest edge of the first body's cells."""
     body = scene.bodies[0]
     return body.material.young / shortest_edge(body.mesh.nodes, body.mesh.cells)
 
 
 def column(cells: int, length: float, young: float, density: float, gap: float = 0.0) -> tuple[Any, Any]:
-    """Mesh and linear material (poisson 0) of a square bar along z, `cells` cells long and one wide."""
+    """Return mesh and linear material (poisson 0) of a square bar along z, `cells` cells long and one wide."""
     import tcontact as tc
 
     width = length / 8.0

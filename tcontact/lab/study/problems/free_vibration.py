@@ -25,7 +25,7 @@ AMPLITUDE = 1e-3  # of the edge
 def scene(
     *, cells: int = 16, young: float = 1e7, poisson: float = 0.3, density: float = 1000.0, edge: float = 0.1
 ) -> Any:
-    """A block edge x edge, one cell thick along x, over a wall ten edges away; it starts flat and moving."""
+    """A block edge x edge, one cell thick along x, lies over a wall ten edges away; it starts flat and moving."""
     import tcontact as tc
 
     material = tc.LinearElastic(young=young, poisson=poisson, density=density)
@@ -38,7 +38,7 @@ def scene(
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Displacement (L2) and strain (energy norm) at the end, each relative to the mode's largest."""
+    """Return errors of displacement (L2) and strain (energy norm) at the end, relative to the mode's largest."""
     body = result.scene.bodies[0]
     material, edge = body.material, float(np.ptp(body.mesh.nodes[:, 2]))
     mode = LameMode(edge, material.lame_mu, material.density, AMPLITUDE * edge)
