@@ -17,7 +17,7 @@ from .run_scene import is_scene
 if TYPE_CHECKING:
     from ..results.files.vtkhdf import ResultData
 
-NUMBERS = ("ok", "reason", "steps", "time", "dt", "dt_limit")  # of a stored run that its case may ask for
+NUMBERS = ("ok", "reason", "steps", "time", "dt", "dt_limit")  # numbers of a stored run that its case may ask for
 
 
 def draw(out: Path, result: Any, case: Any, normals: list[Any], caption: str) -> None:

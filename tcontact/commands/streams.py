@@ -43,7 +43,7 @@ class Output:
     def _stop(self, error: OSError) -> None:
         self.silent = True
         self.error = None if error.errno in GONE else error
-        with suppress(OSError, ValueError):  # what is left in the buffer goes there when the process ends
+        with suppress(OSError, ValueError):  # the rest of the buffer goes there when the process ends
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.stream.fileno())
 
     def __getattr__(self, name: str) -> Any:
@@ -60,7 +60,7 @@ def safe_output() -> Iterator[Output]:
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+            os.open(os.devnull, os.O_RDWR)  # it takes the lowest free number
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - for as long as the process lives

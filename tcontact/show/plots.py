@@ -89,7 +89,7 @@ def energy(path: Path, history: History, title: str = "") -> None:
     factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *present])))
     ends: dict[str, tuple[float, str]] = {}
     for name in present:
-        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # as it enters the sum
+        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # the sign with which it enters the sum
         curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
         upper.plot(time, curve, color=color, lw=1.1, label=label)
         ends[label] = float(curve[-1]), color

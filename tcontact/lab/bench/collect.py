@@ -16,7 +16,7 @@ from ...results.report import versions
 from . import small, timing
 from .configuration import Configuration
 
-LONGEST = 3600.0  # seconds a process may take
+LONGEST = 3600.0  # [s] that a process may take
 NUMPY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 Say = Callable[[str], None]
 

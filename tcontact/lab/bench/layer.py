@@ -11,7 +11,7 @@ from . import timing
 
 GRIDS = ((40, 30.0), (200, 1.0))  # points, grading
 CELLS, DT, RUNS = 1000, 1e-9, 7
-SLOWEST, FASTEST = 34.0, 340.0  # m/s, of the cells: the first is the paper's, the last reaches melting
+SLOWEST, FASTEST = 34.0, 340.0  # speeds of the cells [m/s]: the first is the paper's, the last reaches melting
 
 
 def layer(arch: str, threads: int) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from .parts import parts_of_a_step
 from .plain_step import PlainStep, make_copy
 from .rows import rows_of
 
-BATCH = 3e6  # cell updates a batch, about, of hexes
+BATCH = 3e6  # hex cell updates in a batch, about
 # cells that take as long as a hex, about
 WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5}
 COMPARED = 5  # steps after which the plain step must stand where ours does
@@ -114,7 +114,7 @@ class Beside:
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
-        if not body.small:  # whose many steps a launch have no such kernel beside them
+        if not body.small:  # a small body takes many steps a launch and has no such kernel
             self.works["no energy"] = timing.batch(no_energy, steps, finish)
         if assembled.possible(body.body.material.law.partition("_")[0], configuration.kind, configuration.cells):
             matrix = assembled.stiffness(body)

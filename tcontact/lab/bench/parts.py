@@ -34,7 +34,7 @@ class Parts:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._inner = [0.0]
-        self._inside = False  # of the part that stays whole
+        self._inside = False  # inside the part that stays whole
 
     def time(self, owner: Any, path: str, part: str) -> None:
         """Time the method at the dotted path below owner; nothing happens where the scene has no such thing."""

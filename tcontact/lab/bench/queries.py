@@ -15,7 +15,7 @@ from ...scene.scene import Scene
 from . import blocks, timing
 
 RADIUS, CELLS, POINTS, ROUNDS = 0.5, 64, 200_000, 7
-RINGS = 72  # of triangles: 2 (RINGS - 1) RINGS of them
+RINGS = 72  # rings of triangles, 2 (RINGS - 1) RINGS triangles in all
 
 
 def queries(arch: str, threads: int) -> dict[str, Any]:

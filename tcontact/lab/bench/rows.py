@@ -67,7 +67,7 @@ def _row(
         "roofline_share": spread(touched * cells * copy / step),
     }
     if contact == "none" and "no energy" in taken:
-        looks = parts.get("stable step", 0.0)  # whether dt still is stable: no business of the ledger
+        looks = parts.get("stable step", 0.0)  # at the stability of dt: they are no part of the ledger
         row["ledger_share"] = spread(1.0 - (taken["no energy"] + looks) / step)
         row["ledger_energy_share"] = spread((taken["kernel"] - taken["no energy"]) / step)
         row["ledger_host_share"] = spread(1.0 - (taken["kernel"] + looks) / step)

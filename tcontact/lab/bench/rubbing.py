@@ -39,7 +39,7 @@ def rubbing(arch: str, threads: int) -> dict[str, Any]:
                 kept[name] = simulate(replace(scenes[name], duration=(STEPS - 0.5) * dt), threads=threads, arch=arch)
                 return kept[name].wall_s / kept[name].steps
 
-            run()  # compiles
+            run()  # this one compiles
             return run
 
         taken = timing.rounds({name: work(name) for name in scenes}, 0.0, ROUNDS)

@@ -11,8 +11,8 @@ from time import perf_counter
 import numpy as np
 
 MOST_ROUNDS = 40
-COPY_BYTES = 2**27  # of the source of a copy: several times any last-level cache
-Work = Callable[[], float]  # does one batch and returns what one unit took [s]
+COPY_BYTES = 2**27  # size of the source of a copy: several times any last-level cache
+Work = Callable[[], float]  # function that does one batch and returns what one unit took [s]
 
 
 def rounds(works: Mapping[str, Work], seconds: float, least: int) -> dict[str, np.ndarray]:

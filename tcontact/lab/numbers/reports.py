@@ -49,7 +49,7 @@ class Reports:
         report.unlink(missing_ok=True)
         with redirect_stdout(io.StringIO()) as printed, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            code = self.main([*words, *options])  # 1 where a scheme fails that is there to fail
+            code = self.main([*words, *options])  # it is 1 where a scheme fails that is meant to fail
         if code == 2 or not report.exists():
             raise OutputError(f"`tcontact {command}` left no {report.name} (exit code {code}): {printed.getvalue()}")
         return dict(json.loads(report.read_text(encoding="utf-8")))

@@ -30,7 +30,7 @@ from ...results.result import Result
 from ...scene.scene import Scene
 from ...schemes.explicit.central_difference import CentralDifference
 
-TOLERANCE = 1e-4  # of the static solve where the scene names none
+TOLERANCE = 1e-4  # tolerance of the static solve where the scene names none
 CHANGES = ("wall", "method", "modulus", "density", "duration", "gravity")  # what a case may declare that it cannot feel
 
 

@@ -19,8 +19,8 @@ from .setting import Study, build
 
 SHORT = 0.5  # seconds: runs below it are repeated, the smallest wall counts
 REPEATS = 3
-GROWN = 0.1  # an energy error above this is named among the failures
-WRONG = 1.0  # so is an error as large as the solution
+GROWN = 0.1  # an energy error above this counts as a failure
+WRONG = 1.0  # an error as large as the solution counts as one, too
 
 
 def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:

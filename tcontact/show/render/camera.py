@@ -11,7 +11,7 @@ from ...base.errors import InputError
 from ...scene.obstacles.base import direction as unit_of
 from .triangles import Triangles
 
-PARALLEL = 1e-9  # sine of the angle between two directions that are one
+PARALLEL = 1e-9  # sine of the angle below which two directions count as one
 
 
 @dataclass(frozen=True)

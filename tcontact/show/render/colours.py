@@ -18,7 +18,7 @@ FIELDS = {  # file name of a field: what the picture calls it, its unit, its col
     "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
     "body": ("Body", "", "viridis"),
 }
-AWAY_FROM_ZERO = ("layer_temperature",)  # their colours start at what is there, not at zero
+AWAY_FROM_ZERO = ("layer_temperature",)  # fields whose colours start at their smallest value, not at zero
 BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))

@@ -15,7 +15,7 @@ from .colours import INK_TABLE, OTHER_PLANES, SHADOWED
 from .solids import Pose
 from .triangles import Triangles, ribbons
 
-TILES = 14  # along a diameter
+TILES = 14  # tiles along a diameter
 
 
 def read_planes(obstacles: Sequence[Mapping[str, Any]]) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -74,7 +74,7 @@ def render_frames(
             studio.picture(data.frame(index), field, limits, eye).save(unlinked(path), compress_level=3)
             written.append(path)
         for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
-            stale.unlink()  # of an earlier, longer series
+            stale.unlink()  # it belongs to an earlier, longer series
         if animation:
             speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
             written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))

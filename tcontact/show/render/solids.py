@@ -15,7 +15,7 @@ from .triangles import Triangles, ribbons
 
 SIZES = {"sphere": 2, "cylinder": 2, "box": 3, "sdf": 0}  # parameters that are needed
 FINE = 48  # pieces around a round shape, and along the edge of a block
-REACH = 2.0  # of shapes without end, in radii of what is seen
+REACH = 2.0  # length of endless shapes that is drawn, in radii of what is seen
 Mesh = tuple[np.ndarray, np.ndarray]  # points [k, 3], triangles [m, 3]
 
 
@@ -120,7 +120,7 @@ def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:
     seen = (facing[first] != facing[second]) | (np.einsum("ni,ni->n", normal[first], normal[second]) < 0.8)
     a, b, c = (points[triangles[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    sound = area > 0.05 * np.median(area)  # slivers and the flat ones around a pole have no sure normal
+    sound = area > 0.05 * np.median(area)  # slivers, and triangles around a pole, have no sure normal
     seen &= sound[first] & sound[second]
     screen = eye.project(points)
     start, end = (screen[ends[twin[seen], side]] for side in (0, 1))

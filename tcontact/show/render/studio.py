@@ -209,7 +209,7 @@ class Studio:
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
         raster.clear(len(self.pixel), self.depth, self.pixel)
-        scene = Triangles.joined([body, eye.fixed])  # near things first: less to draw twice
+        scene = Triangles.joined([body, eye.fixed])  # what is near comes first: less is drawn twice
         draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, self.depth, self.pixel)
         image = np.zeros(width * height * 3, np.uint8)
         raster.resolve(width, height, SAMPLES, SHADOWED, self.pixel, self.background, shade, image)

@@ -86,7 +86,7 @@ def _oblique(n: int) -> tc.Scene:
 def _sideways(result: Result) -> ck.Check:
     momentum = result.history["momentum"]
     change = np.abs(momentum[:, :2] - momentum[0, :2]).max() / np.abs(momentum[0]).max()
-    return ck.at_most("change of the momentum along the wall", change, 1e-7)  # as far as the static solve balances
+    return ck.at_most("change of the momentum along the wall", change, 1e-7)  # no better than the static solve balances
 
 
 def _spinning(n: int, tolerance: float | None) -> tc.Scene:

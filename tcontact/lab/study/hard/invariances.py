@@ -14,7 +14,7 @@ from ....results.result import Result
 from ..hard_cases import HardCase, Run, sound
 from .references import against
 
-STEP = 8e-5  # of the cube of 4^3 cells, inside the stable step; halved with the size of the cells
+STEP = 8e-5  # step [s] for 4^3 cells, inside the stable one; halved with the size of the cells
 
 
 def cases() -> list[HardCase]:

@@ -69,7 +69,7 @@ def _bounces(results: list[Result]) -> list[ck.Check]:
     """Check energy against the kinetic energy of the start, the first contact, the last one, and the weight carried."""
     full = results[0].scene.duration > 0.1
     duration = 0.16 if full else 0.012
-    fastest = np.sqrt((10 / 3.6) ** 2 + 2.0 * 800.0 * 1e-3)  # after the fall from the start
+    fastest = np.sqrt((10 / 3.6) ** 2 + 2.0 * 800.0 * 1e-3)  # speed after the fall from the start
     change = []
     for result in results:
         energy = result.history["energy"]
@@ -148,7 +148,7 @@ def _resting(steps: int) -> Run:
     level = np.round(mesh.nodes[:, 2] / length * cells).astype(int)
     weight = 9.81 * np.bincount(level, mass)
     area = float(np.prod(np.ptp(mesh.nodes[:, :2], axis=0)))
-    above = np.cumsum(weight[::-1])[::-1][1:]  # on each cell
+    above = np.cumsum(weight[::-1])[::-1][1:]  # weight on each cell
     sag = np.concatenate([[0.0], -np.cumsum(above) * length / cells / (material.young * area)])
     moved = np.zeros((mesh.node_count, 3))
     moved[:, 2] = sag[level]

@@ -51,7 +51,7 @@ def _beyond(results: list[Result]) -> list[ck.Check]:
     slow, fast = results
     wave = SofteningBar(SOFTENING["young"], SOFTENING["density"], 20.0)
     time, force = slow.history["time"], slow.history["contact_force"][:, 2]
-    flat = force[(time > 0.4e-3) & (time < 1.6e-3)]  # of 2 L/c = 2 ms
+    flat = force[(time > 0.4e-3) & (time < 1.6e-3)]  # within 2 L/c = 2 ms
     area = (SOFTENING["length"] / 8.0) ** 2
     return [
         ck.finished(slow),

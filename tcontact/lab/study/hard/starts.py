@@ -142,7 +142,7 @@ def _untouched(result: Result) -> ck.Check:
 
 GRAVITY = 50.0
 SAG = 1000.0 * GRAVITY * 0.1**2 / 1e5  # rho g L^2/E of a bar with a wave speed of 10 m/s
-NEAR = 0.6  # of the sag: the wall that is reached
+NEAR = 0.6  # distance of the wall that is reached, in sags
 
 
 def _hanging(full: bool, share: float) -> tc.Scene:
@@ -170,7 +170,7 @@ def _pressed(result: Result) -> ck.Check:
     With s(t) = rho g L^2/E - g (2L/c - t)^2/2 the free end arrives with s' = g (2L/c - t) and is held from then on,
     which takes the pressure rho c s'(t) until the wave from the top is back.
     """
-    left = np.sqrt(2.0 * (1.0 - NEAR) * SAG / GRAVITY)  # from the touch to half a period [s]
+    left = np.sqrt(2.0 * (1.0 - NEAR) * SAG / GRAVITY)  # time from the touch to half a period [s]
     wanted = 1000.0 * 10.0 * (0.1 / 8.0) ** 2 * GRAVITY * left**2 / 2.0
     given = result.history["impulse"][-1, 2]
     return ck.at_most(

@@ -25,7 +25,7 @@ METHODS = (
     "penalty-10",
     "impulse",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.45
 
 

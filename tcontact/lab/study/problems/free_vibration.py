@@ -19,7 +19,7 @@ SIZES = (4, 8, 16, 32)
 METHODS = ("massless-normal", "massless-full", "massless-depth-3", "impulse")
 REFERENCE = "exact: Lame's mode of a free square block (tcontact.results.exact.LameMode)"
 PERIODS = 2.125  # an eighth after a zero: errors of phase and of size both count
-AMPLITUDE = 1e-3  # of the edge
+AMPLITUDE = 1e-3  # amplitude over the edge
 
 
 def scene(

@@ -27,9 +27,9 @@ METHODS = (
     "massless-normal@trapezoidal*50",
     "massless-normal@paper-implicit*50",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.9
-DURATION = 0.5  # s; the free end has gone up, stopped and turned back
+DURATION = 0.5  # [s]; the free end has gone up, stopped and turned back
 
 
 def scene(*, cells: int = 20, ratio: float = 10.0, duration: float = DURATION) -> Any:

@@ -26,7 +26,7 @@ ERRORS = (
 SIZES = (20, 40, 80, 160)
 METHODS = tuple(f"{kind}-{k}" for kind in ("massless-penalty", "penalty") for k in (5, 20, 80, 200))
 REFERENCE = "exact: a linear bar on a spring layer, in closed form (tcontact.results.exact.PenaltyWall)"
-GAP = 1e-3  # of the length
+GAP = 1e-3  # gap over the length
 
 
 def scene(

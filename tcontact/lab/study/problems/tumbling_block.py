@@ -21,9 +21,9 @@ METHODS = (
     "massless-normal@midpoint*4",
     "massless-normal@trapezoidal*4",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.9
-DURATION = 5e-3  # s: a sixth of a turn, some periods of the vibration
+DURATION = 5e-3  # [s]: a sixth of a turn, some periods of the vibration
 
 
 def scene(*, cells: int = 6, kind: Any = "hex8", duration: float = DURATION) -> Any:
