@@ -71,7 +71,7 @@ def variation(result: tc.Result) -> float:
 def _share(result: tc.Result) -> float:
     """Return the largest penetration energy over that of the first plane wave, (rho c v A)^2/(2 penalty A).
 
-    The force begins with it and overshoots, in one dimension by 31 %; nodes with mass bounce on the penalty.
+    The force begins with that of the wave and overshoots by 31 % (1-D); nodes with mass bounce on the penalty.
     """
     scene, body = result.scene, result.scene.bodies[0]
     contact = scene.contact

@@ -19,16 +19,15 @@ class Result:
 
     ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
     missed-contact | interrupted | function-failed (a function of time that the scene holds) | not-written (only in
-    `OutputError.result`); message: what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit
-    [s]: the stable step of the start;
-    wall_s, compile_s [s]: time of the steps without writing frames, and of everything before (planning, compiling, the
-    first step);
-    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
-    position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
-    history: dict of arrays, one row per step (row 0 = start), columns as in docs/COLUMNS.md;
-    warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
-    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`;
-    layers: the friction layers of every body at the end, None for one without (`friction_layer.LayerState`).
+    `OutputError.result`); message: what happened and what to try; steps: how many were taken; time [s]: of the end; dt
+    [s]: the first step; dt_limit [s]: the stable step of the start; wall_s, compile_s [s]: time of the steps without
+    writing frames, and of everything before (planning, compiling, the first step); cell_updates_per_s: cells times
+    steps over wall_s; memory: bytes by term; terms: names of the physics built; position, velocity, contact_node_force
+    [n, 3] [m, m/s, N]: in the user's numbering, bodies stacked in order; history: dict of arrays, one row per step (row
+    0 = start), columns as in docs/COLUMNS.md; warnings: texts of all warnings; scene, scheme: what was run;
+    contact_pressures: pressures of the contact nodes at every row of the history, a record per body that can touch, if
+    `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for one without
+    (`friction_layer.LayerState`).
     """
 
     ok: bool
