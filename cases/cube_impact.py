@@ -107,7 +107,7 @@ def rotation(yaw: float, pitch: float) -> np.ndarray:
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Runs side by side: contact nodes without mass, exact and with a penalty; the same penalty on ordinary mass."""
+    """Compare contact nodes without mass, exact and with a penalty, with the same penalty on ordinary mass."""
     stiffness = parameters.pop("penalty", None)
     penalty = 10.0 if stiffness is None else stiffness
     parameters.pop("contact", None)

@@ -76,7 +76,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """The friction layer beside dry friction."""
+    """Compare the friction layer with dry friction."""
     parameters.pop("friction", None)
     return {"friction layer": scene(**parameters), "dry friction": scene(**parameters, friction="coulomb")}
 

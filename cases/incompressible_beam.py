@@ -56,7 +56,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """The implicit schemes at a step of 0.02 s (0.01 s from lambda/mu = 100 on): who keeps the energy."""
+    """Compare the implicit schemes at a step of 0.02 s (0.01 s from lambda/mu = 100 on): who keeps the energy."""
     own = scene(**parameters)
     dt = 0.02 if parameters.get("ratio", 10.0) < 100.0 else 0.01
     schemes = (

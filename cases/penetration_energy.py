@@ -45,7 +45,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """Redistributed and ordinary mass, each at three steps."""
+    """Compare redistributed with ordinary mass, each at three steps."""
     parameters.pop("redistributed", None)
     scenes = {f"{name} mass": scene(**parameters, redistributed=name == "redistributed") for name in NAMES}
     return {

@@ -127,7 +127,7 @@ def tractions(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Both regimes side by side: half and twice the friction at which the slab just sticks."""
+    """Compare both regimes: half and twice the friction at which the slab just sticks."""
     parameters.pop("friction", None)
     waves = exact(scene(**parameters, friction=1e6))
     least = waves.shear / waves.pressure

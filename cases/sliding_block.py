@@ -131,7 +131,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Holding on the incline: Coulomb's law, the regularised law that creeps, Coulomb's law without damping."""
+    """Compare holding on the incline by Coulomb's law, by the regularised law, which creeps, and without damping."""
     parameters = {"motion": "hold"} | parameters
     slip_speed = parameters.pop("slip_speed", None)
     undamped = parameters | {"damping": 0.0}

@@ -56,7 +56,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """Schemes at steps of 0.2 ms, the explicit one at its own: who keeps the energy."""
+    """Compare schemes at steps of 0.2 ms, the explicit one at its own: who keeps the energy."""
     own = scene(**parameters)
     schemes = (
         tc.CentralDifference(),

@@ -139,7 +139,7 @@ class PressureRecord:
 
 
 def largest(values: np.ndarray) -> float:
-    """The largest value, 0 if none is positive."""
+    """Return the largest value, 0 if none is positive."""
     return float(np.max(values, initial=0.0))
 
 

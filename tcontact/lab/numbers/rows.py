@@ -34,7 +34,7 @@ class Row:
     quick: bool = False
 
     def figures(self, report: Report) -> str:
-        """The figures as text. Raises `InputError` where the report does not hold one of them."""
+        """Return the figures as text. Raises `InputError` where the report does not hold one of them."""
         return short_exponents(self.form.format(*(found(report, place) for place in self.places)))
 
 
