@@ -144,14 +144,14 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw pressure and shear over time with the exact lines, and the work of friction."""
     waves, time = exact(result.scene), result.history["time"]
     pressure, shear = tractions(result)
-    rubbing = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
+    exact_work = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
     panels = {
         ("pressure", "Pa"): {
             "computed": (time, pressure),
             "plane waves": _pulse(waves, waves.pressure, result.time),
         },
         ("shear", "Pa"): {"computed": (time, shear), "plane waves": _pulse(waves, waves.shear, result.time)},
-        ("friction work", "J"): {"computed": (time, result.history["friction_work"]), "plane waves": rubbing},
+        ("friction work", "J"): {"computed": (time, result.history["friction_work"]), "plane waves": exact_work},
     }
     plots.panels(folder / "tractions.png", panels, title)
 

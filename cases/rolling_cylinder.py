@@ -1,14 +1,14 @@
 """An elastic cylinder thrown along a plane with friction slides until it rolls, against a rigid one.
 
 Thrown without spin, a rigid cylinder slows down by mu g and spins up by 2 mu g/R until t = v0/(3 mu g); then it rolls
-at 2/3 v0, and friction has taken m v0^2/6. The strain is plane: one cell thick, both ends held along the axis.
-The rim is a polygon of 4 cells faces, each wider than the strip in contact (half width .02 R at the default stiffness):
-the cylinder rolls on corners. Faces land with small blows and short flights (force up to 2.5 times the weight, 3 % of
-the time in the air; 12 cells: 3.2 times, 18 %), on top of the ringing of a weight that is put on at once. Speed and
-spin follow the rigid ones in the mean and swing about them, by less than 3 % of v0.
-With even cells it starts on a corner, R pi^2/(32 cells^2) higher than on a face, worth 1.3 % of the work of
-friction: it ends .5 % faster and rubs 2 % less (12 cells: 1.5 and 6 %). Begun on a face, with odd cells, the signs turn
-(25 cells: .8 and 3 %). The inertia that full removal takes off the rim makes a tenth of that: .3 % at 24 cells.
+at 2/3 v0, and friction has taken m v0^2/6. The strain is plane: one cell thick, both ends held along the axis. The rim
+is a polygon of 4 cells faces, each wider than the strip in contact (half width .02 R at the default stiffness): the
+cylinder rolls on corners. Faces land with small blows and short flights (force up to 2.5 times the weight, 3 % of the
+time in the air; 12 cells: 3.2 times, 18 %), on top of the ringing of a weight that is put on at once. Speed and spin
+follow the rigid ones in the mean and swing about them, by less than 3 % of v0. With even cells it starts on a corner, R
+pi^2/(32 cells^2) higher than on a face, worth 1.3 % of the work of friction: it ends .5 % faster, with 2 % less work of
+friction (12 cells: 1.5 and 6 %). Begun on a face, with odd cells, the signs turn (25 cells: .8 and 3 %). The inertia
+that full removal takes off the rim makes a tenth of that: .3 % at 24 cells.
 """
 
 from __future__ import annotations

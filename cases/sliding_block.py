@@ -6,10 +6,10 @@ incline is the plane z = 0 under a tilted gravity. The block starts compressed b
 what is left to settle is small.
 
 An elastic block on a rigid plane flutters while it slides: contact opens in turns, and what lands at another than the
-sliding speed rubs less than mu times its pressure. Two things must be told apart. Flutter of the whole block, the same
-at every mesh size, is physics of an undamped body: it is why a block without damping creeps down where mu is only just
-above tan(angle). Flutter of single cells, faster the finer they are, is not: it comes with nodes that lose their mass
-along the normal only, and the viscosity of the contact cells ends it (cell_viscosity=0 shows it: angle=21.6,
+sliding speed transmits less than mu times its pressure. Two things must be told apart. Flutter of the whole block, the
+same at every mesh size, is physics of an undamped body: it is why a block without damping creeps down where mu is only
+just above tan(angle). Flutter of single cells, faster the finer they are, is not: it comes with nodes that lose their
+mass along the normal only, and the viscosity of the contact cells ends it (cell_viscosity=0 shows it: angle=21.6,
 friction=0.321, cells=8 lose 5 % of the friction). From rest a block is 2 to 3 % too fast after 300 transits: that is
 how it starts, at any mesh size. From friction 0.6 on some friction is lost in spite of the viscosity, and the run says
 so.

@@ -103,6 +103,6 @@ def _draw_stored(file: Path, summary: Mapping[str, Any], out: Path) -> dict[str,
 
 def _stored_normals(data: ResultData) -> list[Any]:
     """Return the normals of the obstacles if each has a single one, else none."""
-    listed = data.attributes.get("obstacles", ())
-    flat = all(one.get("kind") == "plane" and "motion" not in one for one in listed)
-    return [np.asarray(one["normal"]) for one in listed] if flat else []
+    described = data.attributes.get("obstacles", ())
+    flat = all(one.get("kind") == "plane" and "motion" not in one for one in described)
+    return [np.asarray(one["normal"]) for one in described] if flat else []

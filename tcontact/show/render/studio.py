@@ -47,9 +47,9 @@ class Studio:
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
-        listed = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
-        self.planes, self.solids = read_planes(listed), read_solids(listed)
-        self.poses = [Pose.read(one, index) for index, one in enumerate(listed) if one.get("kind") == "plane"]
+        described = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
+        self.planes, self.solids = read_planes(described), read_solids(described)
+        self.poses = [Pose.read(one, index) for index, one in enumerate(described) if one.get("kind") == "plane"]
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.clip, self.wish = tuple(clip), colours
         self.surface = clipped_surface(data.points, data.blocks, self.clip)

@@ -42,10 +42,10 @@ def boundary_surface(blocks: Sequence[tuple[str, np.ndarray]]) -> Surface:
     owners: dict[int, list[np.ndarray]] = {3: [], 4: []}
     first = 0
     for kind, cells in blocks:
-        for corners, listed in found.items():
+        for corners, parts in found.items():
             local = [face for face in ELEMENTS[kind].faces if len(face) == corners]
             if local:
-                listed.append(cells[:, local].reshape(-1, corners))
+                parts.append(cells[:, local].reshape(-1, corners))
                 owners[corners].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
         first += len(cells)
     faces = {}
