@@ -1,10 +1,10 @@
-"""The cases: each a module with a docstring, `scene(**parameters)` and `checks(result)`.
+"""The cases: each is a module with a docstring, `scene(**parameters)` and `checks(result)`.
 
-Optional in a case: `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
-folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label that are run and plotted
-side by side, or pairs of a scene and its scheme; `draw_comparison(path, histories)`, its picture, if not the usual one;
-`SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical scene has
-`solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
+A case may also have `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
+folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label, or pairs of a scene and
+its scheme, that are run and plotted side by side; `draw_comparison(path, histories)`, a picture of its own instead of
+the usual one; and `SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical
+scene has `solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
 
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """
@@ -21,22 +21,22 @@ from tcontact.base.errors import InputError
 
 
 def names() -> list[str]:
-    """Names of all cases, sorted: the file cube_impact.py is the case cube-impact."""
+    """Return the names of all cases, sorted: the file cube_impact.py is the case cube-impact."""
     return sorted(path.stem.replace("_", "-") for path in Path(__file__).parent.glob("[a-z]*.py"))
 
 
 def title(name: str) -> str:
-    """First line of the case's docstring. Raises `InputError` for an unknown case."""
+    """Return the first line of the case's docstring. Raises `InputError` for an unknown case."""
     return (ast.get_docstring(_source(name)) or "").partition("\n")[0]
 
 
 def about(name: str) -> str:
-    """What follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
+    """Return what follows the first line of the case's docstring. Raises `InputError` for an unknown case."""
     return (ast.get_docstring(_source(name)) or "").partition("\n")[2].strip()
 
 
 def about_parameters(name: str) -> str:
-    """The docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
+    """Return the docstring of its `scene` or `solve`, which explains its parameters. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
             return (ast.get_docstring(item) or "").strip()
@@ -44,7 +44,7 @@ def about_parameters(name: str) -> str:
 
 
 def parameters(name: str) -> dict[str, tuple[str, str]]:
-    """Type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
+    """Return type and default of each parameter of the case, as they stand in its source. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name in ("scene", "solve"):
             found = {}
@@ -56,7 +56,7 @@ def parameters(name: str) -> dict[str, tuple[str, str]]:
 
 
 def compares(name: str) -> str:
-    """First line of the docstring of the case's `comparison`, empty if it has none. Raises `InputError`."""
+    """Return the first line of the docstring of the case's `comparison`, "" if it has none. Raises `InputError`."""
     for item in _source(name).body:
         if isinstance(item, ast.FunctionDef) and item.name == "comparison":
             return (ast.get_docstring(item) or "").partition("\n")[0]
@@ -70,7 +70,7 @@ def load(name: str) -> ModuleType:
 
 
 def _aliases() -> dict[str, str]:
-    """The words one may give for a named choice of `_choices.py`, such as choices.Kind."""
+    """Return the words that a named choice of `_choices.py` allows, such as choices.Kind."""
     from . import _choices
 
     named = {name: get_args(kind) for name, kind in vars(_choices).items() if get_origin(kind) is Literal}

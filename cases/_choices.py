@@ -1,4 +1,4 @@
-"""What the cases share: the law and the way contact is resolved, chosen by name; parameters that must be positive."""
+"""Choices that the cases share: laws and ways to resolve contact by name; refusals of values that must be positive."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Removal = Literal["auto", "normal", "full"]
 
 
 def material(law: Law, young: float, poisson: float, density: float) -> tc.Material:
-    """Material of the named law. Raises `InputError`."""
+    """Return the material of the named law. Raises `InputError`."""
     if law not in LAWS:
         raise tc.InputError("law", law, "use one of " + ", ".join(LAWS))
     return LAWS[law].of(young, poisson, density)
@@ -32,7 +32,7 @@ def contact_model(
     tolerance: float | None,
     cell_viscosity: float | None = None,
 ) -> tc.MasslessContact | tc.PenaltyContact | tc.ImpulseContact:
-    """Contact model of the given name; penalty in multiples of unit = E/h [N/m^3]. Raises `InputError`."""
+    """Return the contact model of a name; penalty in multiples of unit = E/h [N/m^3]. Raises `InputError`."""
     if contact == "massless":
         stiffness = None if penalty is None else penalty * unit
         return tc.MasslessContact(removal, stiffness, depth, sweeps, tolerance, cell_viscosity)
@@ -58,10 +58,10 @@ def not_negative(**values: float) -> None:
 
 
 def is_exact(scene: tc.Scene) -> bool:
-    """Whether contact is the exact constraint on nodes without mass."""
+    """Tell whether contact is the exact constraint on nodes without mass."""
     return isinstance(scene.contact, tc.MasslessContact) and scene.contact.penalty is None
 
 
 def cells_of(mesh: tc.Mesh) -> int:
-    """Number of cells of a box mesh as the user counts them: hexes, or groups of six tetrahedra."""
+    """Return the number of cells of a box mesh as the user counts them: hexes, or the boxes that other cells fill."""
     return len(mesh.cells) // len(mesh.element.in_box)

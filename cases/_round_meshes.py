@@ -11,7 +11,7 @@ SIDES = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (2, 3, 7, 6), (3, 0, 4, 7), (
 
 
 def graded(length: float, first: float, even: int, growth: float) -> np.ndarray:
-    """Points from 0 to length: `even` spacings of size `first`, then each `growth` times the one before."""
+    """Return points from 0 to length: `even` spacings of size `first`, then each `growth` times the one before."""
     sizes = [first] * even
     while sum(sizes) < length:
         sizes.append(sizes[-1] * growth)
@@ -24,12 +24,12 @@ def graded(length: float, first: float, even: int, growth: float) -> np.ndarray:
 
 
 def block(first: np.ndarray, last: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Points [a, b, k, 3] on the straight lines between two surfaces [a, b, 3]; shares [k] of the way."""
+    """Return points [a, b, k, 3] on the straight lines between two surfaces [a, b, 3], at the shares [k] of the way."""
     return first[:, :, None] + shares[:, None] * (last - first)[:, :, None]
 
 
 def join(blocks: list[np.ndarray], skin, size: float) -> tc.Mesh:
-    """One mesh of blocks of points [a, b, c, 3]; points closer than 1e-9 size are one node.
+    """Return one mesh of blocks of points [a, b, c, 3]; points closer than 1e-9 size become one node.
 
     skin: sets of outer faces by name, each a function of face centres [f, 3] that says which belong to it.
     """
@@ -55,7 +55,7 @@ def join(blocks: list[np.ndarray], skin, size: float) -> tc.Mesh:
 
 
 def disc(radius: float, cells: int, thickness: float) -> tc.Mesh:
-    """A cylinder about the y axis from y = 0 to thickness, one cell thick, 4 times `cells` faces around the rim.
+    """Return a cylinder about the y axis from y = 0 to thickness: one cell thick, 4 times `cells` faces around its rim.
 
     A square core, rounded a little, and a shell from its sides to the rim. Face sets rim, ymin, ymax.
     """
@@ -94,7 +94,7 @@ def disc(radius: float, cells: int, thickness: float) -> tc.Mesh:
 
 
 def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -> tc.Mesh:
-    """The quarter x, y >= 0 of a ball about 0, fine at its lowest point: `even` cells of size `finest` [m] there.
+    """Return the quarter x, y >= 0 of a ball about 0, fine at its lowest point: `even` cells of size `finest` [m].
 
     Face sets xmin, ymin (planes of symmetry) and cap, the skin within 0.4 radius of the axis at the bottom.
     """
@@ -105,7 +105,7 @@ def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -
     shares = np.linspace(0.0, 1.0, 5)
 
     def sphere(inner):
-        """Where a point of the core's surface comes out: by equal angles, spread evenly near the axis."""
+        """Return where a point of the core's surface comes out: by equal angles, spread evenly near the axis."""
         return radius * inner / np.linalg.norm(inner, axis=-1, keepdims=True)
 
     def grid(*axes):

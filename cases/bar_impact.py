@@ -44,7 +44,7 @@ def scene(
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A square bar of `cells` cells, all along its length, `gap` above the plane z = 0.
+    """A square bar with all its `cells` cells along its length flies down from `gap` above the plane z = 0.
 
     SI units. formulation: full | reduced (one-point hexes) | mean-dilatation (one volume change per hex); width: of the
     bar and its cells, None = length/8; penalty: None = exact, else multiples of young/h (contact=penalty: None = 10);
@@ -67,7 +67,7 @@ def scene(
 
 
 def times_and_force(scene: tc.Scene) -> tuple[float, float, float]:
-    """Exact time of touch [s], time of release [s] and contact force between them [N]."""
+    """Return the exact time of touch [s], time of release [s] and contact force between them [N]."""
     body = scene.bodies[0]
     size, speed = np.ptp(body.mesh.nodes, axis=0), -body.velocity[2]
     touch = scene.obstacles[0].gap(body.mesh.nodes).min() / speed
@@ -76,14 +76,14 @@ def times_and_force(scene: tc.Scene) -> tuple[float, float, float]:
 
 
 def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
-    """Exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
+    """Return the exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
     touch, release, force = times_and_force(scene)
     overlap = np.minimum(times + dt / 2, release) - np.maximum(times - dt / 2, touch)
     return force * np.clip(overlap / dt, 0.0, 1.0)
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The exact contact force of the linear bar, to plot."""
+    """Return the exact contact force of the linear bar, to plot."""
     touch, release, force = times_and_force(result.scene)
     end = result.scene.duration
     return {
@@ -92,7 +92,7 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def pulse(result: tc.Result) -> list[ck.Check]:
-    """Impulse and mean time of the force, with any law and contact, against the linear bar and a wall that may yield.
+    """Check impulse and mean time of the force, for any law and contact, by a linear bar and a wall that may yield.
 
     Large strain alters the wave speed by a share of speed/c.
     """
@@ -121,7 +121,7 @@ def pulse(result: tc.Result) -> list[ck.Check]:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws; against the exact solution where it holds (linear law, exact constraint, one layer deep)."""
+    """Check the general laws, and the exact solution where it holds (linear law, exact constraint, one layer deep)."""
     scene, history = result.scene, result.history
     body, n = scene.bodies[0], choices.cells_of(scene.bodies[0].mesh)
     coarse = max(1.0, 160.0 / n)

@@ -41,7 +41,7 @@ def scene(
     sweeps: int = 10,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """A bar of `cells` cells, all along its length, dropped at rest; the run ends half a flight after the last contact.
+    """A bar with all its `cells` cells along its length is dropped; the run ends half a flight after the last contact.
 
     SI units. width: of the bar and its cells, None = length/10; contacts: how many bounces; flight: free flight between
     them in wave periods 2 length/c, 3 or more.
@@ -61,7 +61,7 @@ def scene(
 
 
 def timing(scene: tc.Scene) -> tuple[float, float, float, np.ndarray]:
-    """Exact speed at touch [m/s], gravity [m/s^2], contact time T [s] and beginnings of the contacts [s]."""
+    """Return the exact speed at touch [m/s], gravity [m/s^2], contact time T [s] and beginnings of the contacts [s]."""
     body, gravity = scene.bodies[0], -scene.gravity[2]
     length = np.ptp(body.mesh.nodes[:, 2])
     speed = np.sqrt(2.0 * gravity * scene.obstacles[0].gap(body.mesh.nodes).min())
@@ -71,7 +71,7 @@ def timing(scene: tc.Scene) -> tuple[float, float, float, np.ndarray]:
 
 
 def exact_impulse(times: np.ndarray, scene: tc.Scene) -> np.ndarray:
-    """Exact running impulse of the contact force [N s] at each of the times [s]."""
+    """Return the exact running impulse of the contact force [N s] at each of the times [s]."""
     speed, gravity, wave, begins = timing(scene)
     body = scene.bodies[0]
     area = np.prod(np.ptp(body.mesh.nodes[:, :2], axis=0))
@@ -83,18 +83,18 @@ def exact_impulse(times: np.ndarray, scene: tc.Scene) -> np.ndarray:
 
 
 def exact_force(times: np.ndarray, dt: float, scene: tc.Scene) -> np.ndarray:
-    """Exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
+    """Return the exact contact force [N] averaged over [t - dt/2, t + dt/2] at each of the times [s]."""
     return (exact_impulse(times + dt / 2, scene) - exact_impulse(times - dt / 2, scene)) / dt
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The exact contact force, to plot."""
+    """Return the exact contact force, to plot."""
     times = np.linspace(0.0, result.scene.duration, 20001)
     return {"exact": (times, exact_force(times, times[1], result.scene))}
 
 
 def bounces(time: np.ndarray, impulse: np.ndarray, scene: tc.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Impulse [N s] and mean time [s] of every bounce: what a running impulse gains from flight to flight."""
+    """Return impulse [N s] and mean time [s] of every bounce: what a running impulse gains from flight to flight."""
     speed, gravity, wave, begins = timing(scene)
     limits = np.append(0.0, begins + wave + speed / gravity)
     given = np.diff(impulse)
@@ -105,13 +105,13 @@ def bounces(time: np.ndarray, impulse: np.ndarray, scene: tc.Scene) -> tuple[np.
 
 
 def touches(time: np.ndarray, closed: np.ndarray, flutter: float) -> int:
-    """How often contact begins; one that opens for less than `flutter` [s] is not over."""
+    """Count how often contact begins; one that opens for less than `flutter` [s] is not over."""
     begins, ends = (np.flatnonzero(np.diff(closed.astype(int), prepend=0, append=0) == way) for way in (1, -1))
     return len(begins) - int(np.sum(time[begins[1:]] - time[ends[:-1] - 1] < flutter))
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The number of bounces, no growth of energy from bounce to bounce, impulse and time of every bounce."""
+    """Check the number of bounces, that no bounce gains energy, and impulse and time of every bounce."""
     scene, history = result.scene, result.history
     speed, gravity, wave, begins = timing(scene)
     n = choices.cells_of(scene.bodies[0].mesh)

@@ -1,8 +1,8 @@
 """A soft cube hits a rigid wall at 10 km/h: flat, edge first or corner first.
 
-The main job of this project. A 10 cm cube (E 10 MPa, nu 0.3, rho 1000, 16^3 hexes, neo-Hookean) flies down onto the
-plane z = 0. yaw turns it about z, then pitch about y: pitch=45 is edge first, yaw=45 with pitch=54.7356 corner first.
-compare=true runs it twice, with mass redistribution and with a penalty on ordinary mass (Fig. 4 of Le Tallec,
+This is the main job of the project. A 10 cm cube (E 10 MPa, nu 0.3, rho 1000, 16^3 hexes, neo-Hookean) flies down onto
+the plane z = 0. yaw turns it about z, then pitch about y: pitch=45 is edge first, yaw=45 with pitch=54.7356 corner
+first. compare=true runs it twice, with mass redistribution and with a penalty on ordinary mass (Fig. 4 of Le Tallec,
 Dambakizi and Hauret 2007, here explicit). With nu = 0.3 some energy stays in vibration: the cube leaves slower than it
 came.
 """
@@ -57,7 +57,7 @@ def scene(
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A cube of cells^3 cells whose lowest point starts `gap` above the plane z = 0.
+    """A cube of cells^3 cells flies down; its lowest point starts `gap` above the plane z = 0.
 
     SI units, angles in degrees. formulation: full | reduced (one-point hexes) | mean-dilatation (one volume change per
     hex, for poisson near 1/2); penalty: None = exact contact, else a stiffness in multiples of young/h with h the size
@@ -95,19 +95,19 @@ def scene(
 
 
 def attitude(turn: np.ndarray) -> str:
-    """What of a cube turned by the rotation [3, 3] strikes the plane z = 0 first: flat, edge or corner."""
+    """Tell what of a cube turned by the rotation [3, 3] strikes the plane z = 0 first: "flat", "edge" or "corner"."""
     _, second, first = np.sort(np.abs(turn[2]))
     return "flat" if first > 1.0 - 1e-9 else "edge" if np.hypot(first, second) > 0.98 else "corner"
 
 
 def rotation(yaw: float, pitch: float) -> np.ndarray:
-    """Rotation [3, 3] by yaw about z, then by pitch about y [degrees]; right angles are exact."""
+    """Return the rotation [3, 3] by yaw about z, then by pitch about y [degrees]; right angles are exact."""
     (cy, sy), (cp, sp) = (np.round((np.cos(a), np.sin(a)), 15) for a in np.radians((yaw, pitch)))
     return np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Runs side by side: contact nodes without mass, exact and with a penalty; the same penalty on ordinary mass."""
+    """Compare contact nodes without mass, exact and with a penalty, with the same penalty on ordinary mass."""
     stiffness = parameters.pop("penalty", None)
     penalty = 10.0 if stiffness is None else stiffness
     parameters.pop("contact", None)
@@ -119,7 +119,7 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """What a plane wave would push with during a flat impact, rho c v A, to plot."""
+    """Return what a plane wave would push with during a flat impact, rho c v A, to plot."""
     body = result.scene.bodies[0]
     if len(body.contact) > 1:
         return {}
@@ -128,7 +128,7 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws, and for a flat impact that and how fast the cube leaves, when and how hard it pushes."""
+    """Check the general laws, and for a flat impact when and how hard the cube pushes and how fast it leaves."""
     scene, history = result.scene, result.history
     body, material = scene.bodies[0], scene.bodies[0].material
     n = round(choices.cells_of(body.mesh) ** (1 / 3))
@@ -138,7 +138,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     balance = 1e-4 if material.poisson > 0.4 else 1e-5 if not flat else 1e-8 if material.linear else 1e-6
     found = [ck.finished(result), ck.thrown(result), ck.touched(result)]
     found += [ck.momentum_balance(result, balance), ck.pushing(result)]
-    if isinstance(result.scheme, tc.Dissipative | tc.PaperImplicit):  # lose energy, and are there for it
+    if isinstance(result.scheme, tc.Dissipative | tc.PaperImplicit):  # these are made to lose energy
         found.append(ck.no_gain(result, 1e-6))
     elif isinstance(scene.contact, tc.MasslessContact):
         usual = n >= 16 and material.poisson >= 0.3 and result.dt <= 0.95 * result.dt_limit

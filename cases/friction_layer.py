@@ -1,8 +1,9 @@
 """A thin layer of metal under sliding contact heats, softens and, at high speed, all but melts.
 
-Section 2 of Le Tallec, Dambakizi and Hauret (2007): one cell, 34 m/s, 1.3 GPa, a layer of 10 um, 200 points, 1 ns, to
-0.6 us; and the same at a speed that brings the surface to melting. The paper states no constants of its metal, so its
-Figs. 2 and 3 are reproduced in kind. No mechanical scene: the layer is driven by given velocity and pressure.
+This is section 2 of Le Tallec, Dambakizi and Hauret (2007): one cell at 34 m/s and 1.3 GPa, a layer of 10 um, 200
+points, steps of 1 ns to 0.6 us; then again at a speed that brings the surface to melting. The paper states no constants
+of its metal, so its Figs. 2 and 3 are reproduced in kind. There is no mechanical scene: velocity and pressure are
+given.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ SNAPSHOTS = 6  # yield limits over the depth, evenly spread over the run
 
 @dataclass(frozen=True)
 class Runs:
-    """What the case ran: results by label, and runs that end at the snapshots; parameters as given."""
+    """Results of what the case ran, by label, the runs that end at the snapshots, and the parameters as given."""
 
     results: Mapping[str, layer.LayerResult]
     profiles: Mapping[str, list[layer.LayerResult]]
@@ -55,7 +56,7 @@ def solve(
     initial_temperature: float = 300.0,
     method: Literal["bracketed-newton", "thermal-softening-secant", "stress-secant"] = "bracketed-newton",
 ) -> Runs:
-    """The layer at `velocity` and, unless None, at `melting_velocity`; SI units, see `friction_layer.solve`."""
+    """Solve the layer at `velocity` and, unless None, at `melting_velocity`; SI units, see `friction_layer.solve`."""
     parameters = dict(locals())
     if metal not in layer.METALS:
         raise tc.InputError("metal", metal, "use one of " + ", ".join(layer.METALS))
@@ -74,7 +75,7 @@ def solve(
 
 
 def checks(runs: Runs) -> list[ck.Check]:
-    """The laws of the model for every run, and the independent figures where the parameters are theirs."""
+    """Check the laws of the model for every run, and the independent figures where the parameters are theirs."""
     found = []
     for label, run in runs.results.items():
         found += _laws(label, run, runs)
@@ -87,7 +88,7 @@ def checks(runs: Runs) -> list[ck.Check]:
 
 
 def _laws(label: str, run: layer.LayerResult, runs: Runs) -> list[ck.Check]:
-    """What holds for any layer: (7) summed over the depth, the heat balance, bounds of stress and temperature."""
+    """Check what holds for any layer: (7) summed over the depth, the heat balance, bounds of stress and temperature."""
     metal, stress = runs.metal, np.sqrt(3.0) * run.shear_stress[:, 0]
     thickness, weight = run.depth[-1], np.gradient(run.depth)
     weight[[0, -1]] /= 2.0
@@ -109,7 +110,7 @@ def _laws(label: str, run: layer.LayerResult, runs: Runs) -> list[ck.Check]:
 
 
 def _figures(label: str, speed: float, run: layer.LayerResult) -> list[ck.Check]:
-    """Errors against the independent code of `friction_layer.study`, at its times."""
+    """Check the errors against the independent code of `friction_layer.study`, at its times."""
     if speed == 34.0:
         hot, weak, _ = study.errors(run, speed)
         return [
@@ -129,7 +130,7 @@ def _figures(label: str, speed: float, run: layer.LayerResult) -> list[ck.Check]
 
 
 def write(runs: Runs, out: Path) -> None:
-    """history.csv, profile.csv, yield-limit.png (Fig. 2) and surface.png (Fig. 3)."""
+    """Write history.csv, profile.csv, yield-limit.png (Fig. 2) and surface.png (Fig. 3)."""
     history: dict[str, np.ndarray] = {"time": next(iter(runs.results.values())).time}
     profile: dict[str, list[np.ndarray]] = {}
     for label, run in runs.results.items():
@@ -154,7 +155,7 @@ def write(runs: Runs, out: Path) -> None:
 
 
 def summary(runs: Runs) -> dict[str, object]:
-    """Scalars for summary.json and the table."""
+    """Return scalars for summary.json and the table."""
     return {
         label: {
             "surface_temperature": run.surface_temperature[-1, 0],

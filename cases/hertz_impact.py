@@ -36,7 +36,7 @@ def scene(
     sweeps: int = 10,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """A ball with `cells` cells across the contact radius, which is `contact_radius` times its radius.
+    """A ball with `cells` cells across the contact radius, which is `contact_radius` times its own, falls on a plane.
 
     The speed is the one that gives that contact radius by the formulas. SI units.
     """
@@ -58,7 +58,7 @@ def scene(
 
 
 def theory(scene: tc.Scene) -> tuple[float, float, float]:
-    """Largest force on the quarter [N], largest approach [m], duration of the contact [s]."""
+    """Return the largest force on the quarter [N], the largest approach [m] and the duration of the contact [s]."""
     ball, radius = scene.bodies[0], float(np.linalg.norm(scene.bodies[0].mesh.nodes, axis=1).max())
     modulus = ball.material.young / (1.0 - ball.material.poisson**2)
     speed, mass = -float(ball.velocity[2]), 4.0 / 3.0 * np.pi * radius**3 * ball.material.density
@@ -67,7 +67,7 @@ def theory(scene: tc.Scene) -> tuple[float, float, float]:
 
 
 def cells_across(scene: tc.Scene) -> int:
-    """Cells across the contact radius at its largest."""
+    """Return the number of cells across the contact radius at its largest."""
     nodes = scene.bodies[0].mesh.nodes
     radius = float(np.linalg.norm(nodes, axis=1).max())
     lowest = nodes[(np.abs(nodes[:, 1]) < 1e-9 * radius) & (np.linalg.norm(nodes, axis=1) > (1 - 1e-9) * radius)]
@@ -76,14 +76,14 @@ def cells_across(scene: tc.Scene) -> int:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The force of Hertz, sin(pi t/T)^1.5 nearly (Johnson 11.4), to plot."""
+    """Return the force of Hertz, nearly sin(pi t/T)^1.5 (Johnson 11.4), to plot."""
     force, _, duration = theory(result.scene)
     times = np.linspace(0.0, result.scene.duration, 501)
     return {"Hertz, nearly": (times, force * np.sin(np.pi * np.clip(times / duration, 0.0, 1.0)) ** 1.5)}
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Largest force and duration of the contact, impulse; the ledger."""
+    """Check largest force, duration and impulse of the contact, and the ledger."""
     found = [
         ck.finished(result),
         ck.thrown(result),

@@ -41,7 +41,7 @@ def scene(
     tolerance: float = 1e-2,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A block of 304 steel twice as long as high, `cells` cells high, held down by a top at a fixed distance.
+    """A block of 304 steel, twice as long as high and `cells` cells high, slides below a top at a fixed distance.
 
     SI units. speed: along the plane; pressure: of the squeezed block, uniform at the start; coefficient: mu, of dry
     friction and the most that the layer transmits; points, thickness, tolerance: of the layer; duration: None = until
@@ -76,13 +76,13 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """The layer, and dry friction."""
+    """Compare the friction layer with dry friction."""
     parameters.pop("friction", None)
     return {"friction layer": scene(**parameters), "dry friction": scene(**parameters, friction="coulomb")}
 
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
-    """Shear, speed, work and temperature over time; temperature and shear of the face from below, frame by frame."""
+    """Draw shear, speed, work and temperature over time; temperature and shear of the face from below, as frames."""
     history, time = result.history, result.history["time"]
     area = float(np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0)[:2]))
     rows = {
@@ -108,7 +108,7 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 
 
 def _tractions(result: tc.Result) -> list[ck.Check]:
-    """Mean pressure against the squeeze of the start; shear against mu p, or the layer alone at 34 m/s.
+    """Check the mean pressure against the squeeze of the start, and the shear against mu p or a layer alone at 34 m/s.
 
     The figures of the layer alone (`friction_layer.study.REFERENCE`, independent code) hold the speed at 34 m/s; under
     the block it drops by tau/(rho c_s), some 7 m/s, which leaves it a little cooler and stronger. Shear of mu p needs
@@ -140,7 +140,7 @@ def _tractions(result: tc.Result) -> list[ck.Check]:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """General laws; pressure of the squeezed block; dry friction, or the layer against independent figures.
+    """Check the general laws, the squeeze of the block, and dry friction or the layer against independent figures.
 
     Heat is the share of the friction work; what the block loses is friction work; the surface stays below melting.
     """

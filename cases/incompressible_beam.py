@@ -1,8 +1,9 @@
 """A nearly incompressible beam swings: the trapezoidal rule gains energy until it breaks, conserving schemes keep it.
 
-The contrast of section 3.1 of Le Tallec, Dambakizi and Hauret 2007. A beam 1 m x 0.1 m in plane strain (neo-Hookean,
-mu 1 MPa, rho 1000, mean dilatation) is clamped at its left end and thrown up with v_y = speed (x/length)^2; it bends
-through large rotations. compare=true runs every implicit scheme at the same step and plots their energies.
+This is the contrast of section 3.1 of Le Tallec, Dambakizi and Hauret 2007. A beam 1 m x 0.1 m in plane strain
+(neo-Hookean, mu 1 MPa, rho 1000, mean dilatation) is clamped at its left end and thrown up with v_y = speed
+(x/length)^2; it bends through large rotations. compare=true runs every implicit scheme at the same step and plots their
+energies.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def scene(
     speed: float = 5.0,
     duration: float = 3.0,
 ) -> tc.Scene:
-    """A beam of `cells` hexes along its length, a tenth as many through its height and one across.
+    """A beam of `cells` hexes along its length, a tenth as many through its height and one across, swings.
 
     SI units. ratio: lambda/mu; shear: mu; speed: of the free end at the start.
     """
@@ -55,7 +56,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """The implicit schemes at a step of 0.02 s (0.01 s from lambda/mu = 100 on): who keeps the energy."""
+    """Compare the implicit schemes at a step of 0.02 s (0.01 s from lambda/mu = 100 on): who keeps the energy."""
     own = scene(**parameters)
     dt = 0.02 if parameters.get("ratio", 10.0) < 100.0 else 0.01
     schemes = (
@@ -72,12 +73,12 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
 
 
 def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
-    """Energy of the schemes over the one at the start."""
+    """Draw the energy of the schemes over that at the start."""
     energies(path, histories)
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Conserving schemes keep the energy; others only say what became of it."""
+    """Check that conserving schemes keep the energy; others only report what became of it."""
     if result.reason == "diverged":
         return [ck.at_least("energy / energy at the start", result.history["energy"].max(), 2.0 * start(result))]
     energy, body = result.history["energy"], result.scene.bodies[0]
@@ -94,12 +95,12 @@ def checks(result: tc.Result) -> list[ck.Check]:
 
 
 def start(result: tc.Result) -> float:
-    """Energy at the start [J]."""
+    """Return the energy at the start [J]."""
     return float(result.history["energy"][0])
 
 
 def conserved(result: tc.Result) -> tuple[str, ...]:
-    """What the scheme of the run conserves."""
+    """Return what the scheme of the run conserves."""
     return tuple(getattr(result.scheme, "conserves", ()))
 
 

@@ -1,9 +1,9 @@
 """A cube strikes a wall with the paper's implicit scheme: penetration energy with and without redistributed mass.
 
-Fig. 4 of Le Tallec, Dambakizi and Hauret 2007: the cube of the case cube-impact with a penalty of 1000 E/h, trapezoidal
-rule for the inertia, backward Euler for stiffness and contact, a step of the stable one of the explicit scheme. On
-ordinary mass the penetration energy jumps up and down, on redistributed mass it rises and falls once. compare=true runs
-both at three steps.
+This is Fig. 4 of Le Tallec, Dambakizi and Hauret 2007. The cube of the case cube-impact strikes a wall with a penalty
+of 1000 E/h; the inertia follows the trapezoidal rule, stiffness and contact follow backward Euler, and the step is the
+stable one of the explicit scheme. On ordinary mass the penetration energy jumps up and down, on redistributed mass it
+rises and falls once. compare=true runs both at three steps.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tcontact.results import checks as ck
 from tcontact.show.plots import penetration_energies
 
 SCHEME = {"scheme": "paper-implicit", "cfl": 1.0}
-STEPS = (1.0, 0.5, 0.25)  # of the comparison, in stable steps of the explicit scheme
+STEPS = (1.0, 0.5, 0.25)  # steps of the comparison, over the stable step of the explicit scheme
 NAMES = ("ordinary", "redistributed")
 
 
@@ -36,7 +36,7 @@ def scene(
     speed: float = 10 / 3.6,
     duration: float = 4e-3,
 ) -> tc.Scene:
-    """The cube with redistributed or ordinary mass on a penalty in multiples of young/h.
+    """The cube, with redistributed or ordinary mass, strikes a wall with a penalty in multiples of young/h.
 
     SI units; cells along an edge, law, speed and duration as in cube-impact. redistributed: contact nodes without mass.
     """
@@ -45,7 +45,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """Redistributed and ordinary mass, each at three steps."""
+    """Compare redistributed with ordinary mass, each at three steps."""
     parameters.pop("redistributed", None)
     scenes = {f"{name} mass": scene(**parameters, redistributed=name == "redistributed") for name in NAMES}
     return {
@@ -54,7 +54,7 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
 
 
 def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
-    """Penetration energy over time: ordinary mass left, redistributed mass right, as in the paper."""
+    """Draw the penetration energy over time: ordinary mass left, redistributed mass right, as in the paper."""
     panels: dict[str, dict[str, dict[str, np.ndarray]]] = {f"{name} mass": {} for name in NAMES}
     for label, history in histories.items():
         mass, _, step = label.partition(", ")
@@ -63,15 +63,15 @@ def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> 
 
 
 def variation(result: tc.Result) -> float:
-    """Sum of all changes of the penetration energy over twice its largest value: 1 for one rise and one fall."""
+    """Return all changes of the penetration energy together over twice its largest value: 1 for a rise and a fall."""
     stored = result.history["contact"]
     return float(np.abs(np.diff(stored)).sum() / (2.0 * stored.max()))
 
 
 def _share(result: tc.Result) -> float:
-    """Largest penetration energy over that of the plane wave that the impact begins with, (rho c v A)^2/(2 penalty A).
+    """Return the largest penetration energy over that of the first plane wave, (rho c v A)^2/(2 penalty A).
 
-    The force begins with it and overshoots, in one dimension by 31 %; nodes with mass bounce on the penalty.
+    The force begins with that of the wave and overshoots by 31 % (1-D); nodes with mass bounce on the penalty.
     """
     scene, body = result.scene, result.scene.bodies[0]
     contact = scene.contact
@@ -82,7 +82,7 @@ def _share(result: tc.Result) -> float:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Momentum, how large the penetration energy gets, and how often it rises and falls."""
+    """Check momentum, how large the penetration energy gets, and how often it rises and falls."""
     found = [ck.finished(result), ck.thrown(result), ck.touched(result)]
     found += [ck.momentum_balance(result, 1e-9), ck.pushing(result)]
     if not result.ok or not result.history["contact"].max() > 0.0:

@@ -56,7 +56,7 @@ def scene(
     cell_viscosity: float | None = None,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """A column of `cells` cells, all along its height, `gap` above the plane z = 0.
+    """A column with all its `cells` cells along its height moves obliquely from `gap` above the plane z = 0.
 
     SI units. friction: coefficient; speed, sideways: v_n and v_t (they stick to the wall from friction 0.535 on where
     they are equal and poisson is 0.3); penalty: None = exact, else multiples of young/h (contact=penalty: None = 10);
@@ -96,12 +96,12 @@ class Waves:
 
     @property
     def work(self) -> float:
-        """Work of friction [J]."""
+        """Return the work of friction [J]."""
         return self.shear * self.slip * (self.release - self.touch) * self.area
 
 
 def exact(scene: tc.Scene) -> Waves:
-    """What plane waves give for a scene of this case."""
+    """Return what plane waves give for a scene of this case."""
     body, material = scene.bodies[0], scene.bodies[0].material
     sideways, _, down = body.velocity
     size = np.ptp(body.mesh.nodes, axis=0)
@@ -121,13 +121,13 @@ def exact(scene: tc.Scene) -> Waves:
 
 
 def tractions(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure and shear on the wall [Pa] in every row."""
+    """Return pressure and shear on the wall [Pa] in every row."""
     force = result.history["contact_force"] / exact(result.scene).area
     return force[:, 2], -force[:, 0]
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Both regimes side by side: half and twice the friction at which the slab just sticks."""
+    """Compare both regimes: half and twice the friction at which the slab just sticks."""
     parameters.pop("friction", None)
     waves = exact(scene(**parameters, friction=1e6))
     least = waves.shear / waves.pressure
@@ -135,23 +135,23 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The exact normal force, to plot."""
+    """Return the exact normal force, to plot."""
     waves = exact(result.scene)
     return {"plane waves": _pulse(waves, waves.pressure * waves.area, result.time)}
 
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
-    """Pressure and shear against time with the exact lines, and the work of friction."""
+    """Draw pressure and shear over time with the exact lines, and the work of friction."""
     waves, time = exact(result.scene), result.history["time"]
     pressure, shear = tractions(result)
-    rubbing = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
+    exact_work = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
     panels = {
         ("pressure", "Pa"): {
             "computed": (time, pressure),
             "plane waves": _pulse(waves, waves.pressure, result.time),
         },
         ("shear", "Pa"): {"computed": (time, shear), "plane waves": _pulse(waves, waves.shear, result.time)},
-        ("friction work", "J"): {"computed": (time, result.history["friction_work"]), "plane waves": rubbing},
+        ("friction work", "J"): {"computed": (time, result.history["friction_work"]), "plane waves": exact_work},
     }
     plots.panels(folder / "tractions.png", panels, title)
 
@@ -162,7 +162,7 @@ def _pulse(waves: Waves, height: float, end: float) -> tuple[np.ndarray, np.ndar
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws; plateaus, friction work and final speed against the waves; little is lost where it sticks."""
+    """Check the general laws; plateaus, friction work and final speed against the waves; that sticking loses little."""
     scene, history, waves = result.scene, result.history, exact(result.scene)
     found = [ck.finished(result), ck.touched(result), ck.momentum_balance(result, 1e-6), ck.pushing(result)]
     if choices.is_exact(scene):

@@ -1,14 +1,14 @@
 """An elastic cylinder thrown along a plane with friction slides until it rolls, against a rigid one.
 
 Thrown without spin, a rigid cylinder slows down by mu g and spins up by 2 mu g/R until t = v0/(3 mu g); then it rolls
-at 2/3 v0, and friction has taken m v0^2/6. Strain in a plane: one cell thick, both ends held along the axis.
-The rim is a polygon of 4 cells faces, each wider than the strip in contact (half width .02 R at the default stiffness):
-the cylinder rolls on corners. Faces land with small blows and short flights (force up to 2.5 times the weight, 3 % of
-the time in the air; 12 cells: 3.2 times, 18 %), on top of the ringing of a weight that is put on at once. Speed and
-spin follow the rigid ones in the mean and swing about them, by less than 3 % of v0.
-With even cells it starts on a corner, R pi^2/(32 cells^2) higher than on a face, worth 1.3 % of the work of
-friction: it ends .5 % faster and rubs 2 % less (12 cells: 1.5 and 6 %). Begun on a face, with odd cells, the signs turn
-(25 cells: .8 and 3 %). The inertia that full removal takes off the rim makes a tenth of that: .3 % at 24 cells.
+at 2/3 v0, and friction has taken m v0^2/6. The strain is plane: one cell thick, both ends held along the axis. The rim
+is a polygon of 4 cells faces, each wider than the strip in contact (half width .02 R at the default stiffness): the
+cylinder rolls on corners. Faces land with small blows and short flights (force up to 2.5 times the weight, 3 % of the
+time in the air; 12 cells: 3.2 times, 18 %), on top of the ringing of a weight that is put on at once. Speed and spin
+follow the rigid ones in the mean and swing about them, by less than 3 % of v0. With even cells it starts on a corner, R
+pi^2/(32 cells^2) higher than on a face, worth 1.3 % of the work of friction: it ends .5 % faster, with 2 % less work of
+friction (12 cells: 1.5 and 6 %). Begun on a face, with odd cells, the signs turn (25 cells: .8 and 3 %). The inertia
+that full removal takes off the rim makes a tenth of that: .3 % at 24 cells.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def scene(
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A cylinder with `cells` cells along a quarter of its rim, just touching the plane (neo-Hookean law: it turns).
+    """A cylinder with `cells` cells along a quarter of its rim just touches the plane (neo-Hookean: it turns).
 
     SI units. None: speed sqrt(gravity radius)/2, slow enough to keep flights short; young 1e4 density gravity radius;
     duration 1.4 times that of sliding.
@@ -75,18 +75,18 @@ def scene(
 
 
 def sliding_time(scene: tc.Scene) -> float:
-    """When a rigid cylinder begins to roll [s]."""
+    """Return the time at which a rigid cylinder begins to roll [s]."""
     return float(scene.bodies[0].velocity[0] / (3.0 * scene.friction.coefficient * -scene.gravity[2]))
 
 
 def rigid(scene: tc.Scene, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Speed and spin times radius [m/s] of a rigid cylinder."""
+    """Return speed and spin times radius [m/s] of a rigid cylinder."""
     start, slid = scene.bodies[0].velocity[0], np.minimum(time / sliding_time(scene), 1.0)
     return start * (1.0 - slid / 3.0), start * slid * 2.0 / 3.0
 
 
 def motion(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
-    """Speed and spin times radius [m/s] in every row, from momentum and angular momentum about the centre of mass.
+    """Return speed and spin times radius [m/s] in every row, from the momenta about the centre of mass.
 
     The spin is that of a rigid cylinder, of inertia m R^2/2, with this angular momentum.
     """
@@ -99,13 +99,13 @@ def motion(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The weight that the plane carries, to plot."""
+    """Return the weight that the plane carries, to plot."""
     weight = ck.mass(result) * -result.scene.gravity[2]
     return {"weight": (np.array([0.0, result.time]), np.array([weight, weight]))}
 
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
-    """Speed, spin and the impulse of friction, beside those of a rigid cylinder."""
+    """Draw speed, spin and the impulse of friction beside those of a rigid cylinder."""
     scene, history = result.scene, result.history
     time, start = history["time"], scene.bodies[0].velocity[0]
     speed, spin = motion(result)
@@ -121,13 +121,13 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws; sliding by mu times pressure; speed, spin and friction work once it rolls."""
+    """Check the general laws, sliding by mu times pressure, and speed, spin and friction work once it rolls."""
     scene, history, mass = result.scene, result.history, ck.mass(result)
     found = [ck.finished(result), ck.touched(result), ck.pushing(result), ck.no_overlap(result)]
     found += [ck.momentum_balance(result, 1e-5), ck.energy(result, 4e-3)]
     if not result.ok:
         return found
-    coarse = max(1.0, (96.0 / len(scene.bodies[0].contact_faces)) ** 2)  # in the work; the noise of faces falls slower
+    coarse = max(1.0, (96.0 / len(scene.bodies[0].contact_faces)) ** 2)  # for the work; the noise of faces falls slower
     start, slid, time = float(scene.bodies[0].velocity[0]), sliding_time(scene), history["time"]
     speed, spin = motion(result)
     wanted_speed, wanted_spin = rigid(scene, time)

@@ -6,10 +6,10 @@ incline is the plane z = 0 under a tilted gravity. The block starts compressed b
 what is left to settle is small.
 
 An elastic block on a rigid plane flutters while it slides: contact opens in turns, and what lands at another than the
-sliding speed rubs less than mu times its pressure. Two things must be told apart. Flutter of the whole block, the same
-at every mesh size, is physics of an undamped body: it is why a block without damping creeps down where mu is only just
-above tan(angle). Flutter of single cells, faster the finer they are, is not: it comes with nodes that lose their mass
-along the normal only, and the viscosity of the contact cells ends it (cell_viscosity=0 shows it: angle=21.6,
+sliding speed transmits less than mu times its pressure. Two things must be told apart. Flutter of the whole block, the
+same at every mesh size, is physics of an undamped body: it is why a block without damping creeps down where mu is only
+just above tan(angle). Flutter of single cells, faster the finer they are, is not: it comes with nodes that lose their
+mass along the normal only, and the viscosity of the contact cells ends it (cell_viscosity=0 shows it: angle=21.6,
 friction=0.321, cells=8 lose 5 % of the friction). From rest a block is 2 to 3 % too fast after 300 transits: that is
 how it starts, at any mesh size. From friction 0.6 on some friction is lost in spite of the viscosity, and the run says
 so.
@@ -66,7 +66,7 @@ def scene(
     tolerance: float | None = None,
     duration: float | None = None,
 ) -> tc.Scene:
-    """A block half as long again as it is high and wide, `cells` cells high (linear law).
+    """A block half as long again as it is high and wide, `cells` cells high (linear law), lies on a plane.
 
     SI units, angle in degrees. None = what the motion asks for: friction .3 | .37 | .2, angle 0 | 20 | 20, speed down
     the plane 1 | 0 | 0, mass damping 0 | .5 | 0 in wave speed/height; young: 1e5 density gravity height; duration:
@@ -131,7 +131,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tc.Scene]:
-    """Holding on the incline: Coulomb's law, the regularised law that creeps, Coulomb's law without damping."""
+    """Compare holding on the incline by Coulomb's law, by the regularised law, which creeps, and without damping."""
     parameters = {"motion": "hold"} | parameters
     slip_speed = parameters.pop("slip_speed", None)
     undamped = parameters | {"damping": 0.0}
@@ -143,7 +143,7 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
 
 
 def travel(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
-    """Distance [m] and speed [m/s] of the centre of mass along the plane in every row."""
+    """Return distance [m] and speed [m/s] of the centre of mass along the plane in every row."""
     time = result.history["time"]
     speed = result.history["momentum"][:, 0] / ck.mass(result)
     path = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
@@ -151,7 +151,7 @@ def travel(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid(scene: tc.Scene) -> tuple[float, float, float]:
-    """Of a rigid block: acceleration while it slides [m/s^2], time [s] and distance [m] to its stop (inf: none)."""
+    """Return acceleration [m/s^2] of a rigid block that slides, time [s] and distance [m] to its stop (inf: none)."""
     down, press, speed = scene.gravity[0], -scene.gravity[2], scene.bodies[0].velocity[0]
     acceleration = down - scene.friction.coefficient * press
     if acceleration >= 0.0:
@@ -160,13 +160,13 @@ def rigid(scene: tc.Scene) -> tuple[float, float, float]:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The weight that the plane carries, to plot."""
+    """Return the weight that the plane carries, to plot."""
     weight = ck.mass(result) * -result.scene.gravity[2]
     return {"weight across the plane": (np.array([0.0, result.time]), np.array([weight, weight]))}
 
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
-    """Distance and speed of the centre and friction over pressure, beside those of a rigid block."""
+    """Draw distance and speed of the centre and friction over pressure, beside those of a rigid block."""
     scene, time = result.scene, result.history["time"]
     path, speed = travel(result)
     acceleration, stop, _ = rigid(scene)
@@ -188,7 +188,7 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws, |t| <= mu lambda, and what the motion must be: distance, rest or acceleration."""
+    """Check the general laws, |t| <= mu lambda, and what the motion must be: distance, rest or acceleration."""
     scene, history = result.scene, result.history
     mu = scene.friction.coefficient
     quick = result.dt > 0.25 * result.dt_limit

@@ -37,7 +37,7 @@ def scene(
     stretch: float = 60.0,
     duration: float = 0.02,
 ) -> tc.Scene:
-    """A block size x size/2 x size/3 with `cells` cells along its longest edge.
+    """A block size x size/2 x size/3 with `cells` cells along its longest edge flies freely.
 
     SI units. spin: angular velocity [rad/s]; stretch: rate of the shearing motion at the start [1/s].
     """
@@ -56,7 +56,7 @@ def scene(
 
 
 def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
-    """Schemes at steps of 0.2 ms, the explicit one at its own: who keeps the energy."""
+    """Compare schemes at steps of 0.2 ms, the explicit one at its own: who keeps the energy."""
     own = scene(**parameters)
     schemes = (
         tc.CentralDifference(),
@@ -69,12 +69,12 @@ def comparison(**parameters: object) -> dict[str, tuple[tc.Scene, object]]:
 
 
 def draw_comparison(path: Path, histories: dict[str, dict[str, np.ndarray]]) -> None:
-    """Energy of the schemes over the one at the start."""
+    """Draw the energy of the schemes over that at the start."""
     energies(path, histories)
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Momentum, angular momentum and energy, as far as the scheme conserves them."""
+    """Check momentum, angular momentum and energy, as far as the scheme conserves them."""
     history, conserves = result.history, getattr(result.scheme, "conserves", ())
     found = [ck.finished(result), ck.thrown(result), ck.momentum_balance(result, 1e-10)]
     turned = history["angular_momentum"]

@@ -2,9 +2,8 @@
 
 The sides are held, so the motion is plane. From the touch on a shock runs up the block; behind it the block rests, with
 a stretch and a pressure that follow from the jump conditions (`tcontact.results.exact.WallShock`). The run ends when
-the
-shock has gone through 0.8 of the block. Nothing dissipates here: energy must not grow, and what a real shock would turn
-into heat stays behind the front as small vibration.
+the shock has gone through 0.8 of the block. Nothing dissipates here: energy must not grow, and what a real shock would
+turn into heat stays behind the front as small vibration.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from tcontact.cases import _choices as choices
 from tcontact.results import checks as ck
 from tcontact.results.exact import WallShock
 
-TRAVEL = 0.8  # of the block
+TRAVEL = 0.8  # share of the block that the shock runs through
 
 
 def scene(
@@ -42,7 +41,7 @@ def scene(
     sweeps: int = 10,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """A square block of `cells` cells, all along its length, `gap` above the plane z = 0.
+    """A square block with all its `cells` cells along its length flies down from `gap` above the plane z = 0.
 
     SI units. mach: speed over the wave speed sqrt((lambda + 2 mu)/density), below 1; penalty: None = exact, else
     multiples of young/h (contact=penalty: None = 10).
@@ -71,7 +70,7 @@ def scene(
 
 
 def exact(scene: tc.Scene) -> tuple[WallShock, float, float]:
-    """The jump conditions, the time of touch [s] and the force of the plateau [N]."""
+    """Return the jump conditions, the time of touch [s] and the force of the plateau [N]."""
     body = scene.bodies[0]
     speed, size = -body.velocity[2], np.ptp(body.mesh.nodes, axis=0)
     shock = WallShock(body.material.lame_lambda, body.material.lame_mu, body.material.density, speed)
@@ -80,7 +79,7 @@ def exact(scene: tc.Scene) -> tuple[WallShock, float, float]:
 
 
 def front(result: tc.Result) -> float:
-    """Height [m] in the reference state where the stretch is half that of the shock, at the end of the run."""
+    """Return the reference height [m] at which the stretch is half that of the shock, at the end of the run."""
     shock, _, _ = exact(result.scene)
     levels, stretch = stretches(result)
     half = 0.5 * (1.0 + shock.stretch)
@@ -93,7 +92,7 @@ def front(result: tc.Result) -> float:
 
 
 def stretches(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
-    """Height of each layer of cells above the lower end [m], and its mean stretch at the end of the run."""
+    """Return the height [m] of each layer of cells above the lower end, and its mean stretch at the end of the run."""
     mesh = result.scene.bodies[0].mesh
     height = np.round(mesh.nodes[:, 2] - mesh.nodes[:, 2].min(), 12)
     levels, member = np.unique(height, return_inverse=True)
@@ -102,13 +101,13 @@ def stretches(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The contact force by the jump conditions, to plot."""
+    """Return the contact force by the jump conditions, to plot."""
     _, touch, force = exact(result.scene)
     return {"jump conditions": (np.array([0, touch, touch, result.scene.duration]), force * np.array([0, 0, 1, 1]))}
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """The general laws; plateau, shock speed and stretch against the jump conditions; no growth of the energy."""
+    """Check the general laws; plateau, shock speed and stretch against the jump conditions; no gain of energy."""
     scene, history = result.scene, result.history
     found = [ck.finished(result), ck.touched(result), ck.momentum_balance(result, 1e-8), ck.pushing(result)]
     if choices.is_exact(scene):

@@ -1,11 +1,23 @@
-"""Taichi kernels: everything that is done per cell, node or pixel. No state, no Python objects, relative imports only.
+"""Taichi kernels: all that is computed for each cell, node or pixel. They hold no state and import relatively.
 
-How it works. Kernels take flat one-dimensional arrays and are compiled once per kind of cell, law and options
-(memoised factories such as `internal_force.make_step`), never per scene. `cell_phase` is the pass over packs of cells,
-a lane per cell, that only adds into rows of its own chunk of nodes: no atomics, the same bits at any number of threads;
-`node_phase` sums these rows and moves the nodes. `materials` holds the laws, a file each with its stress and stiffness,
-`elements` the elements, `static_solve` and `sweeps` the projected Gauss-Seidel sweeps that place nodes
-without mass, `friction` the local friction problems, `serial_step` the rest of a step in one launch, `layer1d*` the
-friction layers, `implicit_*` the residuals and tangents of implicit steps, and `raster` the pictures. Each file opens
-with its formula and its source.
+How it works. Kernels take flat one-dimensional arrays and are compiled once for every combination of element, law and
+options (memoised factories such as `step.internal_force.make_step`), never per scene. Their signatures are made from
+bundles of named arrays (`language.bundles`, `language.signatures`). Each file opens with its formula and its source.
+The rooms, from top to bottom; each imports only what stands below it:
+
+    pictures    triangles to pixels
+    step        whole steps: the parallel force pass with the motion of the nodes, and everything else in one launch
+    layer       the implicit step of many friction layers
+    static      the static solve of the massless contact nodes: measure, tangent, sweeps or MPRGP, and what surrounds it
+    contact     constraint rows, the obstacles that fill them, contact loads, friction, viscosity of contact cells
+    cells       passes over packs of cells, points and tangents of the implicit schemes, von Mises stress
+    nodes       sum of the forces, kick and drift of the nodes, supports, damping, periodic images
+    elements    one file for every element: the force of one cell from its corners
+    materials   one file for every law: stress, energy, stiffness
+    language    tensors, vectors of lanes, bundles, signatures, options of the compiler
+    columns     the table of all numbers that a step measures and of all columns of the history
+    lanes       sizes and places that the host and the kernels agree on
+
+`cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and
+`nodes.node_phase` sums the rows of all chunks in order, so that any number of threads gives the same bits.
 """

@@ -1,9 +1,10 @@
-"""tcontact: dynamic contact and impact of deformable solids, on CPU and GPU.
+"""tcontact: dynamic contact and impact of deformable solids, computed by Taichi kernels.
 
 How it works. Data flows one way, and nothing flows back:
 
     Mesh, Material, Body, obstacles -> Scene      plain data that checks itself (mesh, scene)
     plan(scene)                                   decides what exists: terms, masses, contact lists (planning)
+    Domain, CellBlock, Island                     bodies in one numbering, their cells and contact nodes (planning)
     Run                                           state, kernels, the loop (nodes, cells, contact, schemes, run)
     Result, result.vtkhdf, summary.json           what comes out (results)
     pictures, curves, notebooks                   drawn from that alone (show)
@@ -13,9 +14,10 @@ Every name in brackets is a room of the house, a package below this one; a room 
 `scene`, `friction_layer`, `mesh`, `device`, the `kernels` and `base` below.
 
 A body is a mesh whose nodes carry mass and whose cells carry stress. Every step the cells turn displacements into
-forces (cells.internal_force), the scheme turns forces into motion, and the contact nodes, which carry no mass, are
-placed by a small projected static solve (contact.static_solve): the contact force is the elastic force that is left on
-them. A ledger keeps energy, impulse and momenta of every step, and guards stop a run that is wrong.
+forces (cells.internal_force), the scheme turns forces into motion, the obstacles fill the constraint rows of the
+contact nodes (contact.constraint_rows), and these nodes, which carry no mass, are placed by a small projected static
+solve (contact.static_solve): the contact force is the elastic force that is left on them. A ledger keeps energy,
+impulse and momenta of every step, and guards stop a run that is wrong.
 
 Pages on the parts: `pydoc tcontact.scene`, `.mesh`, `.planning`, `.nodes`, `.cells`, `.contact`, `.schemes`, `.run`,
 `.results`, `.device`, `.friction_layer`, `.kernels`, `.cases`, `.commands`, `.show.render`, `.scene.obstacles`,

@@ -178,7 +178,9 @@ def test_no_speed_is_printed_without_its_errors(rows, missing):
         table.lines(report([{name: value for name, value in rows[0].items() if name != missing}]))
 
 
-def test_a_real_process_answers_and_says_what_is_wrong():
+def test_a_real_process_answers_and_says_what_is_wrong(tmp_path, monkeypatch):
+    """It finds the package from any folder, in a bare checkout too."""
+    monkeypatch.chdir(tmp_path)
     assert collect.run_worker("bar", {"arch": "cpu", "threads": 0})["failed"].startswith("InputError: threads = 0")
 
 

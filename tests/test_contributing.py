@@ -6,6 +6,7 @@ import ast
 import re
 from pathlib import Path
 
+import house
 import pytest
 
 import tcontact as tc
@@ -48,6 +49,17 @@ def test_every_part_has_a_page_on_how_it_works(part):
     place = next(path for path in (ROOT / "tcontact" / part, ROOT / part) if path.is_dir())
     page = ast.get_docstring(ast.parse((place / "__init__.py").read_text(encoding="utf-8"))) or ""
     assert len(page) > 300, f"{part}: say how it works"
+
+
+def test_the_rooms_stand_in_their_order():
+    """CONTRIBUTING names the rooms of the house, and the page of the kernels theirs, from top to bottom."""
+    table = TEXT.partition("## The house")[2].partition("What happens")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    named = re.findall(r"`(?:tcontact/)?([\w/.]+)`", " ".join(rows))
+    names = [name.removesuffix("/").removesuffix(".py") for name in named]
+    assert names == [name or "__init__" for name in house.ROOMS]
+    page = ast.get_docstring(ast.parse((ROOT / "kernels" / "__init__.py").read_text(encoding="utf-8"))) or ""
+    assert re.findall(r"^    (\w+) ", page, flags=re.M) == list(house.KERNEL_ROOMS)
 
 
 def test_the_changelog_knows_the_version():

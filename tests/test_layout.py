@@ -43,7 +43,7 @@ def test_import_is_light():
 
 
 def test_listing_the_cases_is_light():
-    found = modules_after("from tcontact.cli import main; main(['list', '-v'])")
+    found = modules_after("from tcontact.commands.cli import main; main(['list', '-v'])")
     assert not found & {"taichi", "matplotlib"}
 
 

@@ -1,1 +1,1 @@
-"""What kernels are written in: tensors of scalars, lanes, bundles of arrays, options of the compiler."""
+"""The language of the kernels: tensors of scalars, vectors of lanes, bundles of arrays, options of the compiler."""

@@ -1,4 +1,4 @@
-"""Laws of materials: one file each, found by its name (law.py says what such a file has)."""
+"""The laws of materials: one file for every law, found by its name (`law` says what such a file has)."""
 
 from importlib import import_module
 from pkgutil import iter_modules

@@ -1,1 +1,1 @@
-"""Phases of nodes: kick, drift, supports, damping, images."""
+"""The phases of nodes: sum of the forces, kick and drift, supports, damping, periodic images."""

@@ -1,1 +1,1 @@
-"""Pictures: triangles to pixels."""
+"""Kernels of the pictures: they turn triangles into pixels."""

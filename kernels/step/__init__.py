@@ -1,1 +1,1 @@
-"""Whole steps: the force pass with the motion of the nodes, and steps of small bodies in one launch."""
+"""Whole steps: the force pass with the motion of the nodes, and everything else of a step in one launch."""

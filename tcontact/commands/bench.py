@@ -1,4 +1,4 @@
-"""`tcontact bench`: what a step costs on this machine, against what it could cost, with its errors beside it."""
+"""`tcontact bench`: it measures what a step costs on this machine, against what it could cost, beside its errors."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def add(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure, write the files, print the table; exit code 1 if a configuration failed."""
+    """Measure, write the files, print the table; return 1 if a configuration failed."""
     from ..lab.bench import static_solvers, table
     from ..lab.bench.collect import collect
 

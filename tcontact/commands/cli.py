@@ -21,7 +21,7 @@ COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, d
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
+    """Return the parser of all commands."""
     top = argparse.ArgumentParser(
         prog="tcontact",
         description="Dynamic contact and impact of deformable solids.",

@@ -1,4 +1,4 @@
-"""The curves of a run: contact force, gap, energies, those of its case; drawn as it ends, or again from its files."""
+"""Curves of a run: contact force, gap, energies, those of its case; drawn as it ends, or again from its files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .run_scene import is_scene
 if TYPE_CHECKING:
     from ..results.files.vtkhdf import ResultData
 
-NUMBERS = ("ok", "reason", "steps", "time", "dt", "dt_limit")  # of a stored run that its case may ask for
+NUMBERS = ("ok", "reason", "steps", "time", "dt", "dt_limit")  # numbers of a stored run that its case may ask for
 
 
 def draw(out: Path, result: Any, case: Any, normals: list[Any], caption: str) -> None:
@@ -35,18 +35,18 @@ def draw(out: Path, result: Any, case: Any, normals: list[Any], caption: str) ->
 
 
 def caption_of(title: str, pairs: list[str]) -> str:
-    """The line above the curves: the run and what was set."""
+    """Return the line above the curves: the run and what was set."""
     return ", ".join([title, *(pair for pair in pairs if not pair.startswith("compare"))])
 
 
 def normals_of(scene: Any) -> list[Any]:
-    """Normals of the obstacles of a scene where each has a single one, else none."""
+    """Return the normals of the obstacles of a scene if each has a single one, else none."""
     flat = all(obstacle.shape == "plane" and not obstacle.moves for obstacle in scene.obstacles)
     return [obstacle.normal for obstacle in scene.obstacles] if flat else []
 
 
 def draw_again(file: Path, summary: Mapping[str, Any], out: Path) -> list[Path]:
-    """Draw the curves of a stored run, or of all runs of a comparison, into `out`; returns the folders drawn into.
+    """Draw the curves of a stored run, or of all runs of a comparison, into `out`; return the folders drawn into.
 
     file: its result file; summary: what the summary.json beside it holds, {} without one. Raises `InputError` if there
     is no history.
@@ -78,7 +78,7 @@ def draw_comparison(path: Path, case: Any, histories: dict[str, Any], normals: l
 
 
 def _draw_stored(file: Path, summary: Mapping[str, Any], out: Path) -> dict[str, np.ndarray]:
-    """Draw one stored run; returns its history."""
+    """Draw one stored run; return its history."""
     from ..results.files.vtkhdf import ResultData
 
     data = ResultData.open(file)
@@ -102,7 +102,7 @@ def _draw_stored(file: Path, summary: Mapping[str, Any], out: Path) -> dict[str,
 
 
 def _stored_normals(data: ResultData) -> list[Any]:
-    """Normals of the obstacles where each has a single one, else none."""
-    listed = data.attributes.get("obstacles", ())
-    flat = all(one.get("kind") == "plane" and "motion" not in one for one in listed)
-    return [np.asarray(one["normal"]) for one in listed] if flat else []
+    """Return the normals of the obstacles if each has a single one, else none."""
+    described = data.attributes.get("obstacles", ())
+    flat = all(one.get("kind") == "plane" and "motion" not in one for one in described)
+    return [np.asarray(one["normal"]) for one in described] if flat else []

@@ -1,4 +1,4 @@
-"""`tcontact doctor`: is everything here to run, and does a small impact come out right?"""
+"""`tcontact doctor`: it looks whether everything is here to run, and whether a small impact comes out right."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def self_test() -> int:
-    """A bar of 20 cells against its exact solution; prints its checks and returns the exit code."""
+    """Run a bar of 20 cells against its exact solution; print its checks and return the exit code."""
     import tcontact as tc
     from tcontact.cases import bar_impact
 
@@ -59,12 +59,12 @@ def self_test() -> int:
 
 
 def cores() -> int:
-    """CPU cores this process may use."""
+    """Return the number of CPU cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def has_library(name: str) -> bool:
-    """Whether the system's loader finds a library."""
+    """Tell whether the system's loader finds a library."""
     if os.name != "posix" or not Path("/lib").exists():
         return True
     try:
@@ -75,7 +75,7 @@ def has_library(name: str) -> bool:
 
 
 def cuda() -> str:
-    """CUDA devices, in words, asked of the driver itself."""
+    """Describe the CUDA devices, as the driver itself reports them."""
     try:
         driver = ctypes.CDLL("libcuda.so.1")
     except OSError:

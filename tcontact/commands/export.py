@@ -1,4 +1,4 @@
-"""`tcontact export FILE`: the frames of a stored run for programs that read no VTKHDF."""
+"""`tcontact export FILE`: it writes the frames of a stored run for programs that read no VTKHDF."""
 
 from __future__ import annotations
 

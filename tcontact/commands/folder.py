@@ -1,4 +1,4 @@
-"""The folder of a run: which files in it are ours, and how a new run takes the place of an old one."""
+"""The folder of a run: which files in it the program wrote, and how a new run takes the place of an old one."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ OURS = (
 
 
 def result_file(given: Path) -> Path:
-    """The result file that a word names: itself, or that of a folder. Raises `InputError` where there is none."""
+    """Return the result file that a word names: itself, or that of a folder. Raises `InputError` if there is none."""
     path = given / "result.vtkhdf" if validate.is_folder(given) else given
     validate.file_exists("file", path, NO_RESULT)
     return path
 
 
 def our_files(folder: Path) -> list[Path]:
-    """Files in the folder that a run wrote, those of the runs of a comparison included; nothing else.
+    """Return the files in the folder that a run wrote, those of the runs of a comparison included; nothing else.
 
     A symbolic link counts as itself, wherever it leads; nothing behind one to a folder is ours.
     """
@@ -66,13 +66,13 @@ def our_files(folder: Path) -> list[Path]:
 
 
 def _behind_a_link(path: Path, folder: Path) -> bool:
-    """Whether a folder between `folder` and the file is a symbolic link."""
+    """Tell whether a folder between `folder` and the file is a symbolic link."""
     parents = path.relative_to(folder).parents
     return any((folder / parent).is_symlink() for parent in parents if parent != Path("."))
 
 
 def _runs(folder: Path) -> list[str]:
-    """Subfolders that the summary of a comparison names."""
+    """Return the subfolders that the summary of a comparison names."""
     try:
         names = json.loads((folder / "summary.json").read_text(encoding="utf-8")).get("runs", [])
     except (OSError, ValueError, AttributeError):
@@ -82,7 +82,7 @@ def _runs(folder: Path) -> list[str]:
 
 @contextmanager
 def replacing(folder: Path, force: bool) -> Iterator[None]:
-    """Let a new run write into the folder; what an older run left there goes when the new one has succeeded.
+    """Let a new run write into the folder; the files of an older run go when the new one has succeeded.
 
     If the new run raises before it wrote anything, the older files come back. Files that are not ours stay where they
     are. Raises `InputError` if the folder holds a run and force is False, or if it is no folder.

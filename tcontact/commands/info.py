@@ -1,4 +1,4 @@
-"""`tcontact info FILE`: a run at a glance."""
+"""`tcontact info FILE`: it prints a run at a glance."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def contents(path: Path) -> list[str]:
-    """What a result file holds, line by line. Raises `InputError` if it is none."""
+    """Return what a result file holds, line by line. Raises `InputError` if it is none."""
     from ..results.files.vtkhdf import ResultData
 
     data = ResultData.open(path)
@@ -89,7 +89,7 @@ def contents(path: Path) -> list[str]:
 
 
 def _own(data: dict[str, Any]) -> list[str]:
-    """The run of a case without a mechanical scene."""
+    """Return the lines of a run of a case without a mechanical scene."""
     found = [str(data["case"])]
     for label, values in data.get("figures", {}).items():
         found.append(f"  {label}: " + ", ".join(f"{name} {_short(value)}" for name, value in values.items()))
@@ -97,7 +97,7 @@ def _own(data: dict[str, Any]) -> list[str]:
 
 
 def _fields(data: ResultData) -> list[str]:
-    """A line per field: its unit, and its largest value over all frames."""
+    """Return a line for every field: its unit, and its largest value over all frames."""
     names = (*data.point_fields, *data.cell_fields)
     largest = dict.fromkeys(names, 0.0)
     for index in range(len(data)):
@@ -114,7 +114,7 @@ def _fields(data: ResultData) -> list[str]:
 
 
 def sparkline(values: np.ndarray, width: int = 60) -> str:
-    """A curve in one line of text, the largest of every piece of it."""
+    """Return a curve in one line of text, the largest value of every piece of it."""
     pieces = np.array_split(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0), min(width, len(values)))
     tops = np.array([piece.max() for piece in pieces])
     steps = np.ceil(8 * tops / tops.max()) if tops.max() > 0 else 0 * tops
@@ -126,7 +126,7 @@ def _short(value: Any) -> str:
 
 
 def _wrapped(name: str, text: str) -> list[str]:
-    """The text behind its name, in lines of 120."""
+    """Return the text behind its name, in lines of 120."""
     return textwrap.wrap(text, 120, initial_indent=f"  {name:<10}", subsequent_indent=" " * 12)
 
 

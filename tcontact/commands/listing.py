@@ -1,4 +1,4 @@
-"""`tcontact list`: the cases. Reads their sources only, so it is instant."""
+"""`tcontact list`: it prints the cases, and reads their sources only, so that it is instant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tcontact numbers`: make the figures of README.md and docs/NUMBERS.md again, compare or replace them."""
+"""`tcontact numbers`: it makes the figures of README.md and docs/NUMBERS.md again and compares or replaces them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _compare(stated: dict[str, list[str]], new: dict[str, list[str]]) -> int:
-    """Print the lines that differ; 1 if there are any."""
+    """Print the lines that differ; return 1 if there are any."""
     found = [(name, pair) for name, lines in new.items() for pair in different(stated.get(name, []), lines)]
     for name, (old, present) in found:
         print(f"{name}:\n  stated {old}\n  now    {present}")

@@ -1,4 +1,4 @@
-"""Where a run of the command line comes from: {"case": name or scene file, "set": [KEY=VALUE], "label": name or ""}.
+"""Origin of a run of the command line: {"case": name or scene file, "set": [KEY=VALUE], "label": name or ""}.
 
 The label is that of a run of a comparison; "scene" is the scene file as the user named it, "case" its full path. All
 this stands in checkpoints and in summary.json, and is enough to make the scene again.
@@ -23,7 +23,7 @@ REMEDY = "it names no case, settings and label as `tcontact run` writes them; ca
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """What `tcontact run` ran: title of the run, its case, its parameters, scene and scheme."""
+    """What `tcontact run` ran, made again: title of the run, its case, its parameters, scene and scheme."""
 
     title: str
     case: Any
@@ -33,7 +33,7 @@ class Rebuilt:
 
 
 def checked(origin: Any, folder: Path) -> dict[str, Any]:
-    """The origin with all its parts. Raises `InputError` if it is not one of the command line."""
+    """Return the origin with all its parts. Raises `InputError` if it is not one of the command line."""
     if isinstance(origin, Mapping) and "case" not in origin:
         remedy = "a program started this run, not the command line: call tcontact.resume(folder, scene) there"
         raise InputError("DIR", str(folder), remedy)
@@ -47,7 +47,7 @@ def checked(origin: Any, folder: Path) -> dict[str, Any]:
 
 
 def of(summary: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The origin that a summary holds; None if it holds none, as that of a program."""
+    """Return the origin that a summary holds; None if it holds none, as the summary of a program."""
     try:
         return checked(summary.get("origin"), Path("."))
     except InputError:
@@ -77,13 +77,13 @@ def rebuilt(origin: Mapping[str, Any], folder: Path) -> Rebuilt:
 
 
 def case_of(summary: Mapping[str, Any]) -> Any:
-    """The module of the case that a summary names; None if it names none that is there."""
+    """Return the module of the case that a summary names; None if it names none that exists."""
     name = summary.get("case")
     return cases.load(name) if isinstance(name, str) and name in cases.names() else None
 
 
 def summary(file: Path) -> dict[str, Any]:
-    """What a summary.json holds; {} if there is none that can be read."""
+    """Return what a summary.json holds; {} if there is none that can be read."""
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""`tcontact render FILE`: pictures and animation of a stored run, coloured by a field."""
+"""`tcontact render FILE`: it draws pictures and animation of a stored run, coloured by a field."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _plots(arguments: argparse.Namespace) -> int:
 
 
 def _case(summary: Path) -> str | None:
-    """Name of the case that left this summary, None if there is none."""
+    """Return the name of the case that left this summary, None if there is none."""
     try:
         return str(json.loads(summary.read_text(encoding="utf-8"))["case"])
     except (OSError, ValueError, KeyError, TypeError):
@@ -127,7 +127,7 @@ def _pair(text: str) -> tuple[float, ...]:
 
 
 def _clip(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Point and normal of the plane where `x>0.05` begins to hold."""
+    """Return point and normal of the plane where `x>0.05` begins to hold."""
     found = re.fullmatch(r"\s*([xyz])\s*([<>])\s*([-+.0-9eE]+)\s*", text)
     try:
         axis, side, value = "xyz".index(found[1]), 1.0 if found[2] == ">" else -1.0, float(found[3])  # type: ignore[index]

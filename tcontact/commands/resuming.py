@@ -1,4 +1,4 @@
-"""`tcontact resume DIR`: go on with a run that was interrupted, killed or ran out of disk."""
+"""`tcontact resume DIR`: it continues a run that was interrupted, killed or ran out of disk."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def add(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Go on with the run and return the exit code."""
+    """Continue the run and return the exit code."""
     import tcontact as tc
 
     from ..run.resumption import checked_folder, latest

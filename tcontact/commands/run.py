@@ -1,4 +1,4 @@
-"""`tcontact run CASE`: run a case, check it, and leave numbers, result file and pictures in a folder."""
+"""`tcontact run CASE`: it runs a case, checks it, and leaves numbers, result file and pictures in a folder."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _start(
     arguments: argparse.Namespace, scene: Any, scheme: Any, out: Path, label: str
 ) -> tuple[Callable[[], Result], dict[str, Any]]:
-    """What runs one scene from its start, and its origin."""
+    """Return the function that runs one scene from its start, and the origin of the run."""
     import tcontact as tc
 
     if arguments.frames and not arguments.quiet:
@@ -137,7 +137,7 @@ def finish(
     arguments: argparse.Namespace,
     origin: dict[str, Any],
 ) -> tuple[bool, Result]:
-    """Run one scene, write all about it into `out`, print its table; returns whether all is well, and the result.
+    """Run one scene, write all about it into `out`, print its table; return whether all is well, and the result.
 
     go: starts the run or goes on with it; arguments: its set, quiet and frames are used. The checkpoints of a run that
     has ended go when the pictures are there: until then `tcontact resume` draws them.
@@ -163,14 +163,14 @@ def finish(
 
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:
-    """What the frames will take on the disk."""
+    """Return the line on what the frames will take on the disk."""
     fields = frame_fields.chosen(scene, arguments.fields)
     size = frame_fields.size(scene, arguments.frames, fields) / 1e6
     return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"
 
 
 def _coloured(fields: list[str] | None) -> str:
-    """The field that colours the pictures of a run."""
+    """Return the field that colours the pictures of a run."""
     return "von_mises" if fields is None or "von_mises" in fields else (*fields, "displacement")[0]
 
 

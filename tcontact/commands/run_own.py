@@ -1,4 +1,4 @@
-"""`tcontact run CASE` for a case without a mechanical scene: it brings `solve`, `summary`, `write` and `checks`."""
+"""`tcontact run CASE` for a case without a mechanical scene, which brings `solve`, `summary`, `write` and `checks`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import folder
 
 
 def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace, show: Any) -> int:
-    """Solve, check, write files and print the table; returns the exit code."""
+    """Solve, check, write files and print the table; return the exit code."""
     runtime.start(arguments.arch, arguments.threads)
     runs = case.solve(**parameters)
     checks = [check.to_dict() for check in case.checks(runs)]

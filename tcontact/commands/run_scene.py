@@ -1,4 +1,4 @@
-"""`tcontact run scene.toml`: run a scene from a file; the same files as those of a case, without its checks."""
+"""`tcontact run scene.toml`: it runs a scene from a file and leaves the files of a case, without its checks."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from . import folder, settings
 
 
 def is_scene(name: str) -> bool:
-    """Whether the word names a scene file rather than a case."""
+    """Tell whether the word names a scene file rather than a case."""
     return name.lower().endswith(".toml")
 
 
 def read_scene(file: Path, pairs: list[str]) -> tuple[Any, Any, dict[str, Any], dict[str, Any]]:
-    """Scene and scheme of a file under KEY=VALUE pairs, its other options, and what the pairs gave.
+    """Return scene and scheme of a file under KEY=VALUE pairs, its other options, and what the pairs gave.
 
     Raises `InputError`.
     """
@@ -36,7 +36,7 @@ def read_scene(file: Path, pairs: list[str]) -> tuple[Any, Any, dict[str, Any], 
 
 
 def without_checks() -> SimpleNamespace:
-    """What stands for the case of a scene file."""
+    """Return a stand-in for the case of a scene file."""
     return SimpleNamespace(checks=lambda result: [])
 
 

@@ -1,4 +1,4 @@
-"""`--set KEY=VALUE`: read by the type the case's `scene` declares for KEY; the scheme has keys of its own."""
+"""Settings of a case: `--set KEY=VALUE`, read by the type that its `scene` declares for KEY, and keys of the scheme."""
 
 from __future__ import annotations
 
@@ -62,17 +62,17 @@ def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
 
 
 def defaults(case: ModuleType) -> dict[str, Any]:
-    """Default of every parameter of the case."""
+    """Return the default of every parameter of the case."""
     return {key: parameter.default for key, parameter in signature(_builder(case)).parameters.items()}
 
 
 def _builder(case: ModuleType) -> Any:
-    """What takes the parameters: `scene`, or `solve` of a case without a scene."""
+    """Return the function that takes the parameters: `scene`, or `solve` of a case without a scene."""
     return case.scene if hasattr(case, "scene") else case.solve
 
 
 def value(key: str, text: str, kind: Any) -> Any:
-    """The text as a value of the declared type: int, float, bool, str, Literal, or one of these or None."""
+    """Return the text as a value of the declared type: int, float, bool, str, Literal, or one of these or None."""
     text = text.strip()
     kinds = typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
     for choice in kinds:
@@ -101,7 +101,7 @@ def _wanted(kind: Any) -> str:
 
 
 def scheme(options: dict[str, Any], case: Any = None) -> Any:
-    """The time scheme the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
+    """Return the time scheme that the options ask for, else the case's own (its SCHEME). Raises `InputError`."""
     own = dict(getattr(case, "SCHEME", {}))
     if "dt" in options or "cfl" in options or options.get("scheme") == "central-difference":
         own = {key: value for key, value in own.items() if key == "scheme"}

@@ -17,14 +17,14 @@ GONE = (errno.EPIPE, errno.EBADF)
 
 
 class Output:
-    """A text stream that goes silent when it cannot be written any more; error: why, None if its reader has gone."""
+    """A text stream that goes silent when it cannot be written; error: the reason, None if its reader has gone."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream, self.silent = stream, False
         self.error: OSError | None = None
 
     def write(self, text: str) -> int:
-        """Write, or nothing once it is silent."""
+        """Write the text, or nothing once the stream is silent."""
         if not self.silent:
             try:
                 return self.stream.write(text)
@@ -33,7 +33,7 @@ class Output:
         return len(text)
 
     def flush(self) -> None:
-        """Bring to the device what was written."""
+        """Bring what was written to the device."""
         if not self.silent:
             try:
                 self.stream.flush()
@@ -43,7 +43,7 @@ class Output:
     def _stop(self, error: OSError) -> None:
         self.silent = True
         self.error = None if error.errno in GONE else error
-        with suppress(OSError, ValueError):  # what is left in the buffer goes there when the process ends
+        with suppress(OSError, ValueError):  # the rest of the buffer goes there when the process ends
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.stream.fileno())
 
     def __getattr__(self, name: str) -> Any:
@@ -52,7 +52,7 @@ class Output:
 
 @contextmanager
 def safe_output() -> Iterator[Output]:
-    """Standard output as an `Output` in the block; closed standard streams are opened to nowhere for good.
+    """Make standard output an `Output` in the block; closed standard streams are opened to nowhere for good.
 
     Else the next file that is opened would get the number of a closed one, and whatever is printed would go there.
     """
@@ -60,7 +60,7 @@ def safe_output() -> Iterator[Output]:
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+            os.open(os.devnull, os.O_RDWR)  # it takes the lowest free number
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - for as long as the process lives

@@ -1,6 +1,6 @@
-"""`tcontact study CASE`: what accuracy costs, method by method; `tcontact study hard-cases`: where it breaks.
+"""`tcontact study CASE`: it measures what accuracy costs, method by method, or runs the hard cases (`hard-cases`).
 
-`tcontact study friction-layer` is of a layer alone, without a mechanical scene.
+`tcontact study friction-layer` studies a layer alone, without a mechanical scene.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def add(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the study, write its files, print its table; 1 if no run succeeded or a hard case came out wrong."""
+    """Run the study, write its files, print its table; return 1 if no run succeeded or a hard case came out wrong."""
     out = arguments.out or Path("runs") / f"study-{arguments.case}"
     work = {HARD: _hard_cases, LAYER: _friction_layer}.get(arguments.case, _study)
     ready = work(arguments)  # bad input is refused here, before any file is touched

@@ -1,4 +1,4 @@
-"""How words of the command line become values; each says what it wants (`argparse.ArgumentTypeError`, exit code 2)."""
+"""Readers of the words of the command line; each says what it wants (`argparse.ArgumentTypeError`, exit code 2)."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ T = TypeVar("T")
 
 
 def count(text: str) -> int:
-    """A whole number, 0 or more."""
+    """Read a whole number, 0 or more."""
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r}: give a whole number, 0 or more")
     return int(text)
 
 
 def whole(text: str) -> int:
-    """A whole number, 1 or more."""
+    """Read a whole number, 1 or more."""
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r}: give whole numbers, 1 or more")
     return int(text)
 
 
 def folder(text: str) -> Path:
-    """The name of a folder."""
+    """Read the name of a folder."""
     if not text.strip():
         raise argparse.ArgumentTypeError(f"{text!r}: give the name of a folder, '.' for this one")
     return Path(text)
 
 
 def number(text: str) -> float:
-    """A finite number."""
+    """Read a finite number."""
     value = _float(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r}: give a number")
@@ -41,7 +41,7 @@ def number(text: str) -> float:
 
 
 def positive(text: str) -> float:
-    """A number above 0."""
+    """Read a number above 0."""
     value = _float(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r}: give numbers above 0")
@@ -49,7 +49,7 @@ def positive(text: str) -> float:
 
 
 def not_negative(text: str) -> float:
-    """A number, 0 or more."""
+    """Read a number, 0 or more."""
     value = _float(text)
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r}: give a number, 0 or more")
@@ -57,12 +57,12 @@ def not_negative(text: str) -> float:
 
 
 def names(text: str) -> list[str]:
-    """Words between commas, each once."""
+    """Read words between commas, each once."""
     return list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
 
 
 def several(convert: Callable[[str], T]) -> Callable[[str], list[T]]:
-    """What reads values between commas, each once."""
+    """Return a function that reads values between commas, each once."""
 
     def read(text: str) -> list[T]:
         return list(dict.fromkeys(convert(part.strip()) for part in text.split(",")))

@@ -1,4 +1,4 @@
-"""Checks: a named value against a bound, and those that hold for every impact.
+"""Checks: a value with a name against a bound, and the checks that hold for every impact.
 
 A case returns a list of these from `checks(result)`; `tcontact run` prints them, writes them into summary.json and
 fails when one does. A value that is not a number never passes.
@@ -31,7 +31,7 @@ class Check:
     passed: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """The check as plain data for summary.json; a value that is not finite becomes text."""
+        """Return the check as plain data for summary.json; a value that is not finite becomes text."""
         value = self.value
         if isinstance(value, float) and not math.isfinite(value):
             value = str(value)
@@ -39,35 +39,35 @@ class Check:
 
 
 def at_most(name: str, value: float, bound: float) -> Check:
-    """value <= bound."""
+    """Check that value <= bound."""
     return Check(name, float(value), f"<= {bound:.4g}", bool(value <= bound))
 
 
 def at_least(name: str, value: float, bound: float) -> Check:
-    """value >= bound."""
+    """Check that value >= bound."""
     return Check(name, float(value), f">= {bound:.4g}", bool(value >= bound))
 
 
 def between(name: str, value: float, low: float, high: float) -> Check:
-    """low <= value <= high."""
+    """Check that low <= value <= high."""
     return Check(name, float(value), f"{low:.5g} .. {high:.5g}", bool(low <= value <= high))
 
 
 def equals(name: str, value: float, wanted: float) -> Check:
-    """value == wanted, for counts."""
+    """Check that value == wanted, for counts."""
     return Check(name, float(value), f"= {wanted:g}", bool(value == wanted))
 
 
 def finished(result: Result) -> Check:
-    """The run reached its end, at the time that its scene asks for."""
+    """Check that the run reached its end, at the time that its scene asks for."""
     whole = bool(result.time >= result.scene.duration * (1.0 - 1e-9))
     return Check("finished", result.reason, "= finished", result.reason == "finished" and whole)
 
 
 def momentum_balance(result: Result, bound: float) -> Check:
-    """Change of momentum = impulse of contact, supports, gravity and damping, in every row.
+    """Check that the momentum changes by the impulse of contact, supports, gravity and damping, in every row.
 
-    The largest deviation relative to the largest momentum or impulse of the run.
+    The value is the largest deviation relative to the largest momentum or impulse of the run.
     """
     history, scene = result.history, result.scene
     change = history["momentum"] - history["momentum"][0]
@@ -82,7 +82,7 @@ def momentum_balance(result: Result, bound: float) -> Check:
 
 
 def thrown(result: Result) -> Check:
-    """Momentum at the start against mass times mean velocity of the nodes: one velocity, or an affine one on a box."""
+    """Check the momentum at the start against mass times mean velocity of the nodes, uniform or affine on a box."""
     wanted = np.zeros(3)
     for body in result.scene.bodies:
         wanted = wanted + body.material.density * volume(body.mesh) * body.initial_velocity.mean(axis=0)
@@ -92,9 +92,9 @@ def thrown(result: Result) -> Check:
 
 
 def pushing(result: Result) -> Check:
-    """Contact forces push, never pull: smallest normal component over the steps and, at the end, over the nodes.
+    """Check that contact forces push: the smallest normal component over the steps and, at the end, over the nodes.
 
-    Relative to the largest contact force; for scenes with one flat obstacle.
+    The value is relative to the largest contact force. The check is for scenes with one flat obstacle.
     """
     normal = result.scene.obstacles[0].frame[2]
     total = result.history["contact_force"] @ normal
@@ -104,31 +104,31 @@ def pushing(result: Result) -> Check:
 
 
 def touched(result: Result) -> Check:
-    """The bodies touched an obstacle: rows of the history with a contact force."""
+    """Check that the bodies touched an obstacle: the number of rows of the history with a contact force."""
     largest = np.abs(result.history["contact_force"]).max(axis=1)
     return at_least("rows with contact", np.sum(largest > 0.0) if np.isfinite(largest).all() else np.nan, 1)
 
 
 def mean_time(time: np.ndarray, impulse: np.ndarray) -> float:
-    """Mean time [s] of a force with the running impulse [N s] in rows: its first moment over its integral."""
+    """Return the mean time [s] of a force with such a running impulse [N s] in rows: first moment over integral."""
     given = np.diff(impulse)
     with np.errstate(invalid="ignore"):
         return float(np.divide(given @ (time[1:] + time[:-1]) / 2.0, given.sum()))
 
 
 def no_overlap(result: Result) -> Check:
-    """Deepest overlap relative to the size of the body, for the exact constraint."""
+    """Check the deepest overlap relative to the size of the body, for the exact constraint."""
     size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in result.scene.bodies)
     return at_most("overlap / size", abs(np.max([0.0, -np.min(result.history["gap_min"])])) / size, 1e-12)
 
 
 def energy(result: Result, bound: float) -> Check:
-    """Largest energy error of the run relative to the largest kinetic + elastic energy."""
+    """Check the largest energy error of the run relative to the largest kinetic + elastic energy."""
     return at_most("energy error", float(np.abs(result.history["energy_error"]).max()), bound)
 
 
 def no_gain(result: Result, bound: float) -> Check:
-    """Largest rise of the energy above its start, relative to the largest kinetic + elastic energy."""
+    """Check the largest rise of the energy above its start, relative to the largest kinetic + elastic energy."""
     history = result.history
     largest = float((history["kinetic"] + history["elastic"]).max())
     gain = float((history["energy"] - history["energy"][0]).max())
@@ -136,10 +136,10 @@ def no_gain(result: Result, bound: float) -> Check:
 
 
 def mass(result: Result) -> float:
-    """Total mass of the bodies [kg], from their reference volumes."""
+    """Return the total mass of the bodies [kg], from their reference volumes."""
     return sum(body.material.density * volume(body.mesh) for body in result.scene.bodies)
 
 
 def volume(mesh: Mesh) -> float:
-    """Volume of a mesh [m^3] in the reference state."""
+    """Return the volume of a mesh [m^3] in the reference state."""
     return float(mesh.cell_volumes().sum())

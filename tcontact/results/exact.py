@@ -1,4 +1,4 @@
-"""Closed forms that a study compares with; each class says which equations it solves.
+"""Solutions in closed form that a study compares with; each class says which equations it solves.
 
 Symbols: density rho, wave speed c, length L, area A, impact speed v, stiffness of the wall per area kappa.
 """
@@ -60,7 +60,7 @@ class PenaltyWall:
         return float(self.overlap(self.crossing + max(0.0, decay / 2.0) / self.rate))
 
     def overlap(self, time: np.ndarray | float) -> np.ndarray:
-        """Overlap p [m] at times since touch [s]; 0 before touch and after release."""
+        """Return the overlap p [m] at times since touch [s]; it is 0 before touch and after release."""
         time = np.clip(time, 0.0, self.contact_time)
         a, since = self.rate, np.maximum(np.asarray(time) - self.crossing, 0.0)
         first = -np.expm1(-a * np.minimum(time, self.crossing))
@@ -68,7 +68,7 @@ class PenaltyWall:
         return np.maximum(0.0, np.where(since > 0.0, second, first)) * self.speed / a
 
     def impulse(self, time: np.ndarray | float) -> np.ndarray:
-        """Integral of the contact force since touch [N s]."""
+        """Return the integral of the contact force since touch [N s]."""
         time = np.clip(time, 0.0, self.contact_time)
         a, decay = self.rate, np.exp(-self.rate * self.crossing)
         early = np.minimum(time, self.crossing)
@@ -99,7 +99,7 @@ class WallShock:
     speed: float
 
     def stress(self, stretch: float) -> float:
-        """Nominal stress P [Pa] at a stretch, the lateral ones being 1."""
+        """Return the nominal stress P [Pa] at a stretch, the lateral ones being 1."""
         return self.lame_mu * (stretch - 1.0 / stretch) + self.lame_lambda * (stretch - 1.0)
 
     @cached_property
@@ -143,7 +143,7 @@ class SofteningBar:
     speed: float
 
     def reached(self, stretch: float) -> float:
-        """Speed of impact [m/s] that compresses the bar to a stretch."""
+        """Return the speed of impact [m/s] that compresses the bar to a stretch."""
 
         def integral(q: float) -> float:
             root = np.sqrt(max(q * q - 1.0 / 3.0, 0.0))
@@ -188,12 +188,12 @@ class LameMode:
         return np.pi / self.edge * np.sqrt(2.0 * self.lame_mu / self.density)
 
     def shape(self, points: np.ndarray) -> np.ndarray:
-        """Displacement [n, 3] of the mode at points [n, 3], largest value 1."""
+        """Return the displacement [n, 3] of the mode at points [n, 3], largest value 1."""
         y, z = np.pi / self.edge * points[:, 1], np.pi / self.edge * points[:, 2]
         return np.stack([np.zeros_like(y), np.cos(y) * np.sin(z), -np.sin(y) * np.cos(z)], axis=1)
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
-        """d(shape_i)/dX_j [n, 3, 3] [1/m]."""
+        """Return d(shape_i)/dX_j [n, 3, 3] [1/m]."""
         k = np.pi / self.edge
         y, z = k * points[:, 1], k * points[:, 2]
         result = np.zeros((len(points), 3, 3))
@@ -202,7 +202,7 @@ class LameMode:
         return result
 
     def factor(self, time: float) -> float:
-        """B sin(omega t) [m]."""
+        """Return B sin(omega t) [m]."""
         return self.amplitude * float(np.sin(self.frequency * time))
 
 
@@ -220,12 +220,12 @@ class SmoothBump:
     half: float
 
     def bump(self, z: np.ndarray) -> np.ndarray:
-        """b(z)."""
+        """Return b(z)."""
         s = (np.asarray(z, dtype=float) - self.centre) / self.half
         return np.where(np.abs(s) < 1.0, self.height * np.cos(0.5 * np.pi * np.clip(s, -1.0, 1.0)) ** 6, 0.0)
 
     def integral(self, z: np.ndarray) -> np.ndarray:
-        """B(z) [m], zero at z = 0: cos^6(x) = (10 + 15 cos 2x + 6 cos 4x + cos 6x)/32, term by term."""
+        """Return B(z) [m], zero at z = 0: cos^6(x) = (10 + 15 cos 2x + 6 cos 4x + cos 6x)/32, term by term."""
         s = np.clip((np.asarray(z, dtype=float) - self.centre) / self.half, -1.0, 1.0)
         terms = 10.0 * s + sum(w * np.sin(m * np.pi * s) / (m * np.pi) for m, w in ((1, 15.0), (2, 6.0), (3, 1.0)))
         return self.height * self.half * (terms + 10.0) / 32.0

@@ -1,4 +1,4 @@
-"""A stored run in formats that other programs read: a series of .vtu files, or .xdmf with .h5."""
+"""Export of a stored run to formats that other programs read: a series of .vtu files, or .xdmf with .h5."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def export(
     fields: Sequence[str] | None = None,
     every: int = 1,
 ) -> list[Path]:
-    """Write the frames of a result into a folder; returns the files written, the one to open last.
+    """Write the frames of a result into a folder; return the files written, the one to open last.
 
     data: a result, or its file; format: "vtu" (frame-0000.vtu ... and series.pvd with their times) or "xdmf" (series.h5
     and series.xdmf); fields: names of those to write, None = all; every: take every so many frames. Numbers are those
@@ -42,7 +42,7 @@ def export(
         if format == "xdmf":
             return write_series(out / "series.xdmf", data.points, data.blocks, frames)[::-1]
         for stale in out.glob("frame-[0-9]*.vtu"):
-            stale.unlink()  # of an earlier, longer series
+            stale.unlink()  # it belongs to an earlier, longer series
         writer, written = VtuWriter(data.points, data.blocks), []
         for index, frame in enumerate(frames):
             written.append(out / f"frame-{index:04d}.vtu")

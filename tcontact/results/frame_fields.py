@@ -1,4 +1,4 @@
-"""What a frame of result.vtkhdf holds for a scene, and how large the file gets: known before the run.
+"""Fields of the frames in result.vtkhdf for a scene, and the size of the file, both known before the run.
 
 Every number takes 8 bytes and the mesh is stored once, so that the size is the mesh plus frames times the fields.
 """
@@ -15,20 +15,20 @@ from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 
 NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure": 1}  # numbers a node
-LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # with a FrictionLayer
+LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # numbers a node, with a FrictionLayer
 CELLWISE = {"von_mises": 1}  # numbers a cell
 ALWAYS = "displacement"  # without it there is no shape to draw
 FIXED = 1_100_000  # what a file without frames takes [byte]: mostly room for 4096 rows of the history
 
 
 def available(scene: Scene) -> tuple[str, ...]:
-    """Names of the fields that frames of this scene can hold."""
+    """Return the names of the fields that frames of this scene can hold."""
     layers = LAYERS if isinstance(scene.friction, FrictionLayer) and scene.touching else {}
     return (*NODAL, *layers, *CELLWISE)
 
 
 def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
-    """The fields to write, in their own order; None = all. Raises `InputError` with those that exist."""
+    """Return the fields to write, in their own order; None = all. Raises `InputError` with those that exist."""
     known = available(scene)
     if fields is None:
         return known
@@ -41,7 +41,7 @@ def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
 
 
 def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
-    """Bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
+    """Return the bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
     nodes = sum(body.mesh.node_count for body in scene.bodies)
     cells = sum(body.mesh.cell_count for body in scene.bodies)
     corners = sum(body.mesh.cells.size for body in scene.bodies)

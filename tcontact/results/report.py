@@ -1,4 +1,4 @@
-"""What a run leaves as numbers: summary.json, history.csv and the table at the end."""
+"""Report of a run as numbers: summary.json, history.csv and the table at the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ AXES = "xyz"
 
 
 def versions() -> dict[str, str]:
-    """Versions of tcontact, Taichi, numpy and Python, without importing Taichi."""
+    """Return the versions of tcontact, Taichi, numpy and Python, without importing Taichi."""
 
     def installed(package: str) -> str:
         try:
@@ -42,7 +42,7 @@ def versions() -> dict[str, str]:
 
 
 def run_attributes(result: Result) -> dict[str, Any]:
-    """A run on a page, as plain data for JSON: scalars, largest energy error, last row of the history, versions.
+    """Return a run as plain data for JSON: scalars, largest energy error, last row of the history, versions.
 
     "smoothness" holds the numbers of `tcontact.results.smoothness`; it is empty if nothing touched.
     """
@@ -65,7 +65,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
 
 def total_force(result: Result) -> np.ndarray:
-    """Contact force [rows] along the normal that all obstacles share; its size where they have several normals."""
+    """Return the contact force [rows] along the normal that all obstacles share; its size if there are several."""
     force = result.history["contact_force"]
     normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
     with np.errstate(invalid="ignore"):
@@ -99,13 +99,13 @@ def smoothness_of(result: Result, records: Sequence[smoothness.PressureRecord] |
 
 
 def hourglass_share(history: Mapping[str, np.ndarray]) -> float:
-    """Largest hourglass energy over the largest kinetic + elastic energy of the run."""
+    """Return the largest hourglass energy over the largest kinetic + elastic energy of the run."""
     scale = float((history["kinetic"] + history["elastic"]).max())
     return float(history["hourglass"].max()) / scale if scale > 0.0 else 0.0
 
 
 def summary(result: Result, *, case: str, parameters: Mapping[str, Any], checks: Sequence[Check]) -> dict[str, Any]:
-    """`run_attributes` with the case, its parameters, and its checks with value, bound and whether they passed."""
+    """Return `run_attributes` with the case, its parameters, and its checks: value, bound and whether they passed."""
     data = {"case": case, "parameters": dict(parameters)} | run_attributes(result)
     data["checks"] = [check.to_dict() for check in checks]
     data["passed"] = bool(result.ok) and all(check.passed for check in checks)
@@ -113,7 +113,7 @@ def summary(result: Result, *, case: str, parameters: Mapping[str, Any], checks:
 
 
 def plain(value: Any) -> Any:
-    """The value as plain data for JSON: numpy becomes Python, what is not finite becomes text ("nan", "inf")."""
+    """Return the value as plain data for JSON: numpy becomes Python, what is not finite becomes text ("nan", "inf")."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -153,7 +153,7 @@ def write_history(path: Path, history: Mapping[str, np.ndarray]) -> None:
 
 
 def si(value: float, unit: str, digits: int = 3) -> str:
-    """A value with an SI prefix: si(2.5e-6, "s") = "2.5 us"."""
+    """Return a value with an SI prefix: si(2.5e-6, "s") = "2.5 us"."""
     if not math.isfinite(value):
         return f"{value} {unit}"
     factor, prefix = si_scale(abs(value))
@@ -161,7 +161,7 @@ def si(value: float, unit: str, digits: int = 3) -> str:
 
 
 def si_scale(size: float) -> tuple[float, str]:
-    """Power of 1000 for values of this size, and its prefix: 2.5e-6 -> (1e-6, "u")."""
+    """Return the power of 1000 for values of this size, and its prefix: 2.5e-6 -> (1e-6, "u")."""
     if not math.isfinite(size) or size == 0.0:
         return 1.0, ""
     power = min(4, max(-4, math.floor(math.log10(size) / 3.0 + 1e-9)))
@@ -169,7 +169,7 @@ def si_scale(size: float) -> tuple[float, str]:
 
 
 def lines(data: Mapping[str, Any]) -> list[str]:
-    """The table at the end of a run, from its summary: how it ended, what it cost and how wrong it is, the checks."""
+    """Return the table at the end of a run, from its summary: how it ended, its cost, its errors, the checks."""
     dt, limit = _number(data["dt"]), _number(data["dt_limit"])
     memory = sum(data["memory_bytes"].values()) / 1e6
     where = f"{data['arch']}, {data['threads']} threads"
@@ -201,7 +201,7 @@ def lines(data: Mapping[str, Any]) -> list[str]:
 
 
 def check_lines(checks: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line per check: pass or FAIL, name, value, bound."""
+    """Return one line for every check: pass or FAIL, name, value, bound."""
     if not checks:
         return []
     width = max(len(check["name"]) for check in checks)
@@ -216,5 +216,5 @@ def _shown(value: Any) -> str:
 
 
 def _number(value: Any) -> float:
-    """A number again, from what JSON holds."""
+    """Return a number from what JSON holds of it."""
     return float(value) if value is not None else math.nan

@@ -1,4 +1,4 @@
-"""What a run returns."""
+"""The result of a run."""
 
 from __future__ import annotations
 
@@ -15,20 +15,19 @@ from .smoothness import PressureRecord
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The end of a run, how it went, and its history.
+    """Result of a run: its end, how it went, and its history.
 
     ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
     missed-contact | interrupted | function-failed (a function of time that the scene holds) | not-written (only in
-    `OutputError.result`); message: what happened and what to try; steps; time [s]; dt [s]: the first step; dt_limit
-    [s]: the stable step of the start;
-    wall_s, compile_s [s]: time of the steps without writing frames, and of everything before (planning, compiling, the
-    first step);
-    cell_updates_per_s: cells times steps over wall_s; memory: bytes by term; terms: names of the physics built;
-    position, velocity, contact_node_force [n, 3] [m, m/s, N] in the user's numbering, bodies stacked in order;
-    history: dict of arrays, one row per step (row 0 = start), columns as in docs/COLUMNS.md;
-    warnings: what was warned about; scene, scheme: what was run; contact_pressures: pressures of the contact nodes at
-    every row of the history, a record per body that can touch, if `simulate` was asked for `pressures`;
-    layers: the friction layers of every body at the end, None for one without (`friction_layer.LayerState`).
+    `OutputError.result`); message: what happened and what to try; steps: how many were taken; time [s]: of the end; dt
+    [s]: the first step; dt_limit [s]: the stable step of the start; wall_s, compile_s [s]: time of the steps without
+    writing frames, and of everything before (planning, compiling, the first step); cell_updates_per_s: cells times
+    steps over wall_s; memory: bytes by term; terms: names of the physics built; position, velocity, contact_node_force
+    [n, 3] [m, m/s, N]: in the user's numbering, bodies stacked in order; history: dict of arrays, one row per step (row
+    0 = start), columns as in docs/COLUMNS.md; warnings: texts of all warnings; scene, scheme: what was run;
+    contact_pressures: pressures of the contact nodes at every row of the history, a record per body that can touch, if
+    `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for one without
+    (`friction_layer.LayerState`).
     """
 
     ok: bool
@@ -56,7 +55,7 @@ class Result:
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
     def nodes_of(self, name: str) -> slice:
-        """The rows of a body in position, velocity and contact_node_force. Raises `InputError` for an unknown name."""
+        """Return the rows of a body in position, velocity and contact_node_force; `InputError` for an unknown name."""
         start = 0
         known = []
         for index, body in enumerate(self.scene.bodies):
@@ -80,15 +79,15 @@ class Result:
         return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
 
     def reversed(self) -> Result:
-        """The same state with all velocities negated: given as `initial`, it runs time backwards."""
+        """Return the same state with all velocities negated: given as `initial`, it runs backwards in time."""
         return replace(self, velocity=-self.velocity)
 
     def _repr_html_(self) -> str:
-        """In a notebook: how it went as a table, and a picture of the end."""
+        """Return how it went as a table, and a picture of the end, for a notebook."""
         return str(self.notebook.html(self))
 
     def _repr_png_(self) -> bytes:
-        """In a notebook: a picture of the end, coloured by the von Mises stress."""
+        """Return a picture of the end, coloured by the von Mises stress, for a notebook."""
         return bytes(self.notebook.picture(self))
 
     def __repr__(self) -> str:

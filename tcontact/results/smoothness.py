@@ -1,4 +1,4 @@
-"""How smooth a contact pressure is, as numbers. Nothing is filtered; every number is 0 or 1 for the ideal one.
+"""Measures of how smooth a contact pressure is. Nothing is filtered; every number is 0 or 1 for the ideal one.
 
 With F^n the total contact force of row n, p_k^n the pressure of contact node k (force along the normal over its area
 weight A_k), P^n = sum_k A_k p_k^n / sum_k A_k the mean pressure of the face:
@@ -18,29 +18,29 @@ from __future__ import annotations
 
 import numpy as np
 
-LOADED = 0.2  # of the largest force: rows with less count as arriving or leaving
+LOADED = 0.2  # share of the largest force: rows with less count as arriving or leaving
 OPEN = 1e-6
 
 
 def force_variation(force: np.ndarray) -> float:
-    """Sum of all changes of a force [rows] over twice its largest value; nan if it never pushes."""
+    """Return the sum of all changes of a force [rows] over twice its largest value; nan if it never pushes."""
     return _ratio(np.abs(np.diff(force)).sum(), 2.0 * largest(force))
 
 
 def peak_over_plateau(force: np.ndarray) -> float:
-    """Largest force over the median of the loaded rows; nan if it never pushes."""
+    """Return the largest force over the median of the loaded rows; nan if it never pushes."""
     peak = largest(force)
     return _ratio(peak, float(np.median(force[force > LOADED * peak])) if peak > 0.0 else 0.0)
 
 
 def releases(force: np.ndarray) -> int:
-    """How often the force falls to nothing."""
+    """Count how often the force falls to nothing."""
     floor = OPEN * largest(force)
     return int(np.sum((force[:-1] > floor) & (force[1:] <= floor)))
 
 
 def nodal_variation(pressure: np.ndarray, areas: np.ndarray) -> float:
-    """Mean over the nodes of their pressure changes over twice the largest face mean.
+    """Return the mean over the nodes of their pressure changes over twice the largest face mean.
 
     pressure: [rows, k] [Pa]; areas: [k] area weights [m^2]. nan if nothing ever pushes.
     """
@@ -49,7 +49,7 @@ def nodal_variation(pressure: np.ndarray, areas: np.ndarray) -> float:
 
 
 def checkerboard(pressure: np.ndarray, areas: np.ndarray, lines: np.ndarray) -> float:
-    """Share of the pressures that alternates from node to node along grid lines.
+    """Return the share of the pressures that alternates from node to node along grid lines.
 
     pressure: [rows, k] [Pa]; areas: [k]; lines: [m, 3] columns of three nodes in a row (`grid_lines`).
     nan if there are no lines or nothing pushes.
@@ -61,7 +61,7 @@ def checkerboard(pressure: np.ndarray, areas: np.ndarray, lines: np.ndarray) -> 
 
 
 def grid_lines(faces: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Three nodes in a row [m, 3], as places in `nodes`, from quadrilaterals among faces [f, 4|3].
+    """Return three nodes in a row [m, 3], as places in `nodes`, from quadrilaterals among faces [f, 4|3].
 
     The middle node has two faces (on an edge of the set) or four; two of its neighbours stand opposite if no face holds
     both.
@@ -91,7 +91,7 @@ def grid_lines(faces: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 
 
 class PressureRecord:
-    """Pressures of the contact nodes of one body, a row per row of the history, in float32.
+    """Record of the pressures of the contact nodes of one body, a row per row of the history, in float32.
 
     nodes: [k] the body's contact nodes; areas: [k] their area weights [m^2]; faces: its contact faces [f, 4|3].
     """
@@ -117,11 +117,11 @@ class PressureRecord:
         del self._rows[1::2]
 
     def checkpoint(self) -> dict[str, np.ndarray]:
-        """The rows so far."""
+        """Return the rows so far."""
         return {"rows": np.array(self._rows, dtype=np.float32).reshape(len(self._rows), len(self.nodes))}
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Go on from there."""
+        """Continue from those rows."""
         self._rows = list(saved["rows"])
 
     @property
@@ -130,7 +130,7 @@ class PressureRecord:
         return np.array(self._rows, dtype=float).reshape(len(self._rows), len(self.nodes))
 
     def numbers(self) -> dict[str, float]:
-        """nodal_variation and checkerboard."""
+        """Return nodal_variation and checkerboard."""
         pressure = self.pressure
         return {
             "nodal_variation": nodal_variation(pressure, self.areas),
@@ -139,7 +139,7 @@ class PressureRecord:
 
 
 def largest(values: np.ndarray) -> float:
-    """The largest value, 0 if none is positive."""
+    """Return the largest value, 0 if none is positive."""
     return float(np.max(values, initial=0.0))
 
 

@@ -1,11 +1,10 @@
-"""Time schemes by name; each one file that reads like its formula.
+"""Time schemes by name. Each is one file that reads like its formula.
 
 How it works. The explicit `CentralDifference` moves nodes with mass by the forces of the present position and leaves
 what has no mass to the static solve; its step is bound by the fastest wave through the smallest cell
-(`explicit/stable_step.py`). The implicit ones share `implicit/scheme.py`: they solve M (c d - b) + f* - fc* = f_ext
-for the step d by
-Newton's method and differ only in where and how the forces f*, fc* are taken, which their class attributes say.
-`order`, `conserves` and `name` are attributes of every scheme.
+(`explicit/stable_step.py`). The implicit schemes share `implicit/scheme.py`: they solve M (c d - b) + f* - fc* = f_ext
+for the step d by Newton's method and differ only in where and how the forces f*, fc* are taken, which their class
+attributes say. `order`, `conserves` and `name` are attributes of every scheme.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Pictures, curves and notebooks, drawn from results alone."""
+"""Pictures, curves and notebooks, which are drawn from results alone."""

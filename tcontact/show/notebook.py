@@ -1,4 +1,4 @@
-"""A `Result` in a notebook: a table of how it went, and a picture of its end coloured by the von Mises stress."""
+"""Display of a `Result` in a notebook: a table of how it went, and a picture of its end by the von Mises stress."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = (640, 480)
 
 @dataclass(frozen=True)
 class EndState:
-    """The end of a run as a series of one frame: what pictures need of `vtkhdf.ResultData`, from memory."""
+    """The end of a run as a series of one frame: it has in memory what pictures need of `vtkhdf.ResultData`."""
 
     result: Result
     path: Path = Path("result")
@@ -62,7 +62,7 @@ class EndState:
         return {"title": title, "obstacles": describe(self.result.scene.obstacles, [0.0, self.result.time])}
 
     def frame(self, _index: int) -> Frame:
-        """The only frame."""
+        """Return the only frame."""
         return self._frame
 
     @cached_property
@@ -81,7 +81,7 @@ class EndState:
 
 
 def picture(result: Result) -> bytes:
-    """PNG of the end of a run."""
+    """Return a PNG of the end of a run."""
     from .render.studio import Studio
 
     studio = Studio(EndState(result), SIZE, 1.0, None)  # type: ignore[arg-type]
@@ -92,7 +92,7 @@ def picture(result: Result) -> bytes:
 
 
 def rows(result: Result) -> dict[str, str]:
-    """What the table says, by the words on its left."""
+    """Return the rows of the table, by the words on its left."""
     history = result.history
     cells = sum(body.mesh.cell_count for body in result.scene.bodies)
     error = float(np.abs(history["energy_error"]).max())
@@ -114,7 +114,7 @@ def rows(result: Result) -> dict[str, str]:
 
 
 def html(result: Result) -> str:
-    """Table and picture beside each other."""
+    """Return table and picture beside each other."""
     lines = [
         f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(text)}</td></tr>'
         for name, text in rows(result).items()

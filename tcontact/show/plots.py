@@ -89,7 +89,7 @@ def energy(path: Path, history: History, title: str = "") -> None:
     factor, prefix = si_scale(float(max(np.nanmax(np.abs(history[name])) for name in ["energy", *present])))
     ends: dict[str, tuple[float, str]] = {}
     for name in present:
-        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # as it enters the sum
+        (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # the sign with which it enters the sum
         curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
         upper.plot(time, curve, color=color, lw=1.1, label=label)
         ends[label] = float(curve[-1]), color
@@ -191,12 +191,12 @@ def penetration_energies(path: Path, panels: Mapping[str, Mapping[str, History]]
 
 
 def unrest(force: np.ndarray) -> float:
-    """Sum of all changes of a force over twice its largest value: 1 for one that rises once and falls once."""
+    """Return the sum of all changes of a force over twice its largest value: 1 for one that rises and falls once."""
     return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))
 
 
 def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:
-    """Contact force along the obstacle normal [N]; its magnitude where obstacles have several normals."""
+    """Return the contact force along the obstacle normal [N]; its magnitude if obstacles have several normals."""
     force = history["contact_force"]
     if normals and all(np.allclose(normal, normals[0]) for normal in normals):
         with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
@@ -205,7 +205,7 @@ def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarr
 
 
 def _tangential(history: History, normals: Sequence[np.ndarray]) -> np.ndarray | None:
-    """Length of the contact force across a single normal [N]; None where nothing rubs."""
+    """Return the length of the contact force across a single normal [N]; None where nothing slides."""
     if not normals or not np.any(history.get("friction_work", 0.0)):
         return None
     if not all(np.allclose(normal, normals[0]) for normal in normals):

@@ -1,4 +1,4 @@
-"""How wrong the timed step is: against NumPy on a randomly deformed mesh."""
+"""Accuracy of the timed step: its errors against NumPy on a randomly deformed mesh."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LARGEST = 32  # cells along an edge; the check uses the same kernels on at most 
 
 
 def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
-    """Errors of one pass of force and update at random displacements, largest difference over largest value.
+    """Return the errors of one pass of force and update at random displacements, largest difference over largest value.
 
     force_error: nodal forces; elastic_error: the elastic energy; update_error: the change of u; check_cells: cells.
     """
@@ -40,5 +40,5 @@ def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> float:
-    """Largest difference over the largest value."""
+    """Return the largest difference over the largest value."""
     return float(np.abs(one - other).max() / np.abs(other).max())

@@ -1,4 +1,4 @@
-"""The linear force as a product with an assembled sparse matrix (SciPy CSR), what one would do without kernels."""
+"""The linear force as a product with an assembled sparse matrix (SciPy CSR), as it is computed without kernels."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ MOST_CELLS = 40**3  # assembling more takes too much memory
 
 
 def possible(law: str, kind: str, cells: int) -> bool:
-    """Whether there is such a matrix and room for it."""
+    """Tell whether there is such a matrix and room for it."""
     return law == "linear" and kind == "hex8" and cells <= MOST_CELLS and find_spec("scipy") is not None
 
 
 def stiffness(plan: BodyPlan) -> Any:
-    """K [3n, 3n] in CSR of a body whose cells all have one shape; internal numbering."""
+    """Return K [3n, 3n] in CSR of a body whose cells all have one shape; internal numbering."""
     from scipy import sparse
 
     material, cells = plan.body.material, plan.cells
@@ -35,5 +35,5 @@ def stiffness(plan: BodyPlan) -> Any:
 
 
 def size_in_bytes(matrix: Any) -> int:
-    """Bytes of its three arrays."""
+    """Return the bytes of its three arrays."""
     return matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes

@@ -1,4 +1,4 @@
-"""The step kernel with a law that leaves out the energy density: what is left of the ledger in the cells shows."""
+"""The step kernel with a law that leaves out the energy density; it shows what the ledger costs in the cells."""
 
 from copy import copy
 from typing import Any
@@ -9,7 +9,7 @@ from ...device.launch import Prepared
 
 
 def without_energy(force: InternalForce, variant: str, law: str) -> InternalForce:
-    """The same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
+    """Return the same pass over the same arrays, without the energy density (variant, law: names of the kernels)."""
     from ...kernels.language.signatures import signature_of
     from ...kernels.materials import LAWS
     from ...kernels.step import internal_force

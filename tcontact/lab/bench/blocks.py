@@ -20,12 +20,12 @@ YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
 
 def material(law: str) -> materials.Material:
-    """The soft material of the main case, with the named law."""
+    """Return the soft material of the main case, with the named law."""
     return materials.LAWS[law].of(YOUNG, POISSON, DENSITY)
 
 
 def block(kind: str, law: str, size: int, contact: str = "none", duration: float = 1e-9) -> Scene:
-    """A cube of size^3 hexes (or six tets for each) flying down, sheared by standing waves of half its speed.
+    """Return a scene: a cube of size^3 hexes (or six tets for each) flies down, sheared by standing waves.
 
     contact: "none" = the same cube with nothing in its way, else the removal of its massless contact with a wall that
     it touches at the start.
@@ -43,13 +43,13 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
 
 
 def _element(kind: str) -> tuple[str, str]:
-    """Kind of the mesh and formulation of an element such as "hex8-reduced"."""
+    """Return kind of the mesh and formulation of an element such as "hex8-reduced"."""
     cells, _, variant = kind.partition("-")
     return cells, variant if variant in ("reduced", "mean-dilatation") else "full"
 
 
 def _moved(nodes: np.ndarray, size: int) -> np.ndarray:
-    """Inner nodes at random places up to 0.1 of a cell away."""
+    """Return the nodes with the inner ones at random places up to 0.1 of a cell away."""
     inner = (np.abs(nodes - 0.5 * LENGTH) < (0.5 - 1e-9) * LENGTH).all(axis=1)
     away = np.random.default_rng(1).uniform(-0.1, 0.1, nodes.shape) * LENGTH / size
     return nodes + away * inner.reshape(-1, 1)
@@ -61,7 +61,7 @@ def _velocity(nodes: np.ndarray) -> np.ndarray:
 
 
 def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
-    """A cube of skew or, but for AFFINE, shaken cells (0.15 of a cell), and random displacements [n, 3] of 0.05 [m].
+    """Return a cube of shaken or (AFFINE) skew cells, shaken by 0.15 of a cell, and random displacements [n, 3] [m].
 
     AFFINE kinds are timed on parallelepipeds, whose kernel is another one.
     """

@@ -1,4 +1,4 @@
-"""Start the processes, one after the other, and put what they found into one report."""
+"""Collection of a report: start the processes, one after the other, and put together what they found."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...results.report import versions
 from . import small, timing
 from .configuration import Configuration
 
-LONGEST = 3600.0  # seconds a process may take
+LONGEST = 3600.0  # [s] that a process may take
 NUMPY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 Say = Callable[[str], None]
 
@@ -59,7 +59,7 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
 
 
 def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dict[str, Any]:
-    """compile_cold_s and compile_warm_s: new processes, with an empty kernel cache and with the one the first left."""
+    """Return compile_cold_s and compile_warm_s: new processes, with an empty kernel cache and then with a full one."""
     options = {"kind": kind, "law": law, "contact": contact, "arch": at.arch, "threads": at.threads}
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
@@ -72,7 +72,7 @@ def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dic
 
 
 def start_seconds(arch: str, threads: int) -> dict[str, Any]:
-    """cold_s and warm_s of import and first step of cube-impact in new interpreters."""
+    """Return cold_s and warm_s of import and first step of cube-impact in new interpreters."""
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
         for name in ("cold_s", "warm_s"):
@@ -85,7 +85,7 @@ def start_seconds(arch: str, threads: int) -> dict[str, Any]:
 
 
 def run_worker(task: str, options: dict[str, Any], cache: str | None = None) -> dict[str, Any]:
-    """The answer of a process of its own; {"failed": reason} if it has none."""
+    """Return the answer of a process of its own; {"failed": reason} if it has none."""
     try:
         done = _python(
             ["-m", "tcontact.lab.bench.worker", json.dumps({"task": task} | options)], options["threads"], cache
@@ -99,8 +99,8 @@ def run_worker(task: str, options: dict[str, Any], cache: str | None = None) -> 
 
 
 def _python(arguments: list[str], threads: int, cache: str | None) -> subprocess.CompletedProcess[str]:
-    """A process whose NumPy, too, has so many threads: idle ones that wait for work spinning would take a core."""
-    root = str(Path(__file__).resolve().parents[2])
+    """Run a process whose NumPy has so many threads, too: idle ones that wait for work spinning would take a core."""
+    root = str(Path(__file__).resolve().parents[3])
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     environment |= {name: str(max(1, threads)) for name in NUMPY_THREADS}
@@ -113,7 +113,7 @@ def _python(arguments: list[str], threads: int, cache: str | None) -> subprocess
 
 
 def machine() -> dict[str, Any]:
-    """What the figures belong to."""
+    """Describe the machine that the figures belong to."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     name = platform.processor()
     try:
@@ -125,7 +125,7 @@ def machine() -> dict[str, Any]:
 
 
 def _scale(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
-    """Rate over that of one thread (another process, minutes apart)."""
+    """Add the rate over that of one thread (another process, minutes apart)."""
     same = ("kind", "law", "size", "arch", "contact")
     for other in rows:
         if other["ok"] and row["ok"] and other["threads"] == 1 and all(row[n] == other[n] for n in same):

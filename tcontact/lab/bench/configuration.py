@@ -1,4 +1,4 @@
-"""What is measured: one `Configuration` per process, and the rows it has to give."""
+"""Configurations of the benchmark: one for every process, and the rows it has to give."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONTACTS = ("none", "normal", "full")
 
 @dataclass(frozen=True)
 class Configuration:
-    """One process: a cube of size^3 hexes (or six tets for each), timed without contact and with it, turn by turn.
+    """Task of one process: a cube of size^3 hexes (or six tets for each), timed with and without contact in turns.
 
     kind: of KINDS, hex8-distorted = inner nodes moved (no parallelepipeds), hex8-reduced = one-point hexes,
     hex8-mean-dilatation = one volume change per hex; contacts: of "none", "normal" and "full" (removal of the massless
@@ -39,28 +39,28 @@ class Configuration:
         return self.size**3 * len(ELEMENTS[self.kind.partition("-")[0]].in_box)
 
     def row(self, contact: str) -> dict[str, Any]:
-        """The columns that name a row."""
+        """Return the columns that name a row."""
         names = ("kind", "law", "size", "threads", "arch")
         return {name: getattr(self, name) for name in names} | {"cells": self.cells, "contact": contact}
 
     def failed(self, reason: str) -> list[dict[str, Any]]:
-        """A row for every contact that could not be measured."""
+        """Return a row for every contact that could not be measured."""
         return [self.row(contact) | {"ok": False, "reason": reason} for contact in self.contacts]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for the process that measures."""
+        """Return plain data for the process that measures."""
         return asdict(self)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Configuration:
-        """The configuration of `to_dict`, by way of JSON too."""
+        """Return the configuration of `to_dict`, by way of JSON too."""
         return cls(**{**data, "contacts": tuple(data["contacts"])})
 
 
 def grid(
     kinds: Sequence[str], laws: Sequence[str], sizes: Sequence[int], threads: Sequence[int], **options: Any
 ) -> list[Configuration]:
-    """All combinations, threads running fastest."""
+    """Return all combinations, threads running fastest."""
     return [
         Configuration(kind, law, size, count, **options)
         for kind in kinds

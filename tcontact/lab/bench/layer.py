@@ -1,4 +1,4 @@
-"""The friction layer: million cell steps a second, with the errors of the same runs."""
+"""Speed of the friction layer: million cell steps a second, with the errors of the same runs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from . import timing
 
 GRIDS = ((40, 30.0), (200, 1.0))  # points, grading
 CELLS, DT, RUNS = 1000, 1e-9, 7
-SLOWEST, FASTEST = 34.0, 340.0  # m/s, of the cells: the first is the paper's, the last reaches melting
+SLOWEST, FASTEST = 34.0, 340.0  # speeds of the cells [m/s]: the first is the paper's, the last reaches melting
 
 
 def layer(arch: str, threads: int) -> dict[str, Any]:
-    """Both grids: 1000 cells from 34 to 340 m/s, 1.3 GPa, 0.6 us in steps of 1 ns; errors as in the study."""
+    """Measure both grids: 1000 cells from 34 to 340 m/s, 1.3 GPa, 0.6 us in steps of 1 ns; errors as in the study."""
     speeds = np.linspace(SLOWEST, FASTEST, CELLS)
     load, grids = timing.load(), []
     for points, grading in GRIDS:
@@ -41,7 +41,7 @@ def layer(arch: str, threads: int) -> dict[str, Any]:
 
 
 def lines(rows: list[dict[str, Any]]) -> list[str]:
-    """The rows of all thread counts as text."""
+    """Return the rows of all thread counts as text."""
     found = []
     for row in rows:
         if not row["ok"]:

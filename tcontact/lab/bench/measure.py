@@ -1,4 +1,4 @@
-"""One configuration: the whole step without and with contact, its parts, the plain step, a copy; all turn by turn."""
+"""Measurement of one configuration: the step with and without contact, its parts, the plain step, a copy, in turns."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .parts import parts_of_a_step
 from .plain_step import PlainStep, make_copy
 from .rows import rows_of
 
-BATCH = 3e6  # cell updates a batch, about, of hexes
+BATCH = 3e6  # hex cell updates in a batch, about
 # cells that take as long as a hex, about
 WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5}
 COMPARED = 5  # steps after which the plain step must stand where ours does
@@ -51,14 +51,14 @@ class WholeStep:
         return result
 
     def __call__(self) -> float:
-        """A run from the start; seconds a step, the first one (which would compile) not counted."""
+        """Run the scene from its start; return seconds a step, the first one (which would compile) not counted."""
         gc.collect()
         self.result = self._run(self.scene)
         return self.result.wall_s / self.result.steps
 
 
 def measure(configuration: Configuration) -> dict[str, Any]:
-    """The rows of a configuration, and what was measured beside them."""
+    """Return the rows of a configuration, and what was measured beside them."""
     runtime.start(configuration.arch, configuration.threads)
     load = timing.load()
     errors = accuracy.step_errors(configuration.kind, configuration.law, configuration.size)
@@ -82,7 +82,7 @@ def measure(configuration: Configuration) -> dict[str, Any]:
 
 
 class Beside:
-    """What the whole step is compared with: our kernel alone, the plain step, a copy of memory, a matrix product."""
+    """Works that the whole step is compared with: our kernel alone, the plain step, a copy, a matrix product."""
 
     def __init__(self, free: WholeStep, configuration: Configuration, steps: int) -> None:
         scene, dt = free.scene, free.dt
@@ -114,7 +114,7 @@ class Beside:
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
-        if not body.small:  # whose many steps a launch have no such kernel beside them
+        if not body.small:  # a small body takes many steps a launch and has no such kernel
             self.works["no energy"] = timing.batch(no_energy, steps, finish)
         if assembled.possible(body.body.material.law.partition("_")[0], configuration.kind, configuration.cells):
             matrix = assembled.stiffness(body)
@@ -128,7 +128,7 @@ class Beside:
 
 
 def _device_copy(finish: Callable[[], object]) -> timing.Work:
-    """Seconds per byte moved by a copy kernel on the device."""
+    """Return the work of a copy kernel on the device, in seconds per byte moved."""
     source, target = arrays.zeros(timing.COPY_BYTES // 8), arrays.zeros(timing.COPY_BYTES // 8)
     copy = Prepared(make_copy())
     work = timing.batch(lambda: copy(source, target), 10, finish)

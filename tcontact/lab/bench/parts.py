@@ -1,4 +1,4 @@
-"""Where a step's time goes: the methods that a step calls, timed one by one, each without the parts it calls in turn.
+"""Time of the parts of a step: the methods that a step calls, timed one by one, without the parts they call in turn.
 
 The looks at the stable step are one part with all force passes they make.
 """
@@ -29,12 +29,12 @@ OF_THE_RUN = {"history": "history.add", "guards": "guards.check", WHOLE: "_watch
 
 
 class Parts:
-    """Seconds by part since the last reset."""
+    """Stopwatch of the parts: seconds by part since the last reset."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._inner = [0.0]
-        self._inside = False  # of the part that stays whole
+        self._inside = False  # inside the part that stays whole
 
     def time(self, owner: Any, path: str, part: str) -> None:
         """Time the method at the dotted path below owner; nothing happens where the scene has no such thing."""
@@ -76,14 +76,14 @@ class FirstStep(ProgressBar):
         self._after: Callable[[], None] | None = after
 
     def update(self, time: float, note: str = "") -> None:
-        """After a step; once."""
+        """Call back after the first step, once."""
         if self._after is not None:
             self._after()
             self._after = None
 
 
 def parts_of_a_step(scene: Scene) -> dict[str, float]:
-    """Seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has."""
+    """Return seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has."""
     body = scene.bodies[0]
     run = Run(
         scene,

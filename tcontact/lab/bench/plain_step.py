@@ -16,7 +16,7 @@ from ...planning.body_plan import BodyPlan
 
 @functools.cache
 def make_plain_update() -> Any:
-    """Kernel plain_update(force, mass, dt, u, v): moves the nodes and clears the force."""
+    """Return the kernel plain_update(force, mass, dt, u, v), which moves the nodes and clears the force."""
     from ...kernels.language.arguments import ARRAY
 
     ti = runtime.load()
@@ -36,7 +36,7 @@ def make_plain_update() -> Any:
 
 @functools.cache
 def make_copy() -> Any:
-    """Kernel copy(source, target)."""
+    """Return the kernel copy(source, target)."""
     from ...kernels.language.arguments import ARRAY
 
     ti = runtime.load()
@@ -67,11 +67,11 @@ class PlainStep:
         self._update = Prepared(make_plain_update())
 
     def step(self) -> None:
-        """One step."""
+        """Do one step."""
         self._add_force(self.connectivity, self.position, self.parameters, self.u, self.force)
         self._update(self.force, self.mass, self.dt, self.u, self.v)
 
     def size_in_bytes(self) -> int:
-        """Bytes of its arrays."""
+        """Return the bytes of its arrays."""
         own = [self.connectivity, self.position, self.mass, self.parameters, self.u, self.v, self.force]
         return arrays.size_in_bytes(own)

@@ -15,11 +15,11 @@ from ...scene.scene import Scene
 from . import blocks, timing
 
 RADIUS, CELLS, POINTS, ROUNDS = 0.5, 64, 200_000, 7
-RINGS = 72  # of triangles: 2 (RINGS - 1) RINGS of them
+RINGS = 72  # rings of triangles, 2 (RINGS - 1) RINGS triangles in all
 
 
 def queries(arch: str, threads: int) -> dict[str, Any]:
-    """Nanoseconds per query of a sphere and of its sampled surface; gap error over the size, near the surface."""
+    """Return nanoseconds per query of a sphere and of its sampled surface, and the gap error over the size near it."""
     runtime.start(arch, threads)
     load, surface = timing.load(), triangles()
     started = perf_counter()
@@ -43,7 +43,7 @@ def queries(arch: str, threads: int) -> dict[str, Any]:
 
 
 def _timed(obstacle: Obstacle, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds of all queries, by round, and the gaps."""
+    """Return the seconds of all queries, by round, and the gaps."""
     from ...kernels.contact.obstacle_queries import make_gaps
 
     body = blocks.block("hex8", "linear", 2).bodies[0]
@@ -60,7 +60,7 @@ def _timed(obstacle: Obstacle, positions: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def triangles() -> tuple[np.ndarray, np.ndarray]:
-    """A sphere as points [k, 3] and triangles [m, 3]: rings of halved quads with fans at the poles."""
+    """Return a sphere as points [k, 3] and triangles [m, 3]: rings of halved quads with fans at the poles."""
     polar, turn = np.pi * np.arange(1, RINGS) / RINGS, 2 * np.pi * np.arange(RINGS) / RINGS
     a, b = (part.ravel() for part in np.meshgrid(polar, turn, indexing="ij"))
     around = np.stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)], axis=1)
@@ -74,7 +74,7 @@ def triangles() -> tuple[np.ndarray, np.ndarray]:
 
 
 def lines(found: list[dict[str, Any]]) -> list[str]:
-    """The rows of all thread counts as text."""
+    """Return the rows of all thread counts as text."""
     text = []
     for part in found:
         if not part["ok"]:

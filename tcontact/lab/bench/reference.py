@@ -21,7 +21,7 @@ AT_ONCE = 4096  # cells a block
 
 
 def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """dN/dr [points, corners, 3] on the unit cell and the weights of its Gauss points [points]."""
+    """Return dN/dr [points, corners, 3] on the unit cell and the weights of its Gauss points [points]."""
     if kind == "tet4":
         return np.array([[(-1.0, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]]), np.array([1 / 6])
     points = 0.5 + (CORNERS - 0.5) / np.sqrt(3.0)
@@ -32,7 +32,7 @@ def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """W [...] [J/m^3] and P = dW/dF [..., 3, 3] [Pa] for displacement gradients h [..., 3, 3]."""
+    """Return W [...] [J/m^3] and P = dW/dF [..., 3, 3] [Pa] for displacement gradients h [..., 3, 3]."""
     eye, turned = np.eye(3), np.swapaxes(h, -1, -2)
     f = eye + h
     lam, mu = moduli[:2]
@@ -57,7 +57,7 @@ def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple
 
 
 def volume_change(law: str, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """det F - 1 [...] and its slope [..., 3, 3]; of the linear law tr H and I."""
+    """Return det F - 1 [...] and its slope [..., 3, 3]; for the linear law tr H and I."""
     if law == "linear":
         return np.trace(h, axis1=-2, axis2=-1), np.broadcast_to(np.eye(3), h.shape)
     f = np.eye(3) + h
@@ -68,7 +68,7 @@ def volume_change(law: str, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def force(
     kind: str, law: str, moduli: Sequence[float], nodes: np.ndarray, cells: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli: the parameters of the law."""
+    """Return dW/du [n, 3] [N] and W [J] of cells [m, corners] at displacements u [n, 3]; moduli: of the law."""
     slopes, weights = shape_slopes(kind)
     result, energy = np.zeros_like(u), 0.0
     for start in range(0, len(cells), AT_ONCE):
@@ -103,7 +103,7 @@ def force(
 
 
 def cell_stiffness(kind: str, lame: Sequence[float], corners: np.ndarray) -> np.ndarray:
-    """K [3 corners, 3 corners] [N/m] of a linear elastic cell with the given corners [corners, 3], column by column."""
+    """Return K [3 corners, 3 corners] [N/m] of a linear elastic cell with the given corners [corners, 3]."""
     count = corners.size
     cell = np.arange(len(corners))[None]
     columns = [force(kind, "linear", lame, corners, cell, unit.reshape(-1, 3))[0].ravel() for unit in np.eye(count)]

@@ -1,4 +1,4 @@
-"""From seconds to rows: rates, ratios within a round, shares, errors."""
+"""Rows of the report from measured seconds: rates, ratios within a round, shares, errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NODE_BYTES = 3 * 8 + 2 * 3 * 8 + 2 * 3 * 8 + 8 + 4 + 2 * 3 * 8  # X; u and v in 
 
 
 def step_bytes(mesh: Mesh) -> float:
-    """Bytes per cell that a step must touch: connectivity, and per node X, u, v, m, where it belongs, and its force."""
+    """Return the bytes per cell that a step must touch: connectivity, and per node X, u, v, m, place and force."""
     return 4.0 * mesh.cells.shape[1] + NODE_BYTES * mesh.node_count / mesh.cell_count
 
 
@@ -28,7 +28,7 @@ def rows_of(
     found: Mapping[str, Any],
     failures: Mapping[str, str],
 ) -> list[dict[str, Any]]:
-    """One row per contact asked for. taken [rounds] seconds per unit by work: "step none", "kernel", "plain", ..."""
+    """Return a row per contact asked for; taken: seconds [rounds] a unit by work: "step none", "kernel", "plain", .."""
     rows = []
     for contact in configuration.contacts:
         row = configuration.row(contact)
@@ -67,7 +67,7 @@ def _row(
         "roofline_share": spread(touched * cells * copy / step),
     }
     if contact == "none" and "no energy" in taken:
-        looks = parts.get("stable step", 0.0)  # whether dt still is stable: no business of the ledger
+        looks = parts.get("stable step", 0.0)  # at the stability of dt: they are no part of the ledger
         row["ledger_share"] = spread(1.0 - (taken["no energy"] + looks) / step)
         row["ledger_energy_share"] = spread((taken["kernel"] - taken["no energy"]) / step)
         row["ledger_host_share"] = spread(1.0 - (taken["kernel"] + looks) / step)

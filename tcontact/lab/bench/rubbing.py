@@ -1,4 +1,4 @@
-"""What friction costs: a cube of 32^3 hexes whose 1089 contact nodes slide, without, with Coulomb and with layers."""
+"""Cost of friction: a cube of 32^3 hexes whose 1089 contact nodes slide, without, with Coulomb and with layers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODELS: dict[str, FrictionModel | None] = {
 
 
 def rubbing(arch: str, threads: int) -> dict[str, Any]:
-    """Step of each model over that without friction, round by round, both removals, and the energy errors."""
+    """Return the step of each model over that without friction, by round, both removals, and the energy errors."""
     load, rows = timing.load(), []
     for removal in ("normal", "full"):
         scene = blocks.block("hex8", LAW, SIZE, removal)
@@ -39,7 +39,7 @@ def rubbing(arch: str, threads: int) -> dict[str, Any]:
                 kept[name] = simulate(replace(scenes[name], duration=(STEPS - 0.5) * dt), threads=threads, arch=arch)
                 return kept[name].wall_s / kept[name].steps
 
-            run()  # compiles
+            run()  # this one compiles
             return run
 
         taken = timing.rounds({name: work(name) for name in scenes}, 0.0, ROUNDS)
@@ -59,7 +59,7 @@ def rubbing(arch: str, threads: int) -> dict[str, Any]:
 
 
 def lines(found: list[dict[str, Any]]) -> list[str]:
-    """The rows of all thread counts as text."""
+    """Return the rows of all thread counts as text."""
     text = []
     for part in found:
         if not part["ok"]:

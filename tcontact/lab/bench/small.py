@@ -27,7 +27,7 @@ print(perf_counter() - started, result.steps, result.history["energy_error"].max
 
 
 def bar(arch: str, threads: int) -> dict[str, Any]:
-    """bar-impact with 100 hexes, cfl 0.9, to 4 length/c: seconds of all steps after the compile, and its errors."""
+    """Run bar-impact with 100 hexes, cfl 0.9, to 4 length/c: seconds of all steps after the compile, and its errors."""
     from ...cases import bar_impact
 
     material = bar_impact.scene(cells=BAR_CELLS).bodies[0].material
@@ -53,7 +53,7 @@ def bar(arch: str, threads: int) -> dict[str, Any]:
 
 
 def compilation(kind: str, law: str, contact: str, arch: str, threads: int) -> dict[str, Any]:
-    """Seconds by which the first run of a small block takes longer than the second: tracing, compiling, loading."""
+    """Return the seconds by which the first run of a small block takes longer than the second: compiling, loading."""
     runtime.start(arch, threads)
     scene = blocks.block(kind, law, 4, contact)
     begin = perf_counter()

@@ -23,7 +23,7 @@ ROUNDS = 3
 
 
 def impact(size: int, poisson: float, removal: str, solver: str) -> Scene:
-    """The cube of the bench with another Poisson's ratio."""
+    """Return the cube of the benchmark with another Poisson's ratio."""
     scene = blocks.block("hex8", "linear", size, removal)
     material = LinearElastic(blocks.YOUNG, poisson, blocks.DENSITY)
     body = replace(scene.bodies[0], material=material)
@@ -34,7 +34,7 @@ def impact(size: int, poisson: float, removal: str, solver: str) -> Scene:
 def compare(
     size: int, threads: int, poissons: Sequence[float] = POISSONS, removals: Sequence[str] = ("normal", "full")
 ) -> list[dict[str, Any]]:
-    """A row per removal, Poisson's ratio and solver, timed in turns: sweeps or products, seconds of a step.
+    """Return a row per removal, Poisson's ratio and solver, timed in turns: sweeps or products, seconds of a step.
 
     `contact_s`: boundary nodes, contact cells and static solve, which one thread does; `step_s`: the whole step.
     """
@@ -71,7 +71,7 @@ def compare(
 
 
 def lines(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """The rows as a table in Markdown."""
+    """Return the rows as a table in Markdown."""
     found = [
         "| removal | poisson | threads | solver | sweeps or products: mean, most | largest residual |"
         " contact, ms a step | whole step, ms |",

@@ -25,7 +25,7 @@ err E        largest energy error of the timed run"""
 
 
 def lines(report: Mapping[str, Any]) -> list[str]:
-    """Everything a terminal shows."""
+    """Return everything that a terminal shows."""
     rows = report["rows"]
     found = [_machine(report["machine"], rows), ""]
     found += columns([_cells(row) for row in rows])
@@ -52,7 +52,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
 
 
 def columns(rows: Sequence[Mapping[str, str]]) -> list[str]:
-    """Rows of named texts as aligned columns, words to the left, figures to the right."""
+    """Return rows of named texts as aligned columns, words to the left, figures to the right."""
     if not rows:
         return []
     names = list(dict.fromkeys(name for row in rows for name in row))
@@ -68,7 +68,7 @@ def columns(rows: Sequence[Mapping[str, str]]) -> list[str]:
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """One line per row; what is nested takes columns name.part."""
+    """Write one line per row; what is nested takes columns name.part."""
     flat = [_flat(row) for row in rows]
     names = list(dict.fromkeys(name for row in flat for name in row))
     with unlinked(path).open("w", newline="", encoding="utf-8") as file:
@@ -154,7 +154,7 @@ def _failure(row: Mapping[str, Any]) -> str:
 
 
 def _parts(row: Mapping[str, Any]) -> dict[str, str]:
-    """Microseconds by group of parts."""
+    """Return the microseconds by group of parts."""
     groups = {
         "force and update": ("force and update",),
         "contact cells": ("contact cells",),

@@ -1,4 +1,4 @@
-"""Turn by turn: every kind of work gets a batch in each round, so that what else the machine does hits all alike."""
+"""Timing in turns: every kind of work gets a batch in each round, so that what else the machine does hits all alike."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from time import perf_counter
 import numpy as np
 
 MOST_ROUNDS = 40
-COPY_BYTES = 2**27  # of the source of a copy: several times any last-level cache
-Work = Callable[[], float]  # does one batch and returns what one unit took [s]
+COPY_BYTES = 2**27  # size of the source of a copy: several times any last-level cache
+Work = Callable[[], float]  # function that does one batch and returns what one unit took [s]
 
 
 def rounds(works: Mapping[str, Work], seconds: float, least: int) -> dict[str, np.ndarray]:
-    """Seconds per unit of every work, an entry per round; at least `least` rounds, more while the budget lasts.
+    """Return the seconds per unit of every work, an entry per round: at least `least`, more while the budget lasts.
 
     The order turns with the rounds, so that nobody always runs first.
     """
@@ -31,7 +31,7 @@ def rounds(works: Mapping[str, Work], seconds: float, least: int) -> dict[str, n
 
 
 def spread(values: np.ndarray) -> dict[str, float]:
-    """Median, quartiles, smallest and largest, and the number of values."""
+    """Return median, quartiles, smallest and largest, and the number of values."""
     first, median, third = np.quantile(values, (0.25, 0.5, 0.75))
     return {
         "median": float(median),
@@ -44,7 +44,7 @@ def spread(values: np.ndarray) -> dict[str, float]:
 
 
 def batch(step: Callable[[], object], steps: int, finish: Callable[[], object] = lambda: None) -> Work:
-    """The work of so many calls of a step; finish: waits until they are done."""
+    """Return the work of so many calls of a step; finish: waits until they are done."""
 
     def work() -> float:
         begin = perf_counter()
@@ -57,7 +57,7 @@ def batch(step: Callable[[], object], steps: int, finish: Callable[[], object] =
 
 
 def host_copy(threads: int) -> Work:
-    """Seconds per byte moved (read + written) by numpy.copyto, the array shared out over the threads."""
+    """Return the work of numpy.copyto, the array shared out over the threads, in seconds per byte read or written."""
     count = COPY_BYTES // 8
     source, target = np.ones(count), np.zeros(count)
     ends = np.linspace(0, count, threads + 1).astype(int)
@@ -74,7 +74,7 @@ def host_copy(threads: int) -> Work:
 
 
 def load() -> float:
-    """Processes that want a core, averaged over the last minute; nan where the system does not say."""
+    """Return how many processes want a core, averaged over the last minute; nan where the system does not say."""
     try:
         return os.getloadavg()[0]
     except (AttributeError, OSError):

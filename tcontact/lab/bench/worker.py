@@ -1,4 +1,4 @@
-"""The process that measures: reads a task as JSON, prints what it found as one line of JSON.
+"""The process that measures: it reads a task as JSON and prints what it found as one line of JSON.
 
 python -m tcontact.lab.bench.worker '{"task": "measure", "kind": "hex8", ...}'
 """
@@ -16,7 +16,7 @@ from .configuration import Configuration
 
 
 def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
-    """What the named task finds: measure, compilation, bar, layer, rubbing or queries."""
+    """Return what the named task finds: measure, compilation, bar, layer, rubbing or queries."""
     if task == "measure":
         from .measure import measure
 
@@ -34,7 +34,7 @@ def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def main(text: str) -> int:
-    """Perform a task; a failure is an answer too."""
+    """Perform a task; answer a failure, too, with a line of JSON."""
     options = json.loads(text)
     try:
         found = perform(options.pop("task"), options)

@@ -19,7 +19,7 @@ ROUNDING = 1e-11  # figures below it say that something holds to rounding: they 
 
 
 def tables(root: Path) -> dict[str, list[str]]:
-    """Lines of every table in the pages below `root`, by name. Raises `InputError` if a page is not there."""
+    """Return the lines of every table in the pages below `root`, by name. Raises `InputError` if a page is missing."""
     found: dict[str, list[str]] = {}
     for page in PAGES:
         found |= {name: text.splitlines() for name, text in TABLE.findall(_read(root / page))}
@@ -27,7 +27,7 @@ def tables(root: Path) -> dict[str, list[str]]:
 
 
 def replace(root: Path, new: Mapping[str, Sequence[str]]) -> list[Path]:
-    """Put the new lines into the tables of their names; returns the pages that changed."""
+    """Put the new lines into the tables of their names; return the pages that changed."""
     changed = []
     for page in PAGES:
         path = root / page
@@ -47,7 +47,7 @@ def replace(root: Path, new: Mapping[str, Sequence[str]]) -> list[Path]:
 
 
 def differs(stated: str, present: str) -> bool:
-    """Whether a line of a page says something else than the new one.
+    """Tell whether a line of a page says something else than the new one.
 
     The words must be the same. A number may differ by one unit of its last digit, and two below 1e-11 are both
     rounding.
@@ -59,7 +59,7 @@ def differs(stated: str, present: str) -> bool:
 
 
 def different(stated: Sequence[str], present: Sequence[str]) -> list[tuple[str, str]]:
-    """Pairs of lines, stated and new, that differ; a line without a partner stands beside an empty one."""
+    """Return pairs of lines, stated and new, that differ; a line without a partner stands beside an empty one."""
     pairs = zip_longest(stated, present, fillvalue="")
     return [(old, new) for old, new in pairs if differs(old, new)]
 
@@ -69,7 +69,7 @@ def _tiny(first: str, second: str) -> bool:
 
 
 def _unit(number: str) -> float:
-    """One unit of the last digit of a number as it is written."""
+    """Return one unit of the last digit of a number as it is written."""
     digits, _, exponent = number.partition("e")
     return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
 

@@ -9,7 +9,7 @@ from . import register
 from .reports import Reports
 
 CUBE = "run cube-impact --frames 60"
-PRESSED = 1.2e-3  # s, while the cube is pressed together
+PRESSED = 1.2e-3  # time [s] at which the cube is pressed together
 FROM_RUNS = {
     "comparison.png": (register.COMPARE, "comparison.png"),
     "bar-impact-study.png": (register.STUDY, "study.png"),
@@ -19,7 +19,7 @@ FROM_RUNS = {
 
 
 def draw(root: Path, reports: Reports) -> list[Path]:
-    """Make the pictures in docs/ below `root` again; returns them. Raises `OutputError` if a run left none."""
+    """Make the pictures in docs/ below `root` again; return them. Raises `OutputError` if a run left none."""
     from ...show.render import render_picture
 
     made = []

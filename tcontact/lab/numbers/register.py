@@ -33,12 +33,12 @@ IMPLICIT = "run cube-impact --set cells=8 --set penalty=10 --set scheme=discrete
 
 
 def _each(labels: tuple[str, ...], name: str) -> tuple[str, ...]:
-    """Places of the same figure in every run of a comparison."""
+    """Return the places of the same figure in every run of a comparison."""
     return tuple(f"figures > {label} > {name}" for label in labels)
 
 
 def _conserved(report: Report) -> float:
-    """Largest energy error of the conserving schemes in a comparison."""
+    """Return the largest energy error of the conserving schemes in a comparison."""
     return max(report["figures"][name]["energy_error_max"] for name in CONSERVING)
 
 

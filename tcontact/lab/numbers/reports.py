@@ -1,4 +1,4 @@
-"""Run the commands that make figures, each once, and read the reports that they leave."""
+"""Reports of the commands that make figures: each command runs once, and its report is read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES = {"run": "summary.json", "study": "study.json", "bench": "bench.json"}
 
 
 class Reports:
-    """Reports of commands, run into a folder of their own below `out` when they are first asked for.
+    """Reports of commands, which run into a folder of their own below `out` when they are first asked for.
 
     main: runs a command line and returns its exit code; say: told each command before it runs.
     """
@@ -30,11 +30,11 @@ class Reports:
         self._known: dict[str, dict[str, Any]] = {}
 
     def folder(self, command: str) -> Path:
-        """The folder of a command, by its words."""
+        """Return the folder of a command, by its words."""
         return self.out / re.sub(r"[^a-z0-9.]+", "-", command.lower()).strip("-")
 
     def __call__(self, command: str) -> dict[str, Any]:
-        """The report of a command. Raises `OutputError` if it left none."""
+        """Return the report of a command. Raises `OutputError` if it left none."""
         if command not in self._known:
             self._known[command] = self._run(command)
         return self._known[command]
@@ -49,7 +49,7 @@ class Reports:
         report.unlink(missing_ok=True)
         with redirect_stdout(io.StringIO()) as printed, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            code = self.main([*words, *options])  # 1 where a scheme fails that is there to fail
+            code = self.main([*words, *options])  # it is 1 where a scheme fails that is meant to fail
         if code == 2 or not report.exists():
             raise OutputError(f"`tcontact {command}` left no {report.name} (exit code {code}): {printed.getvalue()}")
         return dict(json.loads(report.read_text(encoding="utf-8")))

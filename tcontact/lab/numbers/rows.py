@@ -34,12 +34,12 @@ class Row:
     quick: bool = False
 
     def figures(self, report: Report) -> str:
-        """The figures as text. Raises `InputError` where the report does not hold one of them."""
+        """Return the figures as text. Raises `InputError` where the report does not hold one of them."""
         return short_exponents(self.form.format(*(found(report, place) for place in self.places)))
 
 
 def found(report: Report, place: Place) -> Any:
-    """The value at a place of a report; text such as "nan" becomes a number again. Raises `InputError`."""
+    """Return the value at a place of a report; text such as "nan" becomes a number again. Raises `InputError`."""
     if not isinstance(place, str):
         return place(report)
     value: Any = report
@@ -62,5 +62,5 @@ def _number(value: Any) -> Any:
 
 
 def short_exponents(text: str) -> str:
-    """The text with exponents such as e-03 written as e-3, and without e+00."""
+    """Return the text with exponents such as e-03 written as e-3, and without e+00."""
     return EXPONENT.sub(lambda match: f"e{match[1].strip('+')}{match[2]}", text.replace("e+00", ""))

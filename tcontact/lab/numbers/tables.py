@@ -23,7 +23,7 @@ class Table:
 
 
 def rows(chosen: Sequence[Row], reports: Reports) -> list[str]:
-    """The lines of a table of rows; a command that stands in the row above is left out."""
+    """Return the lines of a table of rows; a command that stands in the row above is left out."""
     found, above = list(HEAD), ""
     for row in chosen:
         words = "" if row.command == above else f"`tcontact {row.command}`" + (f" ({row.note})" if row.note else "")
@@ -33,7 +33,7 @@ def rows(chosen: Sequence[Row], reports: Reports) -> list[str]:
 
 
 def _speed(reports: Reports) -> list[str]:
-    """The speed of a cube that touches nothing."""
+    """Return the speed of a cube that touches nothing."""
     report = reports(register.BENCH)
     row = next(row for row in report["rows"] if _is(row, "hex8", 32, "none") and row["threads"] > 1)
     speed = f"{1e-6 * row['rate']['median']:.1f}; {row['ratio_to_plain']['median']:.1f}; {row['force_error']:.0e}"
@@ -43,7 +43,7 @@ def _speed(reports: Reports) -> list[str]:
 
 
 def _study(reports: Reports) -> list[str]:
-    """Force and energy error of every method over all sizes, for each step."""
+    """Return force and energy error of every method over all sizes, for each step."""
     found = ["| method | step / stable step | force error | energy error |", "|---|---|---|---|"]
     measured = reports(register.STUDY)["rows"]
     for method in register.METHODS.split(","):
@@ -56,7 +56,7 @@ def _study(reports: Reports) -> list[str]:
 
 
 def _cost(reports: Reports) -> list[str]:
-    """What a step costs, kind by kind; the processor in the line above."""
+    """Return what a step costs, kind by kind; the processor in the line above."""
     report = reports(register.BENCH)
     found = [f"{_processor(report)}; {_versions(report)}.", ""]
     found += [
@@ -90,7 +90,7 @@ def _cost(reports: Reports) -> list[str]:
 
 
 def _hard(reports: Reports) -> list[str]:
-    """The verdicts of some hard cases, as the study prints them."""
+    """Return the verdicts of some hard cases, as the study prints them."""
     return ["```text", *(line.rstrip() for line in hard_table.lines(reports(register.HARD))), "```"]
 
 

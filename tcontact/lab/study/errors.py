@@ -1,4 +1,4 @@
-"""How wrong a run is: force, energy, displacement. Plain numpy, relative numbers, 0 = exact."""
+"""Errors of a run: force, energy, displacement. Plain numpy, relative numbers, 0 = exact."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ from ...results.result import Result
 
 
 def centred_mean(impulse: Callable[[np.ndarray], np.ndarray], time: np.ndarray) -> np.ndarray:
-    """Force averaged over [t - dt/2, t + dt/2] from its running integral; dt is the spacing of the times (METHOD 2)."""
+    """Return the force averaged over [t - dt/2, t + dt/2] from its running integral; dt: the spacing of the times."""
     middle = 0.5 * (time[1:] + time[:-1])
     edges = np.concatenate([[1.5 * time[0] - 0.5 * time[1]], middle, [1.5 * time[-1] - 0.5 * time[-2]]])
     return np.diff(impulse(edges)) / np.diff(edges)
 
 
 def relative_l2(found: np.ndarray, wanted: np.ndarray) -> float:
-    """|found - wanted| / |wanted| over the rows."""
+    """Return |found - wanted| / |wanted| over the rows."""
     return float(np.linalg.norm(found - wanted) / np.linalg.norm(wanted))
 
 
 def plateau(found: np.ndarray, value: float) -> float:
-    """Error of the mean of the rows against the value of the plateau."""
+    """Return the error of the mean of the rows against the value of the plateau."""
     return float(abs(np.mean(found) / value - 1.0)) if len(found) else float("nan")
 
 
 def ripple(found: np.ndarray, value: float) -> float:
-    """Root mean square of the rows around the value of the plateau, relative to it."""
+    """Return the root mean square of the rows around the value of the plateau, relative to it."""
     return float(np.sqrt(np.mean((found / value - 1.0) ** 2))) if len(found) else float("nan")
 
 
 def energy(result: Result) -> float:
-    """Largest energy error of the run (METHOD 2)."""
+    """Return the largest energy error of the run (METHOD 2)."""
     return float(np.max(np.abs(result.history["energy_error"])))
 
 
 def normal_force(result: Result) -> np.ndarray:
-    """Contact force [rows] along the normal of the first obstacle [N]."""
+    """Return the contact force [rows] along the normal of the first obstacle [N]."""
     return np.asarray(result.history["contact_force"] @ result.scene.obstacles[0].frame[2])
 
 
 def hex_quadrature(mesh: Any, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Points [q, 3], weights [q] [m^3], displacement [q, 3] and its gradient [q, 3, 3] at the 2x2x2 points of hexes."""
+    """Return points [q, 3], weights [q] [m^3], displacement and its gradient at the 2x2x2 points of hexes."""
     parts: list[list[np.ndarray]] = [[], [], [], []]
     nodes, moved = mesh.nodes[mesh.cells], displacement[mesh.cells]
     for shape, slope, weight in zip(*shape_functions("hex8"), strict=True):
@@ -58,7 +58,7 @@ def hex_quadrature(mesh: Any, displacement: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def elastic_norm(gradient: np.ndarray, weights: np.ndarray, material: Any) -> float:
-    """sqrt of 2 x the linear elastic energy of a displacement gradient [q, 3, 3]."""
+    """Return sqrt of 2 x the linear elastic energy of a displacement gradient [q, 3, 3]."""
     strain = 0.5 * (gradient + np.swapaxes(gradient, 1, 2))
     trace = np.trace(strain, axis1=1, axis2=2)
     density = 2.0 * material.lame_mu * np.einsum("qij,qij->q", strain, strain) + material.lame_lambda * trace**2

@@ -30,12 +30,12 @@ from ...results.result import Result
 from ...scene.scene import Scene
 from ...schemes.explicit.central_difference import CentralDifference
 
-TOLERANCE = 1e-4  # of the static solve where the scene names none
+TOLERANCE = 1e-4  # tolerance of the static solve where the scene names none
 CHANGES = ("wall", "method", "modulus", "density", "duration", "gravity")  # what a case may declare that it cannot feel
 
 
 def nothing(reason: str, but: str = "") -> dict[str, str]:
-    """`cannot_feel` of a pure property: no change may alter its verdict, but one at most, for one reason."""
+    """Return `cannot_feel` of a pure property: no change may alter its verdict, but one at most, for one reason."""
     return {change: reason for change in CHANGES if change != but}
 
 
@@ -131,7 +131,7 @@ def _worst(results: Sequence[Result], measure: Callable[[Result], Any]) -> float
 
 
 def sound(results: Sequence[Result], energy: float = 0.05, momentum: float = 1e-8) -> list[ck.Check]:
-    """The laws every impact obeys, worst of the results.
+    """Check the laws that every impact obeys, the worst of the results.
 
     Contact at all; energy, momentum against impulses, no overlap, forces that push, massless nodes in balance to the
     tolerance.
@@ -154,6 +154,6 @@ def worst(checks: Sequence[ck.Check]) -> ck.Check:
 
 
 def _words(check: ck.Check) -> str:
-    """Name, value and bound of a check."""
+    """Return name, value and bound of a check as text."""
     value = check.value if isinstance(check.value, str) else f"{check.value:.3g}"
     return f"{check.name} {value} ({check.bound})"

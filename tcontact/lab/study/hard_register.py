@@ -10,7 +10,7 @@ from .hard_cases import HardCase
 
 
 def register() -> dict[str, HardCase]:
-    """All hard cases by name."""
+    """Return all hard cases by name."""
     modules = (materials, meshes, impacts, starts, steps, long_runs, invariances)
     found: dict[str, HardCase] = {}
     for case in (case for module in modules for case in module.cases()):
@@ -20,7 +20,7 @@ def register() -> dict[str, HardCase]:
 
 
 def choose(names: Sequence[str] | None) -> list[HardCase]:
-    """The named cases, all without names. Raises `InputError` with the known ones."""
+    """Return the named cases, all without names. Raises `InputError` with the known ones."""
     known = register()
     for name in names or ():
         if name not in known:

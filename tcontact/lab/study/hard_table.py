@@ -1,4 +1,4 @@
-"""The table of the hard cases: run them, and leave their verdicts as JSON, CSV and text."""
+"""Table of the hard cases: it runs them, and leaves their verdicts as JSON, CSV and text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def collect(
     threads: int | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> dict[str, Any]:
-    """Run the cases, in order, inside the budget [s]; rows and versions as plain data for JSON."""
+    """Run the cases, in order, inside the budget [s]; return rows and versions as plain data for JSON."""
     started = perf_counter()
     rows: list[dict[str, Any]] = []
     interrupted = False
@@ -63,7 +63,7 @@ def collect(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """One row per case."""
+    """Write one row per case."""
     names = [*COLUMNS, "steps", "wall_s", "detail"]
     with unlinked(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -72,7 +72,7 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def lines(report: Mapping[str, Any]) -> list[str]:
-    """The table, and in full what is not as it should be."""
+    """Return the table, and in full what is not as it should be."""
     rows = report["rows"]
     width = max(len(row["case"]) for row in rows)
     found = [f"  {'case':<{width}}  {'verdict':<8} {'energy':>8} {'momentum':>8} {'residual':>8}  what is hard; remedy"]

@@ -31,7 +31,7 @@ HEAD = (
 
 
 def choose(methods: Sequence[str] | None) -> tuple[str, ...]:
-    """The methods to run, all by default. Raises `InputError` with the known ones."""
+    """Return the methods to run, all by default. Raises `InputError` with the known ones."""
     for name in methods or ():
         if name not in METHODS:
             raise InputError("--methods", name, "use " + ", ".join(METHODS))
@@ -44,7 +44,7 @@ def collect(
     threads: int | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> dict[str, Any]:
-    """All rows inside the budget [s], the cheapest ones per speed and level of error, as plain data for JSON."""
+    """Return all rows inside the budget [s] and the cheapest ones per speed and level of error, as data for JSON."""
     started = perf_counter()
     runtime.start("cpu", threads)
     say(HEAD)
@@ -77,7 +77,7 @@ def collect(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """One row per row, empty where a kind has no such figure; the conditions that failed stand in the JSON only."""
+    """Write one line per row, empty where a kind has no such figure; conditions that failed stand in the JSON only."""
     names = [name for name in dict.fromkeys(key for row in rows for key in row) if name != "failed"]
     with unlinked(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names, restval="", extrasaction="ignore")
@@ -86,7 +86,7 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def lines(report: Mapping[str, Any]) -> list[str]:
-    """What is cheapest, and which method failed where; every row was said when it was done."""
+    """Return what is cheapest, and which method failed where; every row was printed when it was done."""
     found = [f"{NAME}: errors against {report['reference']['what']}"]
     for speed, levels in report["pareto"].items():
         if levels:
@@ -111,7 +111,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
 
 
 def _sweep_line(row: Mapping[str, Any]) -> str:
-    """The failures of a method in the random sweep and where they lie."""
+    """Return the failures of a method in the random sweep and where they lie."""
     text = f"    {row['method']}: {row['failed_conditions']} of {row['conditions']} random conditions"
     text += f", {row['failures']} of {row['steps']} steps; {row['evaluations_per_step']:.1f} solves a step"
     if not row["failed"]:
@@ -124,7 +124,7 @@ def _sweep_line(row: Mapping[str, Any]) -> str:
 
 
 def _able(rows: Sequence[Mapping[str, Any]], speed: float) -> list[dict[str, Any]]:
-    """Rows of a speed as `pareto.best` takes them."""
+    """Return the rows of a speed as `pareto.best` takes them."""
     mine = [row for row in rows if row["kind"] == "accuracy" and row["velocity"] == speed]
     return [{**row, "ok": row["failures"] == 0, "errors": {ERROR: row[ERROR]}} for row in mine]
 

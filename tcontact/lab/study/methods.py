@@ -53,7 +53,7 @@ class Method:
 
 
 def method(name: str) -> Method:
-    """The method of the given name. Raises `InputError` with the known ones."""
+    """Return the method of the given name. Raises `InputError` with the known ones."""
     contact, _, wanted = name.partition("@")
     scheme, _, times = wanted.partition("*")
     scheme = scheme or CentralDifference.name
@@ -80,5 +80,5 @@ def method(name: str) -> Method:
 
 
 def standard(names: tuple[str, ...] = STANDARD) -> tuple[str, ...]:
-    """The given names, and the first of them with the conserving implicit scheme at twice the step."""
+    """Return the given names, and the first of them with the conserving implicit scheme at twice the step."""
     return (*names, f"{names[0]}@{DiscreteGradient.name}*2")

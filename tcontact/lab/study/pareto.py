@@ -12,7 +12,7 @@ KEYS = ("method", "size", "cfl")  # what tells runs of a study apart
 
 
 def best(rows: Sequence[Mapping[str, Any]], error: str, keys: Sequence[str] = KEYS) -> list[dict[str, Any]]:
-    """The run of least wall time among those whose `error` is at or below each level, down to the last level reached.
+    """Return the cheapest run with an `error` at or below each level, down to the last level reached.
 
     A run that failed (stopped, changed its energy by more than a tenth, or is wrong by the whole solution) is no
     candidate, however small its error. keys: what tells runs apart.
@@ -30,7 +30,7 @@ def best(rows: Sequence[Mapping[str, Any]], error: str, keys: Sequence[str] = KE
 
 
 def changes(levels: Sequence[Mapping[str, Any]], keys: Sequence[str] = KEYS) -> list[Mapping[str, Any]]:
-    """Of the levels of `best` those where the cheapest run changes: of several with the same one, the lowest."""
+    """Return the levels of `best` where the cheapest run changes: of several with the same one, the lowest."""
     return [
         row
         for row, following in zip(levels, [*levels[1:], None], strict=False)

@@ -23,12 +23,12 @@ METHOD = "massless-normal"
 
 
 def folder() -> Path:
-    """Where references are kept: tcontact/references in the user's cache folder (XDG_CACHE_HOME)."""
+    """Return where references are kept: tcontact/references in the user's cache folder (XDG_CACHE_HOME)."""
     return runtime.user_cache() / "references"
 
 
 def prepare(study: Study, say: Callable[[str], None]) -> tuple[dict[str, np.ndarray] | None, dict[str, Any]]:
-    """The reference of the study and a description of it; None where the problem has an exact solution.
+    """Return the reference of the study and its description; None where the problem has an exact solution.
 
     A problem that needs one has `reference(result)` (arrays to keep), FINER (times the largest size) and REFERENCE_CFL.
     Raises `InputError` if the fine run does not finish.

@@ -1,4 +1,4 @@
-"""Run the grid methods x sizes x steps of a study, inside a budget, and measure every run."""
+"""Runs of a study: the grid methods x sizes x steps inside a budget, every run measured."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .setting import Study, build
 
 SHORT = 0.5  # seconds: runs below it are repeated, the smallest wall counts
 REPEATS = 3
-GROWN = 0.1  # an energy error above this is named among the failures
-WRONG = 1.0  # so is an error as large as the solution
+GROWN = 0.1  # an energy error above this counts as a failure
+WRONG = 1.0  # an error as large as the solution counts as one, too
 
 
 def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
-    """All rows of the study, the reference, the Pareto-best methods, the failures, as plain data for JSON."""
+    """Return all rows of the study, the reference, the Pareto-best methods, the failures, as plain data for JSON."""
     started = perf_counter()
     reference, about = prepare(study, say)
     rows: list[dict[str, Any]] = []
@@ -66,14 +66,14 @@ def collect(study: Study, say: Callable[[str], None] = lambda text: None) -> dic
 
 
 def _forecast(seconds: float, row: dict[str, Any], size: int, cfl: float) -> float:
-    """Seconds of a run of another size and cfl, from the last one: cells times steps."""
+    """Return the seconds of a run of another size and cfl, from the last one: cells times steps."""
     cells = row["cell_updates"] / row["steps"] if row.get("steps") else 1.0
     dimensions = round(np.log(max(cells, 1.0)) / np.log(row["size"])) if row["size"] > 1 else 3
     return float(seconds * (size / row["size"]) ** (dimensions + 1) * row["cfl"] / cfl)
 
 
 def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) -> dict[str, Any]:
-    """One run, repeated while it is short: cost and errors; what it did if it failed."""
+    """Do one run, repeated while it is short; return cost and errors, or what it did if it failed."""
     import tcontact as tc
 
     row: dict[str, Any] = {"ok": False, "failure": "", "warnings": []}

@@ -1,4 +1,4 @@
-"""What a study runs: a problem, methods, sizes and steps, and the scene of each run."""
+"""Setting of a study: a problem, methods, sizes and steps, and the scene of each run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Study:
 
 
 def build(study: Study, chosen: Method, size: int) -> Any:
-    """The scene of the study with the method's contact and its start."""
+    """Return the scene of the study with the method's contact and its start."""
     scene = study.problem.scene(cells=size, **study.parameters)
     model = chosen.contact(study.problem.unit(scene))
     if isinstance(model, MasslessContact) and isinstance(scene.contact, MasslessContact):

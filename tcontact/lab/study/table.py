@@ -15,7 +15,7 @@ COLUMNS = ("method", "size", "cfl", "dt", "steps", "wall_s", "cell_updates", "co
 
 
 def write_csv(path: Path, report: Mapping[str, Any]) -> None:
-    """One row per run: cost, main error, energy error, further errors, failure by name; empty where there is none."""
+    """Write one row per run: cost, main error, energy error, further errors, failure by name, empty for none."""
     further = list(dict.fromkeys(name for row in report["rows"] for name in row.get("errors", {})))
     header = [*COLUMNS, *further, "energy_error", "ok", "failure"]
     with unlinked(path).open("w", newline="", encoding="utf-8") as file:
@@ -29,7 +29,7 @@ def write_csv(path: Path, report: Mapping[str, Any]) -> None:
 
 
 def lines(report: Mapping[str, Any]) -> list[str]:
-    """The table: every run, the best method per level, the failures."""
+    """Return the table: every run, the best method per level, the failures."""
     reference = report["reference"]
     made = f", made {reference['made']}" if "made" in reference else ""
     main = report["error"].removesuffix("_error").replace("_", " ")

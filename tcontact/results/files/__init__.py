@@ -1,1 +1,1 @@
-"""Files of frames: VTKHDF written and read, .vtu and .xdmf for other programs."""
+"""Files of frames: VTKHDF, written and read, and .vtu and .xdmf for other programs."""

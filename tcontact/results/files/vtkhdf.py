@@ -38,14 +38,14 @@ Blocks = Sequence[tuple[str, np.ndarray]]
 
 
 class ResultFile:
-    """Writes a result file. Each `append` leaves a complete file on disk, so a killed run keeps its frames.
+    """Writer of a result file. Each `append` leaves a complete file on disk, so a killed run keeps its frames.
 
     Use as a context manager or call `close`. What cannot be written raises `OSError`; the file on disk then stays as
     it was before the call, and nothing more is written.
     """
 
     def __init__(self, disk: AtomicFile, file: h5py.File, points: int, cells: int, static: Sequence[str]) -> None:
-        """Internal: use `create` or `reopen`."""
+        """Take an open file; use `create` or `reopen` instead."""
         self._disk, self._file = disk, file
         self._rows = {"PointData": points, "CellData": cells}
         self._static = {("CellData", name) for name in static}
@@ -129,7 +129,7 @@ class ResultFile:
 
     @classmethod
     def reopen(cls, path: Path | str, frames: int, attributes: Mapping[str, Any] | None = None) -> ResultFile:
-        """Go on with the first `frames` frames of a file; the others, and its history, are dropped.
+        """Continue a file behind its first `frames` frames; the others, and its history, are dropped.
 
         Raises `InputError` if it is missing, foreign, of an older version, damaged in one of these frames, or holds
         fewer of them; nothing is changed then.
@@ -153,7 +153,7 @@ class ResultFile:
 
     @classmethod
     def _cut(cls, disk: AtomicFile, data: ResultData, frames: int, attributes: Mapping[str, Any]) -> ResultFile:
-        """The writer of a file that keeps its first frames."""
+        """Return the writer of a file that keeps its first frames."""
         file = h5py.File(disk, "r+", libver=_LIBRARY)
         root = file["VTKHDF"]
         moving = {("PointData", name) for name in data.point_fields}
@@ -244,7 +244,7 @@ class ResultFile:
             raise
 
     def sync(self) -> None:
-        """Wait until the device has what was written so far."""
+        """Wait until the device holds all that was written so far."""
         self._disk.sync()
 
     def close(self) -> None:
@@ -312,7 +312,7 @@ def _store(group: h5py.Group, name: str, array: np.ndarray) -> None:
 
 
 class _Column:
-    """A dataset that grows along its first axis, through the low-level calls: cheaper than `resize` and slicing."""
+    """Dataset that grows along its first axis, through the low-level calls: cheaper than `resize` and slicing."""
 
     def __init__(self, group: h5py.Group, name: str, dtype: Any, shape: tuple[int, ...], chunk: int) -> None:
         self.shape = shape

@@ -1,4 +1,4 @@
-"""Reading a result file back (tcontact/results/files/vtkhdf.py writes it)."""
+"""Reader of result files, which tcontact/results/files/vtkhdf.py writes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...base.errors import InputError
 from ...device.atomic_file import AtomicFile, read_undo
 from ...mesh.elements import ELEMENTS
 
-FORMAT = 2  # of what stands in /tcontact; 1 had no checksums
+FORMAT = 2  # format of the group /tcontact; 1 had no checksums
 CHECK = "crc32"  # attribute of an array that is stored as a whole
 _KIND = {element.vtk: element for element in ELEMENTS.values()}
 
@@ -89,7 +89,7 @@ class ResultData:
         return len(self.times)
 
     def frame(self, index: int) -> Frame:
-        """Frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
+        """Return frame `index` (negative: from the end); raises `InputError` outside the series or for damaged data."""
         if not -len(self) <= index < len(self):
             raise InputError("frame", index, f"the file holds {len(self)} frames, numbered from 0")
         index %= len(self)
@@ -100,7 +100,7 @@ class ResultData:
                 raise InputError("path", str(self.path), self._damaged(file, index, error)) from error
 
     def _frame(self, file: h5py.File, index: int) -> Frame:
-        """A frame as it stands in the file. Raises one of `DAMAGED`."""
+        """Return a frame as it stands in the file. Raises one of `DAMAGED`."""
         parts = [
             {name: self._field(file["VTKHDF"], group, name, index, rows) for name in names}
             for group, names, rows in (
@@ -114,7 +114,7 @@ class ResultData:
 
     def _field(self, root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
         if root[group][name].maxshape[0] is not None:
-            return stored(root[group][name], self.format)  # the same in all frames
+            return stored(root[group][name], self.format)  # all frames have the same
         return _rows(root, group, name, index, rows)
 
     def _check(self, file: h5py.File, index: int, parts: list[dict[str, np.ndarray]]) -> None:
@@ -129,7 +129,7 @@ class ResultData:
             raise ValueError("it is not what was written: its checksum is another one")
 
     def _damaged(self, file: h5py.File, index: int, error: Exception) -> str:
-        """What is said of a frame that cannot be read: also which of the others can."""
+        """Return what is said of a frame that cannot be read: also which of the others can."""
         spans: list[list[int]] = []
         for other in range(len(self)):
             try:
@@ -163,7 +163,7 @@ class ResultData:
 
 
 def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
-    """CRC-32 of a label and of arrays with their names, kinds and shapes, in alphabetical order."""
+    """Return the CRC-32 of a label and of arrays with their names, kinds and shapes, in alphabetical order."""
     check = zlib.crc32(label.encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
@@ -173,7 +173,7 @@ def checksum(label: str, arrays: Mapping[str, np.ndarray]) -> int:
 
 
 def stored(dataset: h5py.Dataset, format: int = FORMAT) -> np.ndarray:
-    """An array that was stored as a whole. Raises `ValueError` if it is not what was written."""
+    """Return an array that was stored as a whole. Raises `ValueError` if it is not what was written."""
     array = dataset[()]
     if format > 1 and checksum(dataset.name, {"": array}) != int(dataset.attrs[CHECK]):
         raise ValueError(f"{dataset.name} is not what was written: its checksum is another one")
@@ -181,7 +181,7 @@ def stored(dataset: h5py.Dataset, format: int = FORMAT) -> np.ndarray:
 
 
 def _times(steps: h5py.Group, frames: int | None, ended: bool) -> np.ndarray:
-    """Times [s] of the whole frames: the time is the last thing that a frame writes.
+    """Return the times [s] of the whole frames: the time is the last thing that a frame writes.
 
     frames: how many have a checksum, None in files without; ended: no run goes on with the file.
     """
@@ -212,7 +212,7 @@ def _rows(root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """The file to read from, as it was before a write that was cut short."""
+    """Return the file to read from, as it was before a write that was cut short."""
     validate.file_exists("path", path, "no such file; give a result.vtkhdf that a run wrote")
     disk = AtomicFile(path, "r") if read_undo(path) is not None else None
     try:

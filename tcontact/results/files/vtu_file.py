@@ -19,7 +19,7 @@ TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 
 
 class VtuWriter:
-    """Writes frames of one mesh: points [n, 3] [m], blocks (kind, connectivity [m, k]) as in `ResultData`."""
+    """Writer of frames of one mesh: points [n, 3] [m], blocks (kind, connectivity [m, k]) as in `ResultData`."""
 
     def __init__(self, points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]]) -> None:
         self.points = points

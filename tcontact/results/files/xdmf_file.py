@@ -1,4 +1,4 @@
-"""A series as .xdmf, an index in XML, with its numbers in one .h5 file beside it.
+"""Writer of a series as .xdmf, an index in XML, with its numbers in one .h5 file beside it.
 
 Format: https://www.xdmf.org/index.php/XDMF_Model_and_Format (cells of several kinds: their code before their nodes).
 """
@@ -68,8 +68,8 @@ def _topology(blocks: Sequence[tuple[str, np.ndarray]], item: object) -> list[st
     if len({kind for kind, _ in blocks}) == 1:
         cells = np.concatenate([cells for _, cells in blocks])
         name = ELEMENTS[blocks[0][0]].xdmf[0]
-        listed = item("cells", cells)
-        return [f'<Topology TopologyType="{name}" NumberOfElements="{count}">{listed}</Topology>']
+        topology = item("cells", cells)
+        return [f'<Topology TopologyType="{name}" NumberOfElements="{count}">{topology}</Topology>']
     rows = [np.insert(cells, 0, ELEMENTS[kind].xdmf[1], axis=1).ravel() for kind, cells in blocks]
-    listed = item("cells", np.concatenate(rows))
-    return [f'<Topology TopologyType="Mixed" NumberOfElements="{count}">{listed}</Topology>']
+    topology = item("cells", np.concatenate(rows))
+    return [f'<Topology TopologyType="Mixed" NumberOfElements="{count}">{topology}</Topology>']

@@ -1,5 +1,4 @@
-"""Implicit schemes: what they share in `scheme`, one file each, and the `solution` of their equations by Newton's
-method."""
+"""Implicit schemes: one file each, the `scheme` that they share, and the `solution` of their equations by Newton."""
 
 from .scheme import ImplicitScheme
 

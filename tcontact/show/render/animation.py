@@ -1,4 +1,4 @@
-"""Pictures joined to a looping GIF with one palette."""
+"""Animations: pictures joined to a looping GIF with one palette, or to an MP4."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def animate(pictures: Sequence[Path], path: Path, fps: float, colours: str = "vi
 
 
 def can_film() -> bool:
-    """Whether the package imageio-ffmpeg is there."""
+    """Tell whether the package imageio-ffmpeg is installed."""
     return find_spec("imageio_ffmpeg") is not None
 
 
@@ -66,7 +66,7 @@ def film(pictures: Sequence[Path], path: Path, fps: float) -> Path:
 
 
 def _common_palette(images: Sequence[np.ndarray], colours_of: str) -> Image.Image:
-    """256 colours for all images [h,w,3]: frequent ones and the scenery exactly, the rest by shades, not by area."""
+    """Return 256 colours for all images [h,w,3]: frequent ones and the scenery exactly, the rest by shades."""
     from PIL import Image
 
     colours = np.concatenate([image[::2, ::2].reshape(-1, 3) for image in images]).astype(np.int64)

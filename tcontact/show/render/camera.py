@@ -1,4 +1,4 @@
-"""Where to look from: a camera, and its place once what must be visible is known."""
+"""The camera, and its place once it is known what must be visible."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ...base.errors import InputError
 from ...scene.obstacles.base import direction as unit_of
 from .triangles import Triangles
 
-PARALLEL = 1e-9  # sine of the angle between two directions that are one
+PARALLEL = 1e-9  # sine of the angle below which two directions count as one
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where to look from: `direction` points from the body to the eye, `up` is upward on the picture (any length).
+    """The view of a picture: `direction` points from the body to the eye, `up` is upward on the picture (any length).
 
     The distance follows from what must be visible. Raises `InputError` for directions that are zero or parallel.
     """
@@ -44,11 +44,11 @@ class Eye:
     moving: Callable[[Eye, float], Eye] | None = None  # this eye with the scenery of a time [s]
 
     def at(self, time: float) -> Eye:
-        """With obstacles where they are at a time [s]."""
+        """Return the eye with the obstacles where they are at a time [s]."""
         return self if self.moving is None else self.moving(self, time)
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Points [n,3] to columns x, y [pixel], inverse depth [1/m]; NaN behind the eye."""
+        """Project points [n,3] to columns x, y [pixel], inverse depth [1/m]; NaN behind the eye."""
         right, up, back = ((points - self.position) @ self.axes.T).T
         inverse = 1.0 / np.where(back < 0, -back, np.nan)
         return np.stack(
@@ -57,7 +57,7 @@ class Eye:
 
 
 def fitted(points: np.ndarray, slope_x: float, slope_y: float) -> np.ndarray:
-    """Eye in camera axes from which all points [n,3] (same axes) lie within the slopes, as close as possible."""
+    """Return the nearest eye, in camera axes, from which all points [n,3] (same axes) lie within the slopes."""
     x, y, z = points.T
     distances, centres = [], []
     for across, slope in ((x, slope_x), (y, slope_y)):

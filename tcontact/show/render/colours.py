@@ -1,4 +1,4 @@
-"""Colours: of fields, planes, lines; the tables that the raster looks them up in."""
+"""Colours of fields, planes and lines, and the tables in which the raster looks them up."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FIELDS = {  # file name of a field: what the picture calls it, its unit, its col
     "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
     "body": ("Body", "", "viridis"),
 }
-AWAY_FROM_ZERO = ("layer_temperature",)  # their colours start at what is there, not at zero
+AWAY_FROM_ZERO = ("layer_temperature",)  # fields whose colours start at their smallest value, not at zero
 BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))
@@ -31,7 +31,7 @@ FIELD, INK_TABLE, AXES, OBSTACLE, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 8
 
 @cache
 def colour_table(name: str) -> np.ndarray:
-    """The 256 colours [256,3] (0..255) of a map of matplotlib; "pressure" is its YlOrRd with grey for nothing."""
+    """Return 256 colours [256,3] (0..255) of a map of matplotlib; "pressure" is its YlOrRd with grey for nothing."""
     import matplotlib
 
     if name == "pressure":
@@ -54,7 +54,7 @@ def tables(name: str) -> np.ndarray:
 
 
 def colour_map(field: str, wish: str | None = None) -> str:
-    """The colours of a field, or those wished for. Raises `InputError` for a map that does not exist."""
+    """Return the colours of a field, or those that were asked for. Raises `InputError` for an unknown map."""
     if wish is not None:
         import matplotlib
 

@@ -1,4 +1,4 @@
-"""What is written into a picture: title, time, colour bar, axis names; round numbers."""
+"""Labels of a picture: title, time, colour bar, axis names; round numbers."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def decorate(
 
 
 def ticks(low: float, high: float) -> np.ndarray:
-    """Round numbers in [low, high], four to seven of them."""
+    """Return round numbers in [low, high], four to seven of them."""
     rough = (high - low) / 5
     power = 10.0 ** math.floor(math.log10(rough))
     step = min((s * power for s in (1, 2, 2.5, 5, 10)), key=lambda s: abs(s - rough))
@@ -94,7 +94,7 @@ def ticks(low: float, high: float) -> np.ndarray:
 
 
 def round_up(value: float) -> float:
-    """The next number with a simple first figure; 1 for nothing."""
+    """Return the next number with a simple first figure; 1 for nothing."""
     if not value > 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
@@ -102,7 +102,7 @@ def round_up(value: float) -> float:
 
 
 def round_down(value: float) -> float:
-    """A number of two figures not above this one."""
+    """Return a number of two figures not above this one."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0 else 1.0
     return math.floor(value / step * (1 + 1e-9)) * step
 

@@ -1,4 +1,4 @@
-"""Flat obstacles: read, and drawn as a chequered disc or an outline."""
+"""Flat obstacles: they are read, and drawn as a chequered disc or an outline."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .colours import INK_TABLE, OTHER_PLANES, SHADOWED
 from .solids import Pose
 from .triangles import Triangles, ribbons
 
-TILES = 14  # along a diameter
+TILES = 14  # tiles along a diameter
 
 
 def read_planes(obstacles: Sequence[Mapping[str, Any]]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -54,7 +54,7 @@ class Patch:
         return Patch(centre, first, second, radius, shadowed)
 
     def carried(self, pose: Pose, time: float) -> Patch:
-        """Moved with its plane, by whole pairs of tiles less: the disc stays under the body."""
+        """Return the disc moved with its plane, less whole pairs of tiles: it stays under the body."""
         start, axes = pose.at(0.0) if pose.moves else (pose.points[0], pose.frames[0])
         point, frame = pose.at(time)
         turn = axes.T @ frame  # rows of world vectors at t = 0 to those now

@@ -1,4 +1,4 @@
-"""Every frame of a result as a picture, and what comes with them; or one picture at a time."""
+"""Series of pictures: every frame of a result, and what comes with them; or one picture at a time."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def render_frames(
     clip: Sequence[Clip] = (),
     video: bool | None = None,
 ) -> list[Path]:
-    """Draw every frame of a result; returns the files written.
+    """Draw every frame of a result; return the files written.
 
     `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
     contact-face.png: the contact pressure seen from below at the instant of the largest contact force.
@@ -74,7 +74,7 @@ def render_frames(
             studio.picture(data.frame(index), field, limits, eye).save(unlinked(path), compress_level=3)
             written.append(path)
         for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
-            stale.unlink()  # of an earlier, longer series
+            stale.unlink()  # it belongs to an earlier, longer series
         if animation:
             speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
             written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
@@ -100,7 +100,7 @@ def render_picture(
     colours: str | None = None,
     clip: Sequence[Clip] = (),
 ) -> Path:
-    """Draw the frame nearest to a time [s], None = the last one, into the file `path`; returns it.
+    """Draw the frame nearest to a time [s], None = the last one, into the file `path`; return it.
 
     Colours and camera are those of the whole series, so that pictures of several times can be compared; the other
     options are those of `render_frames`.
@@ -140,7 +140,7 @@ def _opened(
     clip: Sequence[Clip],
     colours: str | None,
 ) -> tuple[Studio, tuple[float, float]]:
-    """A studio for these wishes and the ends of the colours. Raises `InputError` for those that cannot be met."""
+    """Return a studio for these wishes and the ends of the colours. Raises `InputError` for what cannot be met."""
     if len(data) == 0:
         raise InputError("data", str(data.path), "the file holds no frames; run again with frames > 0")
     if validate.shape_of("size", size, SIZE) != (2,):
@@ -167,7 +167,7 @@ def _opened(
 
 
 def _eye(studio: Studio, view: str, camera: Camera | None) -> Eye:
-    """The camera placed. Raises `InputError`."""
+    """Return the placed camera. Raises `InputError`."""
     validate.choice("view", view, ("above", "below"))
     if camera is not None and not isinstance(camera, Camera):
         raise InputError("camera", camera, "give a tcontact.render.Camera(direction, up), or None")
@@ -175,7 +175,7 @@ def _eye(studio: Studio, view: str, camera: Camera | None) -> Eye:
 
 
 def _picture_name(path: Any) -> Path:
-    """The name of a picture, of a kind that can be written. Raises `InputError`."""
+    """Return the name of a picture, of a kind that can be written. Raises `InputError`."""
     from PIL import Image
 
     remedy = "give the name of a picture, such as picture.png"

@@ -1,4 +1,4 @@
-"""Obstacles with a shape: read, and drawn as shaded surfaces, or as outlines where they would hide the body."""
+"""Obstacles with a shape: they are drawn as shaded surfaces, or as outlines where they would hide the body."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .triangles import Triangles, ribbons
 
 SIZES = {"sphere": 2, "cylinder": 2, "box": 3, "sdf": 0}  # parameters that are needed
 FINE = 48  # pieces around a round shape, and along the edge of a block
-REACH = 2.0  # of shapes without end, in radii of what is seen
+REACH = 2.0  # length of endless shapes that is drawn, in radii of what is seen
 Mesh = tuple[np.ndarray, np.ndarray]  # points [k, 3], triangles [m, 3]
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where an obstacle is at the times of a series: points [m, 3] of reference, frames [m, 3, 3]; one row if fixed."""
+    """Place of an obstacle at the times of a series: points [m, 3] of reference, frames [m, 3, 3]; one row if fixed."""
 
     times: np.ndarray
     points: np.ndarray
@@ -29,7 +29,7 @@ class Pose:
 
     @staticmethod
     def read(obstacle: Mapping[str, Any], index: int) -> Pose:
-        """From what `obstacles.description.describe` gives. Raises `InputError`."""
+        """Read the place from what `obstacles.description.describe` gives. Raises `InputError`."""
         start = {"time": [0.0], "point": [obstacle.get("point")], "frame": [obstacle.get("frame") or np.eye(3)]}
         motion = obstacle.get("motion") or start
         try:
@@ -43,7 +43,7 @@ class Pose:
         return Pose(times, points, frames)
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Point [3] and frame [3, 3] at the recorded time nearest to this one."""
+        """Return point [3] and frame [3, 3] at the recorded time nearest to this one."""
         row = int(np.argmin(np.abs(self.times - time)))
         return self.points[row], self.frames[row]
 
@@ -63,7 +63,7 @@ class Solid:
     surface: Mesh | None
 
     def mesh(self, time: float, centre: np.ndarray, radius: float) -> Mesh:
-        """Triangles at a time, oriented towards the bodies; round shapes only as far as `centre`, `radius` need it."""
+        """Return its triangles at a time, oriented towards the bodies; round shapes only near `centre`, by `radius`."""
         point, frame = self.pose.at(time)
         if self.kind == "sphere":
             return _sphere(point, self.parameters[0], self.parameters[1], centre, radius)
@@ -74,7 +74,7 @@ class Solid:
 
 
 def read_solids(obstacles: Sequence[Mapping[str, Any]]) -> list[Solid]:
-    """All obstacles but the planes. Raises `InputError` for kinds and numbers that cannot be drawn."""
+    """Return all obstacles but the planes. Raises `InputError` for kinds and numbers that cannot be drawn."""
     solids = []
     for index, obstacle in enumerate(obstacles):
         kind = obstacle.get("kind")
@@ -96,7 +96,7 @@ def read_solids(obstacles: Sequence[Mapping[str, Any]]) -> list[Solid]:
 
 
 def shaded(mesh: Mesh, eye: Eye) -> Triangles:
-    """The faces that look at the eye."""
+    """Return the faces that look at the eye."""
     points, triangles = mesh
     normal, facing = _facing(mesh, eye)
     triangles, normal = triangles[facing], normal[facing] @ eye.axes.T
@@ -108,7 +108,7 @@ def shaded(mesh: Mesh, eye: Eye) -> Triangles:
 
 
 def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:
-    """The edges between faces that look at the eye and others, and the sharp ones."""
+    """Return the edges between faces that look at the eye and others, and the sharp ones."""
     points, triangles = mesh
     normal, facing = _facing(mesh, eye)
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -120,7 +120,7 @@ def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:
     seen = (facing[first] != facing[second]) | (np.einsum("ni,ni->n", normal[first], normal[second]) < 0.8)
     a, b, c = (points[triangles[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    sound = area > 0.05 * np.median(area)  # slivers and the flat ones around a pole have no sure normal
+    sound = area > 0.05 * np.median(area)  # slivers, and triangles around a pole, have no sure normal
     seen &= sound[first] & sound[second]
     screen = eye.project(points)
     start, end = (screen[ends[twin[seen], side]] for side in (0, 1))
@@ -128,7 +128,7 @@ def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:
 
 
 def hides(mesh: Mesh, eye: Eye, body: np.ndarray) -> bool:
-    """Whether faces that look at the eye stand before much of the body, of which points [k, 3] are given."""
+    """Tell whether faces that look at the eye stand before much of the body, of which points [k, 3] are given."""
     points, triangles = mesh
     corner = eye.project(points)[triangles[_facing(mesh, eye)[1]]]
     corner = corner[np.isfinite(corner).all(axis=(1, 2))]
@@ -143,7 +143,7 @@ def hides(mesh: Mesh, eye: Eye, body: np.ndarray) -> bool:
 
 
 def _facing(mesh: Mesh, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals [m, 3] and whether the faces look at the eye."""
+    """Return unit normals [m, 3] and whether the faces look at the eye."""
     a, b, c = (mesh[0][mesh[1][:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1).clip(1e-300)[:, None]
@@ -151,7 +151,7 @@ def _facing(mesh: Mesh, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _strip(points: np.ndarray, turned: bool) -> Mesh:
-    """Triangles of a sheet of points [p, q, 3]."""
+    """Return the triangles of a sheet of points [p, q, 3]."""
     ids = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
     quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], axis=-1).reshape(-1, 4)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
@@ -166,7 +166,7 @@ def _axes(third: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sphere(middle: np.ndarray, radius: float, side: float, centre: np.ndarray, seen: float) -> Mesh:
-    """The whole ball, or of a large one the cap towards `centre`."""
+    """Return the whole ball, or of a large one the cap towards `centre`."""
     away = centre - middle
     length = np.linalg.norm(away)
     pole = away / length if length > 0 else np.array([0.0, 0.0, 1.0])
@@ -179,7 +179,7 @@ def _sphere(middle: np.ndarray, radius: float, side: float, centre: np.ndarray, 
 
 
 def _cylinder(point: np.ndarray, axis: np.ndarray, radius: float, side: float, centre: np.ndarray, seen: float) -> Mesh:
-    """The part of the cylinder beside `centre`: all around, or of a large one the part towards it."""
+    """Return the part of the cylinder beside `centre`: all around, or of a large one the part towards it."""
     foot = point + axis * (axis @ (centre - point))
     away = centre - foot
     length = np.linalg.norm(away)
@@ -194,7 +194,7 @@ def _cylinder(point: np.ndarray, axis: np.ndarray, radius: float, side: float, c
 
 
 def _box(half: tuple[float, ...]) -> Mesh:
-    """Six faces in small pieces: the raster drops triangles that reach far out of the picture."""
+    """Return six faces in small pieces: the raster drops triangles that reach far out of the picture."""
     line = np.linspace(-1.0, 1.0, FINE + 1)
     a, b = np.meshgrid(line, line, indexing="ij")
     points: list[np.ndarray] = []

@@ -1,4 +1,4 @@
-"""One series of pictures."""
+"""The studio, which draws one series of pictures."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SAMPLES = 2  # samples per pixel along one axis
 
 
 class Studio:
-    """All that stays the same over a series: surface, planes, extent of the motion, buffers."""
+    """The studio of a series: surface, planes, extent of the motion, buffers, which all its pictures share."""
 
     def __init__(
         self,
@@ -47,9 +47,9 @@ class Studio:
         if not math.isfinite(deformation_scale):
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
-        listed = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
-        self.planes, self.solids = read_planes(listed), read_solids(listed)
-        self.poses = [Pose.read(one, index) for index, one in enumerate(listed) if one.get("kind") == "plane"]
+        described = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
+        self.planes, self.solids = read_planes(described), read_solids(described)
+        self.poses = [Pose.read(one, index) for index, one in enumerate(described) if one.get("kind") == "plane"]
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.clip, self.wish = tuple(clip), colours
         self.surface = clipped_surface(data.points, data.blocks, self.clip)
@@ -61,13 +61,13 @@ class Studio:
         self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
 
     def values(self, frame: Frame, field: str) -> tuple[np.ndarray, bool]:
-        """Scalars on the surface: (nodes [s], True) or (faces [q+t], False)."""
+        """Return scalars on the surface: (nodes [s], True) or (faces [q+t], False)."""
         nodal = field in frame.point_data
         array = frame.point_data[field][self.surface.nodes] if nodal else frame.cell_data[field][self.surface.owner]
         return np.linalg.norm(array, axis=1) if array.ndim == 2 else array.astype(np.float64), nodal
 
     def limits(self, field: str) -> tuple[float, float]:
-        """Ends of the colours over the series: round numbers around what is there, without rare peaks."""
+        """Return the ends of the colours over the series: round numbers around what is there, without rare peaks."""
         low, high, least = 0.0, 0.0, math.inf
         for index in range(len(self.data)):
             values, _ = self.values(self.data.frame(index), field)
@@ -82,7 +82,7 @@ class Studio:
         return (-top if low < 0 else 0.0), top
 
     def positions(self, frame: Frame) -> np.ndarray:
-        """Deformed surface nodes [s,3]."""
+        """Return deformed surface nodes [s,3]."""
         start = self.data.points[self.surface.nodes]
         moved = frame.point_data.get("displacement")
         if moved is None:
@@ -107,7 +107,7 @@ class Studio:
         return [np.flatnonzero(of_node == number) for number in np.unique(of_node)]
 
     def extent(self, frames: Iterable[Frame]) -> np.ndarray:
-        """Points [k,3] whose hull holds the body in these frames; frames of a body blown up are left out."""
+        """Return points [k,3] whose hull holds the body in these frames, but for frames of a body blown up."""
         rng = np.random.default_rng(0)
         ways = np.concatenate([np.eye(3), rng.normal(size=(29, 3))])
         start = self.data.points[self.surface.nodes]
@@ -209,7 +209,7 @@ class Studio:
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
         raster.clear(len(self.pixel), self.depth, self.pixel)
-        scene = Triangles.joined([body, eye.fixed])  # near things first: less to draw twice
+        scene = Triangles.joined([body, eye.fixed])  # what is near comes first: less is drawn twice
         draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, self.depth, self.pixel)
         image = np.zeros(width * height * 3, np.uint8)
         raster.resolve(width, height, SAMPLES, SHADOWED, self.pixel, self.background, shade, image)
@@ -219,7 +219,7 @@ class Studio:
         return picture
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
-        """The key picture of a run that touched something; [] where there is nothing to show."""
+        """Draw the key picture of a run that touched something; return [] where there is nothing to show."""
         if "contact_pressure" not in self.data.point_fields or not (self.planes or self.solids):
             return []
         forces = []

@@ -32,20 +32,20 @@ class Surface:
     edges: np.ndarray
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Nodal values [s] or [s,k] with the quad centres appended."""
+        """Return nodal values [s] or [s,k] with the quad centres appended."""
         return np.concatenate([values, values[self.quads].mean(axis=1)])
 
 
 def boundary_surface(blocks: Sequence[tuple[str, np.ndarray]]) -> Surface:
-    """Surface of the mesh given as (kind, connectivity [m,k]) blocks."""
+    """Return the surface of a mesh given as (kind, connectivity [m,k]) blocks."""
     found: dict[int, list[np.ndarray]] = {3: [], 4: []}
     owners: dict[int, list[np.ndarray]] = {3: [], 4: []}
     first = 0
     for kind, cells in blocks:
-        for corners, listed in found.items():
+        for corners, parts in found.items():
             local = [face for face in ELEMENTS[kind].faces if len(face) == corners]
             if local:
-                listed.append(cells[:, local].reshape(-1, corners))
+                parts.append(cells[:, local].reshape(-1, corners))
                 owners[corners].append(np.repeat(np.arange(first, first + len(cells)), len(local)))
         first += len(cells)
     faces = {}
@@ -90,7 +90,7 @@ class Clip:
 
 
 def clipped_surface(points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]], clips: Sequence[Clip]) -> Surface:
-    """Surface of the cells that the clips leave. Raises `InputError` if none is left."""
+    """Return the surface of the cells that the clips leave. Raises `InputError` if none is left."""
     if not clips:
         return boundary_surface(blocks)
     left, numbers, first = [], [], 0
@@ -110,7 +110,7 @@ def clipped_surface(points: np.ndarray, blocks: Sequence[tuple[str, np.ndarray]]
 
 
 def _used_once(faces: np.ndarray) -> np.ndarray:
-    """Indices of the faces [f,k] whose set of nodes occurs once, in their order."""
+    """Return the indices of the faces [f,k] whose set of nodes occurs once, in their order."""
     key = np.sort(faces, axis=1)
     order = np.lexsort(key.T)
     new = np.concatenate([[True], (np.diff(key[order], axis=0) != 0).any(axis=1), [True]])

@@ -35,7 +35,7 @@ class Triangles:
 
 
 def ribbons(start: np.ndarray, end: np.ndarray, half: float, table: int | np.ndarray) -> Triangles:
-    """Lines [n,3] on the screen as two triangles each, `half` pixels to either side."""
+    """Return lines [n,3] on the screen as two triangles each, `half` pixels to either side."""
     along = end[:, :2] - start[:, :2]
     aside = np.zeros_like(start)
     aside[:, :2] = (
@@ -51,7 +51,7 @@ def ribbons(start: np.ndarray, end: np.ndarray, half: float, table: int | np.nda
 
 
 def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
-    """The coordinate directions in the lower left corner."""
+    """Return the coordinate directions in the lower left corner."""
     end = np.array([[x, y, 0.0]]) + 30 * unit * axes.T * np.array([1.0, -1.0, 0.0])
     depth = 1e6 + axes.T[:, 2]  # in front of everything, nearer axes first
     start, end = np.stack([np.full(3, x), np.full(3, y), depth], 1), np.stack([*end.T[:2], depth], 1)

@@ -1,1 +1,1 @@
-"""The hard cases by kind; each module has `cases()`. See `tcontact.lab.study.hard_cases` for what a case is."""
+"""The hard cases: each module has `cases()`, and `tcontact.lab.study.hard_cases` says what a case is."""

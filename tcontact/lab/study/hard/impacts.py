@@ -17,7 +17,7 @@ RUBBER = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
 
 
 def cases() -> list[HardCase]:
-    """Impacts."""
+    """Return the cases: impacts."""
     return [
         HardCase(
             "corner-first",
@@ -86,11 +86,11 @@ def _oblique(n: int) -> tc.Scene:
 def _sideways(result: Result) -> ck.Check:
     momentum = result.history["momentum"]
     change = np.abs(momentum[:, :2] - momentum[0, :2]).max() / np.abs(momentum[0]).max()
-    return ck.at_most("change of the momentum along the wall", change, 1e-7)  # as far as the static solve balances
+    return ck.at_most("change of the momentum along the wall", change, 1e-7)  # no better than the static solve balances
 
 
 def _spinning(n: int, tolerance: float | None) -> tc.Scene:
-    """A cube, spun by 200 rad/s about an oblique axis, a quarter turn above the wall."""
+    """Return a scene: a cube, spun by 200 rad/s about an oblique axis, a quarter turn above the wall."""
     axis = 200.0 * np.array([0.6, 0.0, 0.8])
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3, origin=(-SIZE / 2, -SIZE / 2, 0.25 * SIZE))
     centre = mesh.nodes.mean(axis=0)
@@ -105,7 +105,7 @@ def _spinning(n: int, tolerance: float | None) -> tc.Scene:
 
 
 def _spin(result: Result) -> list[ck.Check]:
-    """Angular momentum about the origin: constant before the impact, and about the normal always (no friction)."""
+    """Check the angular momentum about the origin: constant before the impact, about the normal always."""
     force, change = result.history["contact_force"][:, 2], _spin_change(result)
     before = int(np.argmax(force > 0.0)) if (force > 0.0).any() else 0
     flight = float(change[:before].max()) if before > 1 else np.nan
@@ -116,13 +116,13 @@ def _spin(result: Result) -> list[ck.Check]:
 
 
 def _spin_in_balance(result: Result) -> ck.Check:
-    """What the static solve leaves unbalanced is handed to other nodes, which keeps momentum and turns the body."""
+    """Check how far what the static solve leaves unbalanced turns the body: it goes to other nodes of the body."""
     change, residual = _spin_change(result)[:, 2].max(), result.history["static_residual"].max()
     return ck.at_most("change of the angular momentum about the normal / static residual", change / residual, 10.0)
 
 
 def _spin_change(result: Result) -> np.ndarray:
-    """Change of the angular momentum since the start [rows, 3], relative to its largest component there."""
+    """Return the change of the angular momentum since the start [rows, 3], relative to its largest component there."""
     spin = result.history["angular_momentum"]
     return np.asarray(np.abs(spin - spin[0]) / np.abs(spin[0]).max())
 
@@ -135,7 +135,7 @@ def _between(n: int) -> tc.Scene:
 
 
 def _both(result: Result) -> ck.Check:
-    """Both walls push, in turn."""
+    """Check that both walls push, in turn."""
     force = result.history["contact_force"][:, 2]
     return ck.at_least("smaller of the two largest wall forces", min(force.max(), -force.min()), 1.0)
 
@@ -147,6 +147,6 @@ def _corner(n: int) -> tc.Scene:
 
 
 def _alike(result: Result) -> ck.Check:
-    """Largest difference between the force on two walls, relative to the largest force."""
+    """Check the largest difference between the forces on two walls, relative to the largest force."""
     force = result.history["contact_force"]
     return ck.at_most("difference between the three walls", np.ptp(force, axis=1).max() / force.max(), 1e-3)

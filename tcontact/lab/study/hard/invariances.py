@@ -1,4 +1,4 @@
-"""What must not matter: units, the direction of the wall, the numbering of nodes and cells."""
+"""Invariances: units, the direction of the wall, and the numbering of nodes and cells must not matter."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ....results.result import Result
 from ..hard_cases import HardCase, Run, sound
 from .references import against
 
-STEP = 8e-5  # of the cube of 4^3 cells, inside the stable step; halved with the size of the cells
+STEP = 8e-5  # step [s] for 4^3 cells, inside the stable one; halved with the size of the cells
 
 
 def cases() -> list[HardCase]:
-    """Invariances: the same impact twice."""
+    """Return the cases: the same impact twice."""
     return [
         HardCase(
             "millimetres-and-tonnes",
@@ -67,7 +67,7 @@ def _millimetres(full: bool) -> Run:
 
 
 def rotation() -> np.ndarray:
-    """A random rotation [3, 3], always the same."""
+    """Return a random rotation [3, 3], always the same."""
     q, r = np.linalg.qr(np.random.default_rng(11).normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
     return np.asarray(q * np.sign(np.linalg.det(q)))
@@ -86,7 +86,7 @@ def _order(count: int) -> np.ndarray:
 
 
 def _renumbered(full: bool) -> Run:
-    """Node k of the new mesh is node order[k] of the old one."""
+    """Return the run on a mesh whose node k is node order[k] of the old one."""
     scene = _scene(full)
     (body,) = scene.bodies
     mesh, order = body.mesh, _order(body.mesh.node_count)
@@ -100,7 +100,7 @@ def _renumbered(full: bool) -> Run:
 def _same(
     results: list[Result], scale: float = 1.0, turn: np.ndarray | None = None, order: np.ndarray | None = None
 ) -> ck.Check:
-    """End positions of both runs in the frame of the first, relative to the size of the body."""
+    """Check the end positions of both runs in the frame of the first, relative to the size of the body."""
     first, second = results
     moved = second.position / scale
     if turn is not None:
@@ -114,5 +114,5 @@ def _same(
 
 
 def _right(results: list[Result]) -> list[ck.Check]:
-    """What the first of the two must be: two equal runs may be equally wrong."""
+    """Check what the first of the two must be: two equal runs may be equally wrong."""
     return [*against("random-rotation", results[:1]), *sound(results[:1], energy=0.02, momentum=1e-5)]

@@ -20,7 +20,7 @@ FIRST = 3  # contacts of the bar that are compared one by one
 
 
 def cases() -> list[HardCase]:
-    """Long runs."""
+    """Return the cases: long runs."""
     return [
         HardCase(
             "80-bounces",
@@ -51,7 +51,7 @@ def cases() -> list[HardCase]:
 
 
 def _bouncing(full: bool, contact: ContactModel) -> tc.Scene:
-    """10 x 10 x 1 hexes, z held, .1 m, thrown down y at 10 km/h under 800 m/s^2; full: .16 s, about 80 bounces."""
+    """Return a slab of 10 x 10 x 1 hexes, z held, .1 m, thrown down y at 10 km/h under 800 m/s^2; full: 80 bounces."""
     n = 10
     mesh = tc.box_mesh((0.1, 0.1, 0.01), (n, n, 1), origin=(0.0, 1e-3, 0.0))
     body = tc.Body(
@@ -66,10 +66,10 @@ def _bouncing(full: bool, contact: ContactModel) -> tc.Scene:
 
 
 def _bounces(results: list[Result]) -> list[ck.Check]:
-    """Energy against the kinetic energy of the start; the first contact, the last one, and the weight carried."""
+    """Check energy against the kinetic energy of the start, the first contact, the last one, and the weight carried."""
     full = results[0].scene.duration > 0.1
     duration = 0.16 if full else 0.012
-    fastest = np.sqrt((10 / 3.6) ** 2 + 2.0 * 800.0 * 1e-3)  # after the fall from the start
+    fastest = np.sqrt((10 / 3.6) ** 2 + 2.0 * 800.0 * 1e-3)  # speed after the fall from the start
     change = []
     for result in results:
         energy = result.history["energy"]
@@ -87,13 +87,13 @@ def _bounces(results: list[Result]) -> list[ck.Check]:
 
 
 def _last_contact(result: Result) -> float:
-    """Time of the last row with a contact force [s], 0 if there is none."""
+    """Return the time of the last row with a contact force [s], 0 if there is none."""
     pressed = np.abs(result.history["contact_force"]).max(axis=1) > 0.0
     return float(result.history["time"][pressed].max(initial=0.0))
 
 
 def _weight(result: Result, weight: float, fastest: float, duration: float) -> ck.Check:
-    """On the long run the wall carries the weight [N]: impulse less weight x duration, over 2 m v.
+    """Check that on the long run the wall carries the weight [N]: impulse less weight x duration, over 2 m v.
 
     fastest: v [m/s], of the fall from the start; the momentum stays within m v, with a quarter to spare.
     """
@@ -104,19 +104,19 @@ def _weight(result: Result, weight: float, fastest: float, duration: float) -> c
 
 
 def _bar(cells: int) -> tc.Scene:
-    """The bouncing bar: 8 contacts of 20 cells, 40 of 80 cells."""
+    """Return the bouncing bar: 8 contacts of 20 cells, 40 of 80 cells."""
     return bouncing_bar.scene(cells=cells, contacts=cells // 2 if cells > 20 else 8)
 
 
 def _energy_left(result: Result) -> ck.Check:
-    """Energy at the end over m g h, the energy of the drop."""
+    """Check the energy at the end over m g h, the energy of the drop."""
     energy = result.history["energy"]
     drop = ck.mass(result) * -result.scene.gravity[2] * result.scene.bodies[0].mesh.nodes[:, 2].min()
     return ck.at_least("energy left of the start", 1.0 + float((energy[-1] - energy[0]).min()) / drop, 0.95)
 
 
 def _on_time(result: Result) -> list[ck.Check]:
-    """The first contacts of the bar against d'Alembert's solution: their number, impulses and times.
+    """Check the first contacts of the bar against d'Alembert's solution: their number, impulses and times.
 
     The bar forgets them: a small error of its vibration alters the next flight, and so on.
     """
@@ -138,7 +138,7 @@ def _on_time(result: Result) -> list[ck.Check]:
 
 
 def _resting(steps: int) -> Run:
-    """A bar of ten cells in its static equilibrium: each cell carries the weight of the nodes above it."""
+    """Return a run of ten cells in static equilibrium: each cell carries the weight of the nodes above it."""
     cells, length = 10, 0.1
     mesh, material = column(cells, length, 1e7, 1000.0)
     body = tc.Body(mesh, material, contact="zmin")
@@ -148,7 +148,7 @@ def _resting(steps: int) -> Run:
     level = np.round(mesh.nodes[:, 2] / length * cells).astype(int)
     weight = 9.81 * np.bincount(level, mass)
     area = float(np.prod(np.ptp(mesh.nodes[:, :2], axis=0)))
-    above = np.cumsum(weight[::-1])[::-1][1:]  # on each cell
+    above = np.cumsum(weight[::-1])[::-1][1:]  # weight on each cell
     sag = np.concatenate([[0.0], -np.cumsum(above) * length / cells / (material.young * area)])
     moved = np.zeros((mesh.node_count, 3))
     moved[:, 2] = sag[level]

@@ -19,7 +19,7 @@ from .references import against
 
 
 def cases() -> list[HardCase]:
-    """Poisson numbers near 1/2 with both removals; neo-Hookean shocks; St Venant-Kirchhoff beyond its limit."""
+    """Return the cases: Poisson's ratios near 1/2 with both removals; shocks; St Venant-Kirchhoff beyond its limit."""
     return [
         *(_near_incompressible(nu, removal) for nu in (0.49, 0.499, 0.4999) for removal in ("normal", "full")),
         *(_wall_shock(mach) for mach in (0.05, 0.1, 0.2)),
@@ -41,17 +41,17 @@ SOFTENING = {"young": 1e7, "density": 1000.0, "length": 0.1}  # wave speed 100 m
 
 
 def _softening(full: bool, mach: float) -> Scene:
-    """A St Venant-Kirchhoff bar at a share of its wave speed."""
+    """Return a scene: a St Venant-Kirchhoff bar at a share of its wave speed."""
     cells, speed = 160 if full else 20, 100.0 * mach
     return bar_impact.scene(cells=cells, law="st-venant-kirchhoff", speed=speed, gap=1e-4, duration=2e-3, **SOFTENING)
 
 
 def _beyond(results: list[Result]) -> list[ck.Check]:
-    """Below the limit the run ends with the plateau of the simple wave; beyond it, it is stopped after the touch."""
+    """Check that below the limit the run ends with the plateau of the simple wave and stops beyond it, after touch."""
     slow, fast = results
     wave = SofteningBar(SOFTENING["young"], SOFTENING["density"], 20.0)
     time, force = slow.history["time"], slow.history["contact_force"][:, 2]
-    flat = force[(time > 0.4e-3) & (time < 1.6e-3)]  # of 2 L/c = 2 ms
+    flat = force[(time > 0.4e-3) & (time < 1.6e-3)]  # within 2 L/c = 2 ms
     area = (SOFTENING["length"] / 8.0) ** 2
     return [
         ck.finished(slow),
@@ -88,7 +88,7 @@ def _near_incompressible(poisson: float, removal: Literal["normal", "full"]) -> 
 
 
 def _alike(results: list[Result]) -> list[ck.Check]:
-    """Running impulses of both removals: on so few cells they differ by a tenth, which refining removes."""
+    """Check the impulses of both removals: on so few cells they differ by a tenth, which refining removes."""
     if len(results) < 2:
         return []
     full, normal = (result.history for result in results)
@@ -120,13 +120,13 @@ def _viscous_shock() -> HardCase:
 
 
 def _shock_checks(result: Result, mach: float) -> list[ck.Check]:
-    """The checks of the case wall-shock against the jump conditions of the scene that was to be run."""
+    """Return the checks of the case wall-shock against the jump conditions of the scene that was to be run."""
     scene = wall_shock.scene(cells=result.scene.bodies[0].mesh.cell_count, mach=mach)
     return wall_shock.checks(replace(result, scene=scene))
 
 
 def _calmer(results: list[Result]) -> ck.Check:
-    """Ringing of the compression behind the front, standard deviation, over that without viscosity."""
+    """Check the ringing of the compression behind the front, its standard deviation, over that without viscosity."""
     spread = []
     for result in results:
         levels, stretch = wall_shock.stretches(result)

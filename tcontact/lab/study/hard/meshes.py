@@ -16,7 +16,7 @@ REFUSED = nothing("redistribution refuses the contact set of the mesh before any
 
 
 def cases() -> list[HardCase]:
-    """Meshes."""
+    """Return the cases: meshes."""
     return [
         HardCase(
             "thin-surface-layer",
@@ -94,7 +94,7 @@ def cases() -> list[HardCase]:
 
 
 def _impact(mesh: tc.Mesh, *, removal: str = "auto", contact: str = "zmin") -> tc.Scene:
-    """The mesh flies down onto the plane z = 0 from 1 mm."""
+    """Return a scene: the mesh flies down onto the plane z = 0 from 1 mm."""
     mesh = mesh.translated((0.0, 0.0, 1e-3 - mesh.nodes[:, 2].min()))
     body = tc.Body(mesh, RUBBER, velocity=(0.0, 0.0, -SPEED), contact=contact)
     return tc.Scene([body], [tc.Plane()], duration=3e-3, contact=tc.MasslessContact(removal=removal))
@@ -105,7 +105,7 @@ def _moved(mesh: tc.Mesh, nodes: np.ndarray) -> tc.Mesh:
 
 
 def thin_layer(n: int) -> tc.Mesh:
-    """A cube of n^3 hexes whose lowest layer is a tenth as high as the others."""
+    """Return a cube of n^3 hexes whose lowest layer is a tenth as high as the others."""
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3)
     levels = np.concatenate([[0.0], np.linspace(0.1 / (n - 0.9), 1.0, n)]) * SIZE
     nodes = np.array(mesh.nodes)
@@ -114,7 +114,7 @@ def thin_layer(n: int) -> tc.Mesh:
 
 
 def jittered(n: int) -> tc.Mesh:
-    """A cube of tetrahedra; inner nodes shaken, those on faces only within them."""
+    """Return a cube of tetrahedra; inner nodes are shaken, those on faces only within them."""
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3, kind="tet4")
     nodes = np.array(mesh.nodes)
     shake = 0.25 * SIZE / n * np.random.default_rng(4).uniform(-1.0, 1.0, nodes.shape)
@@ -123,7 +123,7 @@ def jittered(n: int) -> tc.Mesh:
 
 
 def sliver(n: int, share: float = 0.02) -> tc.Mesh:
-    """A cube of tetrahedra; one node above the contact face comes down until a cell has this share of its volume."""
+    """Return a cube of tetrahedra; a node above the contact face comes down until a cell has this volume share."""
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3, kind="tet4")
     nodes, h = np.array(mesh.nodes), SIZE / n
     node = int(np.argmin(np.linalg.norm(nodes - (SIZE / 2, SIZE / 2, h), axis=1)))
@@ -132,7 +132,7 @@ def sliver(n: int, share: float = 0.02) -> tc.Mesh:
 
 
 def _corner_tets(n: int) -> tc.Scene:
-    """A cube of tetrahedra with contact on three faces that meet where cells have all four nodes on them."""
+    """Return a cube of tetrahedra with contact on three faces that meet where cells have all four nodes on them."""
     mesh = tc.box_mesh((SIZE,) * 3, (n,) * 3, kind="tet4", origin=(1e-3, -1e-3 - SIZE, 1e-3))
     names = ["xmin", "ymax", "zmin"]
     inside = np.zeros(mesh.node_count, dtype=bool)
@@ -151,7 +151,7 @@ def _plate(n: int) -> tc.Scene:
 
 
 def _wedge() -> tc.Scene:
-    """Two hexes side by side; bottom and both end faces touch: above stand only the two nodes of the middle line."""
+    """Return two hexes side by side; bottom and both end faces touch: above stand only the nodes of the middle line."""
     mesh = tc.box_mesh((SIZE, SIZE / 2, SIZE / 2), (2, 1, 1), origin=(-SIZE / 2, 0.0, 1e-3))
     body = tc.Body(mesh, RUBBER, velocity=(0.0, 0.0, -SPEED), contact=["zmin", "xmin", "xmax"])
     return tc.Scene([body], [tc.Plane()], duration=3e-3, contact=tc.MasslessContact(removal="full"))

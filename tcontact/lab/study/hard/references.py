@@ -1,4 +1,4 @@
-"""What independent code computed for the impacts of the hard cases: impulse and mean time of the force on every wall.
+"""Figures of independent code for the impacts of the hard cases: impulse and mean time of the force on every wall.
 
 The figures come from the plain numpy code in tests/oracle, which shares no code with this package: its own mass
 redistribution, internal forces, leapfrog, and a dense active-set Newton method for the contact problem. It was run on
@@ -96,7 +96,7 @@ STABLE_STEPS: dict[str, dict[int, float]] = {
 
 
 def figures(time: np.ndarray, force: np.ndarray, normals: list[np.ndarray], until: float) -> np.ndarray:
-    """Impulse [N s], mean time [s] and width [s] of the force on every wall [p, 3], up to the time `until` [s].
+    """Return impulse [N s], mean time [s] and width [s] of the force on every wall [p, 3], up to the time `until` [s].
 
     force [s, 3]: total contact force in rows. The walls push along directions that are normal or opposite to each
     other, so the total tells them apart. Mean and width: first moment and standard deviation of the force in time.
@@ -114,7 +114,7 @@ def figures(time: np.ndarray, force: np.ndarray, normals: list[np.ndarray], unti
 
 
 def against(name: str, results: list[Result]) -> list[ck.Check]:
-    """Impulse and mean time of the force on every wall against the independent figures: the worst of the runs."""
+    """Check impulse and mean time of the force on every wall against the independent figures: the worst of the runs."""
     cells = results[0].scene.bodies[0].mesh.cell_count
     wanted = np.array(IMPULSES[name][cells])
     compared = results[: RUNS.get(name)]
@@ -129,21 +129,21 @@ def against(name: str, results: list[Result]) -> list[ck.Check]:
 
 
 def measured(result: Result, until: float | None = None) -> np.ndarray:
-    """The figures of a result [p, 3], up to the end that its scene asks for if no earlier time is given."""
+    """Return the figures of a result [p, 3], up to the end that its scene asks for if no earlier time is given."""
     history, scene = result.history, result.scene
     normals = [np.asarray(obstacle.frame[2]) for obstacle in scene.obstacles]
     return figures(history["time"], history["contact_force"], normals, until or scene.duration)
 
 
 def stable_step(name: str, results: list[Result]) -> ck.Check:
-    """The stable step that the program states for the first run, over that of the independent code."""
+    """Check the stable step that the program states for the first run, over that of the independent code."""
     first = results[0]
     wanted = STABLE_STEPS[name][first.scene.bodies[0].mesh.cell_count]
     return ck.between("stable step as stated / of independent code", first.dt_limit / wanted, *STABLE)
 
 
 def against_plane_wave(results: list[Result], *gaps: float) -> list[ck.Check]:
-    """The bar of the case bar-impact against its exact solution: impulse 2 m v, mean time L/c after the touch.
+    """Check the bar of the case bar-impact against its exact solution: impulse 2 m v, mean time L/c after the touch.
 
     gaps [m]: of the runs, one for all of them if only one is given. The errors are of first order in the cell size.
     """

@@ -1,4 +1,4 @@
-"""Starts and near misses: touching, a breath inside, contact on a step, flights that never touch."""
+"""Starts and near misses: touching, a little inside, contact on a step, flights that never touch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CELLS = {False: 20, True: 160}
 
 
 def cases() -> list[HardCase]:
-    """Starts and near misses."""
+    """Return the cases: starts and near misses."""
     return [
         HardCase(
             "start-touching",
@@ -97,25 +97,25 @@ def _energy(result: Result) -> float:
 
 
 def _step(cells: int) -> float:
-    """A step well inside the stable one: 0.7 of the time in which the wave crosses a cell."""
+    """Return a step well inside the stable one: 0.7 of the time in which the wave crosses a cell."""
     return 0.7 * 1e-3 / cells
 
 
 def _on_step(cells: int) -> list[float]:
-    """Gaps [m] that close at the eighth step, and a rounding before and after it."""
+    """Return the gaps [m] that close at the eighth step, and a rounding before and after it."""
     gap = 8.0 * _step(cells) * 10 / 3.6
     return [gap, gap * (1.0 - 1e-13), gap * (1.0 + 1e-13)]
 
 
 def _impulse(result: Result) -> ck.Check:
-    """The whole impulse of an impact without loss is 2 m v."""
+    """Check that the whole impulse of an impact without loss is 2 m v."""
     momentum = result.history["momentum"][:, 2]
     coarse = 20.0 / result.scene.bodies[0].mesh.cell_count
     return ck.at_most("rebound against the exact one", abs(momentum[-1] / momentum[0] + 1.0), 0.05 * coarse)
 
 
 def _same(results: list[Result], bound: float) -> ck.Check:
-    """All runs give the same running impulse, relative to the last."""
+    """Check that all runs give the same running impulse, relative to the last."""
     curves = [result.history["impulse"][:, 2] for result in results]
     rows = min(len(curve) for curve in curves)
     most = max(np.abs(curve[:rows] - curves[0][:rows]).max() for curve in curves)
@@ -142,11 +142,11 @@ def _untouched(result: Result) -> ck.Check:
 
 GRAVITY = 50.0
 SAG = 1000.0 * GRAVITY * 0.1**2 / 1e5  # rho g L^2/E of a bar with a wave speed of 10 m/s
-NEAR = 0.6  # of the sag: the wall that is reached
+NEAR = 0.6  # distance of the wall that is reached, in sags
 
 
 def _hanging(full: bool, share: float) -> tc.Scene:
-    """A bar held at its top, released without strain for half a period; the wall is at a share of its sag."""
+    """Return a bar held at its top, released without strain for half a period; the wall is at a share of its sag."""
     cells = CELLS[full]
     mesh, material = column(cells, 0.1, 1e5, 1000.0)
     body = tc.Body(mesh, material, contact="zmin", supports=[tc.Support("zmax", "z")])
@@ -156,18 +156,21 @@ def _hanging(full: bool, share: float) -> tc.Scene:
 
 
 def _sag(result: Result) -> ck.Check:
-    """The free end swings to rho g L^2/E at half a period: s(t) = rho g L^2/E (1 - (1 - ct/2L)^2 ...) is flat there."""
+    """Check that the free end swings to rho g L^2/E at half a period.
+
+    s(t) = rho g L^2/E (1 - (1 - ct/2L)^2 ...) is flat there.
+    """
     moved = -(result.position - result.scene.bodies[0].mesh.nodes)[:, 2].min()
     return ck.at_most("sag against the exact one", abs(moved / SAG - 1.0), 0.6 / result.scene.bodies[0].mesh.cell_count)
 
 
 def _pressed(result: Result) -> ck.Check:
-    """The impulse on the wall until half a period, against the exact one.
+    """Check the impulse on the wall until half a period, against the exact one.
 
     With s(t) = rho g L^2/E - g (2L/c - t)^2/2 the free end arrives with s' = g (2L/c - t) and is held from then on,
     which takes the pressure rho c s'(t) until the wave from the top is back.
     """
-    left = np.sqrt(2.0 * (1.0 - NEAR) * SAG / GRAVITY)  # from the touch to half a period [s]
+    left = np.sqrt(2.0 * (1.0 - NEAR) * SAG / GRAVITY)  # time from the touch to half a period [s]
     wanted = 1000.0 * 10.0 * (0.1 / 8.0) ** 2 * GRAVITY * left**2 / 2.0
     given = result.history["impulse"][-1, 2]
     return ck.at_most(

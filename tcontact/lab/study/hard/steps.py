@@ -17,7 +17,7 @@ LEFT = {"duration": "the cube has left the wall before half of the run"}
 
 
 def cases() -> list[HardCase]:
-    """Steps."""
+    """Return the cases: steps."""
     return [
         HardCase(
             "step-0.99",
@@ -82,12 +82,12 @@ def _cube(full: bool, law: str) -> tc.Scene:
 
 
 def limit(scene: tc.Scene) -> float:
-    """Stable step [s] that the program states for a scene."""
+    """Return the stable step [s] that the program states for a scene."""
     return tc.simulate(replace(scene, duration=1e-12)).dt_limit
 
 
 def _limit(results: list[Result]) -> list[ck.Check]:
-    """The program warns of the step and states the limit, as far as it is known."""
+    """Check that the program warns of the step and states the limit, as far as it is known."""
     return [
         stable_step("step", results),
         ck.equals("warned of the step", sum(map(_warned, results)), len(results)),

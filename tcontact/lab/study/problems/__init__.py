@@ -1,10 +1,10 @@
-"""The problems of a study, one module each, named like the file: bar_impact.py is bar-impact.
+"""The problems of a study: each is a module and named like its file, bar-impact in bar_impact.py.
 
-A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error, the names are
-`ERRORS`, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (what the K of penalty-K counts,
-[N/m^3]).
-Optional: `displaced(scene)`, the scene with its start, once its contact is known; `REFERENCE`, a line on what the
-errors refer to; `reference`, see `tcontact.lab.study.reference`: then `errors(result, reference)`.
+A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error; `ERRORS` lists
+the names, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (the stiffness [N/m^3] that the K of
+the method penalty-K multiplies). It may have `displaced(scene)`, the scene with its start, once its contact is known;
+`REFERENCE`, a line on what the errors refer to; and `reference` (see `tcontact.lab.study.reference`), which turns
+`errors` into `errors(result, reference)`.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from ....mesh.geometry import shortest_edge
 
 
 def names() -> list[str]:
-    """Names of all problems, sorted."""
+    """Return the names of all problems, sorted."""
     return sorted(path.stem.replace("_", "-") for path in Path(__file__).parent.glob("[a-z]*.py"))
 
 
 def load(name: str) -> ModuleType:
-    """The problem's module. Raises `InputError` with the known names."""
+    """Return the problem's module. Raises `InputError` with the known names."""
     if name not in names():
         raise InputError("case", name, "use one of " + ", ".join([*names(), "friction-layer", "hard-cases"]))
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 
 def cell_stiffness(scene: Any) -> float:
-    """young/h [N/m^3], h the shortest edge of the first body's cells."""
+    """Return young/h [N/m^3], h the shortest edge of the first body's cells."""
     body = scene.bodies[0]
     return body.material.young / shortest_edge(body.mesh.nodes, body.mesh.cells)
 
 
 def column(cells: int, length: float, young: float, density: float, gap: float = 0.0) -> tuple[Any, Any]:
-    """Mesh and linear material (poisson 0) of a square bar along z, `cells` cells long and one wide."""
+    """Return mesh and linear material (poisson 0) of a square bar along z, `cells` cells long and one wide."""
     import tcontact as tc
 
     width = length / 8.0

@@ -39,7 +39,7 @@ REFERENCE = "exact: rho c v A for the time 2 length/c, then free of stress (d'Al
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, its plateau (mean and ripple), running impulse, restitution, displacement of the end in units of vL/c.
+    """Return errors of force, plateau (mean, ripple), running impulse, restitution, end displacement in units of vL/c.
 
     Beside them, though no errors against the exact solution: the overshoot at the touch and the force variation (1).
     """

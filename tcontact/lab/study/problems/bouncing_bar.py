@@ -20,7 +20,7 @@ REFERENCE = "exact: d'Alembert's solution through every contact"
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, running impulse, impulse of the worst bounce (restitution), energy left at the end."""
+    """Return errors of force, running impulse, impulse of the worst bounce (restitution), energy left at the end."""
     scene, history = result.scene, result.history
     time, force = history["time"], err.normal_force(result)
     speed, gravity, wave, begins = case.timing(scene)

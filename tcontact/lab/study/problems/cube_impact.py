@@ -25,12 +25,12 @@ METHODS = (
     "penalty-10",
     "impulse",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.45
 
 
 def reference(result: Any) -> dict[str, np.ndarray]:
-    """What is kept of the fine run."""
+    """Return what is kept of the fine run."""
     history = result.history
     return {
         "time": history["time"],
@@ -40,7 +40,7 @@ def reference(result: Any) -> dict[str, np.ndarray]:
 
 
 def errors(result: Any, reference: dict[str, np.ndarray]) -> dict[str, float]:
-    """Force averaged over a sixteenth of the contact, running impulse, mean force of the middle half, restitution."""
+    """Return errors of force (means of sixteenths of the contact), running impulse, middle force, restitution."""
     time, force = result.history["time"], err.normal_force(result)
     normal = np.asarray(result.scene.obstacles[0].normal)
 

@@ -19,13 +19,13 @@ SIZES = (4, 8, 16, 32)
 METHODS = ("massless-normal", "massless-full", "massless-depth-3", "impulse")
 REFERENCE = "exact: Lame's mode of a free square block (tcontact.results.exact.LameMode)"
 PERIODS = 2.125  # an eighth after a zero: errors of phase and of size both count
-AMPLITUDE = 1e-3  # of the edge
+AMPLITUDE = 1e-3  # amplitude over the edge
 
 
 def scene(
     *, cells: int = 16, young: float = 1e7, poisson: float = 0.3, density: float = 1000.0, edge: float = 0.1
 ) -> Any:
-    """A block edge x edge, one cell thick along x, over a wall ten edges away; it starts flat and moving."""
+    """A block edge x edge, one cell thick along x, lies over a wall ten edges away; it starts flat and moving."""
     import tcontact as tc
 
     material = tc.LinearElastic(young=young, poisson=poisson, density=density)
@@ -38,7 +38,7 @@ def scene(
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Displacement (L2) and strain (energy norm) at the end, each relative to the mode's largest."""
+    """Return errors of displacement (L2) and strain (energy norm) at the end, relative to the mode's largest."""
     body = result.scene.bodies[0]
     material, edge = body.material, float(np.ptp(body.mesh.nodes[:, 2]))
     mode = LameMode(edge, material.lame_mu, material.density, AMPLITUDE * edge)

@@ -27,18 +27,18 @@ METHODS = (
     "massless-normal@trapezoidal*50",
     "massless-normal@paper-implicit*50",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.9
-DURATION = 0.5  # s; the free end has gone up, stopped and turned back
+DURATION = 0.5  # [s]; the free end has gone up, stopped and turned back
 
 
 def scene(*, cells: int = 20, ratio: float = 10.0, duration: float = DURATION) -> Any:
-    """The beam of the case."""
+    """Return the beam of the case."""
     return case.scene(cells=cells, ratio=ratio, duration=duration)
 
 
 def tip(result: Any) -> np.ndarray:
-    """Mean displacement [3] [m] of the corners of the free end."""
+    """Return the mean displacement [3] [m] of the corners of the free end."""
     mesh = result.scene.bodies[0].mesh
     span = np.abs(mesh.nodes[:, 1] - np.mean(mesh.nodes[:, 1]))
     far = (mesh.nodes[:, 0] > mesh.nodes[:, 0].max() - 1e-9) & (span > span.max() - 1e-9)
@@ -46,13 +46,13 @@ def tip(result: Any) -> np.ndarray:
 
 
 def reference(result: Any) -> dict[str, np.ndarray]:
-    """What is kept of the fine run."""
+    """Return what is kept of the fine run."""
     history, volume = result.history, np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0))
     return {"time": history["time"], "momentum": history["momentum"][:, :2] / volume, "tip": tip(result)}
 
 
 def errors(result: Any, reference: dict[str, np.ndarray]) -> dict[str, float]:
-    """Tip over the length of the beam, momentum per volume over time."""
+    """Return errors of the tip over the length of the beam, and of the momentum per volume over time."""
     own, time = result.history, np.linspace(0.0, float(reference["time"][-1]), 201)
     volume = np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0))
     found = [np.interp(time, own["time"], own["momentum"][:, axis] / volume) for axis in (0, 1)]

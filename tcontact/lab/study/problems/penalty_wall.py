@@ -26,13 +26,13 @@ ERRORS = (
 SIZES = (20, 40, 80, 160)
 METHODS = tuple(f"{kind}-{k}" for kind in ("massless-penalty", "penalty") for k in (5, 20, 80, 200))
 REFERENCE = "exact: a linear bar on a spring layer, in closed form (tcontact.results.exact.PenaltyWall)"
-GAP = 1e-3  # of the length
+GAP = 1e-3  # gap over the length
 
 
 def scene(
     *, cells: int = 80, young: float = 1e7, density: float = 1000.0, length: float = 0.1, speed: float = 1.0
 ) -> Any:
-    """The bar, a thousandth of its length above the wall; SI units. The contact model is the method's."""
+    """The bar starts a thousandth of its length above the wall; SI units. The contact model is the method's."""
     import tcontact as tc
 
     mesh, material = column(cells, length, young, density, gap=GAP * length)
@@ -42,13 +42,13 @@ def scene(
 
 
 def unit(scene: Any) -> float:
-    """rho c^2/L [N/m^3]."""
+    """Return rho c^2/L [N/m^3]."""
     body = scene.bodies[0]
     return body.material.young / float(np.ptp(body.mesh.nodes[:, 2]))
 
 
 def exact(scene: Any) -> PenaltyWall:
-    """The closed form for the scene. Raises `InputError` for a contact model without a stiffness."""
+    """Return the closed form for the scene. Raises `InputError` for a contact model without a stiffness."""
     model, body = scene.contact, scene.bodies[0]
     stiffness = getattr(model, "penalty", None) or getattr(model, "stiffness", None)
     if stiffness is None:
@@ -60,7 +60,7 @@ def exact(scene: Any) -> PenaltyWall:
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, overlap (largest; mean over the plateau), contact time by the gap's zeros, impulse and rebound."""
+    """Return errors of force, overlap (largest; mean over the plateau), contact time, impulse and rebound."""
     wall, history = exact(result.scene), result.history
     touch = GAP * wall.length / wall.speed
     time, force = history["time"], err.normal_force(result)
@@ -81,7 +81,7 @@ def errors(result: Any) -> dict[str, float]:
 
 
 def closed_time(time: np.ndarray, gap: np.ndarray) -> float:
-    """From the first to the last zero of the gap [s], by linear interpolation; nan if it never closes or opens."""
+    """Return the time [s] from the first to the last zero of the gap, interpolated; nan if it never closes or opens."""
     ends = np.flatnonzero((gap[:-1] < 0.0) != (gap[1:] < 0.0))
     if len(ends) < 2:
         return float("nan")

@@ -24,7 +24,7 @@ END = 1.05
 
 
 def scene(*, cells: int = 80, kind: str = "hex8") -> Any:
-    """The bar, touching and pressed by its held far end; kind: hex8 or tet4."""
+    """The bar touches the wall and is pressed by its held far end; kind: hex8 or tet4."""
     import tcontact as tc
 
     mesh, material = column(cells, 1.0, 1.0, 1.0)
@@ -43,7 +43,7 @@ def scene(*, cells: int = 80, kind: str = "hex8") -> Any:
 
 
 def displaced(scene: Any) -> Any:
-    """The scene with the bar pressed, and the wave in it."""
+    """Return the scene with the bar pressed, and the wave in it."""
     z = scene.bodies[0].mesh.nodes[:, 2]
     moved = np.zeros((len(z), 3))
     moved[:, 2] = -WAVE.prestrain * z - WAVE.integral(z)
@@ -54,7 +54,7 @@ def displaced(scene: Any) -> Any:
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, largest error of the force, displacement of the end state in units of the wave's."""
+    """Return errors of force (mean, largest) and of the displacement of the end state in units of the wave's."""
     body = result.scene.bodies[0]
     size = np.ptp(body.mesh.nodes, axis=0)
     area = float(size[0] * size[1])

@@ -21,18 +21,18 @@ METHODS = (
     "massless-normal@midpoint*4",
     "massless-normal@trapezoidal*4",
 )
-FINER = 2  # times the largest size
+FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.9
-DURATION = 5e-3  # s: a sixth of a turn, some periods of the vibration
+DURATION = 5e-3  # [s]: a sixth of a turn, some periods of the vibration
 
 
 def scene(*, cells: int = 6, kind: Any = "hex8", duration: float = DURATION) -> Any:
-    """The block of the case."""
+    """Return the block of the case."""
     return case.scene(cells=cells, kind=kind, duration=duration)
 
 
 def corners(result: Any) -> np.ndarray:
-    """Positions [8, 3] [m] of the corners at the end."""
+    """Return the positions [8, 3] [m] of the corners at the end."""
     nodes = result.scene.bodies[0].mesh.nodes
     away = np.abs(nodes - nodes.mean(axis=0))
     found = np.flatnonzero((away > away.max(axis=0) - 1e-9).all(axis=1))
@@ -40,12 +40,12 @@ def corners(result: Any) -> np.ndarray:
 
 
 def reference(result: Any) -> dict[str, np.ndarray]:
-    """What is kept of the fine run."""
+    """Return what is kept of the fine run."""
     return {"corners": corners(result)}
 
 
 def errors(result: Any, reference: dict[str, np.ndarray]) -> dict[str, float]:
-    """Corners over the longest edge, change of the angular momentum, which nothing changes."""
+    """Return errors of the corners over the longest edge, and the change of the angular momentum."""
     off = np.linalg.norm(corners(result) - reference["corners"], axis=1).max()
     turned = result.history["angular_momentum"]
     change = np.linalg.norm(turned - turned[0], axis=1).max() / np.linalg.norm(turned[0])

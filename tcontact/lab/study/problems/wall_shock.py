@@ -20,7 +20,7 @@ REFERENCE = "exact: jump conditions of a shock (Rankine-Hugoniot) in uniaxial st
 
 
 def errors(result: Any) -> dict[str, float]:
-    """Force, plateau (mean and ripple), speed of the shock, compression behind it."""
+    """Return errors of force, plateau (mean, ripple), speed of the shock, compression behind it."""
     shock, touch, plateau = case.exact(result.scene)
     time, force = result.history["time"], err.normal_force(result)
     since = (time - touch) / (time[-1] - touch)
