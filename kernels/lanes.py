@@ -2,7 +2,7 @@
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in so many does the work
 CHUNKS = 8  # of ordinary cells, and as many of contact cells: the same bits at any thread count. More for more threads:
-MOST_CHUNKS = 31
+MAXIMUM_CHUNKS = 31
 CHUNK_BITS = 5  # of node_info for the first chunk of a node, as many for the last one; then the boundary node + 1
 CHUNK_MASK = (1 << CHUNK_BITS) - 1
 WIDTH = 8  # lanes of a pack
@@ -19,7 +19,7 @@ CONTACT_BLOCK = 9
 FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
 FRICTION_NODE = 9  # of friction per contact node (friction.py)
-MOST_SLOTS = 3  # obstacles that can hold one node at a time
+MAXIMUM_SLOTS = 3  # obstacles that can hold one node at a time
 LAW_PARAMETERS = 8  # room in `params` for the parameters of a law
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), constants of the law of damping (4), 1 where boundary
 # nodes move like all others (products), number of massless nodes, number of chunks; then the materials: parameters of
@@ -31,4 +31,4 @@ FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
 LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
 ISLAND = 5  # starts of an island: contact node, pack, contact cell, node without rows, contact block (islands.py)
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep takes at once
-MOST_ROWS = 256  # in one launch of a small body
+MAXIMUM_ROWS = 256  # in one launch of a small body

@@ -185,13 +185,13 @@ def viscous_force(body: ti.template(), viscous: ti.template(), s):
 
 
 @ti.func
-def viscous_load(body: ti.template(), listed: ti.template(), viscous: ti.template()):
+def viscous_load(body: ti.template(), boundary: ti.template(), viscous: ti.template()):
     """At a row: the viscous force joins that of the cells, its power is taken, and rates count from here."""
     power = 0.0
-    for s in range(listed.nodes.shape[0]):
+    for s in range(boundary.nodes.shape[0]):
         place = NUMBERS + 3 * s
         now, last = viscous_force(body, viscous, s), three(viscous, force_place(viscous) + 3 * s)
-        here = row(body.u, listed.nodes[s])
+        here = row(body.u, boundary.nodes[s])
         power += 0.5 * (now + last).dot(here - three(viscous, place))
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + now[j]

@@ -71,7 +71,7 @@ def strength(law: ti.template(), slip, scale):
 
 
 @ti.func
-def resist(law: ti.template(), mobility, slip, most, scale):
+def friction_force(law: ti.template(), mobility, slip, most, scale):
     """Return the friction force t [2]; most = c; scale = e: the slip that fully mobilises the regularised law."""
     force = ti.Vector([0.0, 0.0])
     if most > 0.0:

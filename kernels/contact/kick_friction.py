@@ -21,8 +21,8 @@ from .friction import (
     SOFTNESS,
     SPEED,
     WORK,
+    friction_force,
     node_place,
-    resist,
     tangents,
 )
 from .islands import node_count
@@ -108,7 +108,7 @@ def kick_friction_node(
                     mobility = span * (across @ flexible @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         most = 0.0  # no mass: its friction is that of the static solve
-                    force = across.transpose() @ resist(
+                    force = across.transpose() @ friction_force(
                         contact.options.friction, mobility, slip, most, contact.friction[SLIP_SPEED]
                     )
                     for j in ti.static(range(3)):

@@ -1,13 +1,13 @@
 """Rows of rigid obstacles: gap, normal and velocity of the surface at a contact node, and what the obstacles feel.
 
-Row k * slots + p of node k stands for obstacle `candidates` of it; where there are more than MOST_SLOTS obstacles
+Row k * slots + p of node k stands for obstacle `candidates` of it; where there are more than MAXIMUM_SLOTS obstacles
 these are the nearest ones.
 """
 
 import taichi as ti
 
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
-from ..lanes import MOST_SLOTS
+from ..lanes import MAXIMUM_SLOTS
 from ..nodes.boundary_nodes import row
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
@@ -55,7 +55,7 @@ def fill_rows(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
 @ti.func
 def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.template()):
     """Choose the obstacles with the smallest gaps at each node, where there are more than slots for them."""
-    if obstacles.records.shape[0] // RECORD > MOST_SLOTS:
+    if obstacles.records.shape[0] // RECORD > MAXIMUM_SLOTS:
         for k in range(node_count(contact)):
             choose_at_node(obstacles, contact, u, k)
 
@@ -68,9 +68,9 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
     stays while they are the same: what a node knows of its obstacles stays with them.
     """
     x = position(contact.reference, k, u, contact.nodes[k])
-    found = ti.Vector([-1 for _ in range(MOST_SLOTS)])
+    found = ti.Vector([-1 for _ in range(MAXIMUM_SLOTS)])
     missing = 0
-    for slot in ti.static(range(MOST_SLOTS)):
+    for slot in ti.static(range(MAXIMUM_SLOTS)):
         best = 1e300
         for p in range(obstacles.records.shape[0] // RECORD):
             g, _normal = gap_and_normal(obstacles, p, x)
@@ -82,17 +82,17 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
                 best = g
                 found[slot] = p
         known = 0
-        for other in ti.static(range(MOST_SLOTS)):
-            if obstacles.candidates[MOST_SLOTS * k + other] == found[slot]:
+        for other in ti.static(range(MAXIMUM_SLOTS)):
+            if obstacles.candidates[MAXIMUM_SLOTS * k + other] == found[slot]:
                 known = 1
         missing += 1 - known
-    for _, slot in ti.static(ti.ndrange(MOST_SLOTS - 1, MOST_SLOTS - 1)):
+    for _, slot in ti.static(ti.ndrange(MAXIMUM_SLOTS - 1, MAXIMUM_SLOTS - 1)):
         first, second = found[slot], found[slot + 1]
         found[slot] = ti.min(first, second)
         found[slot + 1] = ti.max(first, second)
     if missing > 0:
-        for slot in ti.static(range(MOST_SLOTS)):
-            obstacles.candidates[MOST_SLOTS * k + slot] = found[slot]
+        for slot in ti.static(range(MAXIMUM_SLOTS)):
+            obstacles.candidates[MAXIMUM_SLOTS * k + slot] = found[slot]
 
 
 @ti.func

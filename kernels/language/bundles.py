@@ -33,7 +33,7 @@ class Body(NamedTuple):
     memory: Array = None
 
 
-class Listed(NamedTuple):
+class Boundary(NamedTuple):
     """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
     sums: of all parts of a step but the force pass, as placed in columns.py; the other bundles have the same array.
@@ -46,7 +46,7 @@ class Listed(NamedTuple):
     sums: Shared = None
 
 
-class Supported(NamedTuple):
+class Supports(NamedTuple):
     """Prescribed components: place in the list of boundary nodes, axis, velocity [m/s]; sums: reaction, power."""
 
     slots: Index = None
@@ -149,7 +149,7 @@ class ContactOptions(NamedTuple):
     tracked: bool = False
     friction: str = ""
     layered: bool = False
-    kicked: bool = False
+    kick_friction: bool = False
     viscous: bool = False
     projected: bool = False
 
@@ -161,21 +161,21 @@ class ContactOptions(NamedTuple):
     @property
     def row_places(self) -> RowPlaces:
         """Where the numbers of a constraint row stand; what nothing reads has no place."""
-        rubs, stays = self.friction != "", self.static_friction
-        kicked = rubs and self.kicked
+        friction, solved = self.friction != "", self.static_friction
+        kicked = friction and self.kick_friction
         sizes = {
             "gap": 1,
             "normal": 3,
             "force": 3,
             "size_squared": self.model == "massless",
             "velocity": 3 * (self.moving and (kicked or self.model == "impulse")),
-            "mean_velocity": 3 * (self.moving and stays),
-            "coefficient": rubs,
-            "pressing": rubs,
+            "mean_velocity": 3 * (self.moving and solved),
+            "coefficient": friction,
+            "pressing": friction,
             "kick_friction": 3 * kicked,
-            "traction": 3 * stays,
-            "traction_before": 3 * stays,
-            "slip": 3 * stays,
+            "traction": 3 * solved,
+            "traction_before": 3 * solved,
+            "slip": 3 * solved,
         }
         places, width = {}, 0
         for name, size in sizes.items():

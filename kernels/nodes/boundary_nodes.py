@@ -27,54 +27,54 @@ def row(values: ti.template(), s):
 
 
 @ti.func
-def damp(body: ti.template(), listed: ti.template(), law: ti.template()):
+def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
     """special_force += damping force at v^n; supports and the kick that follow take it like any force."""
-    for s in range(listed.nodes.shape[0]):
-        net = row(listed.load, s) - row(body.special_force, s)
-        mass, inverse = symmetric(listed.mass, s), symmetric(listed.inverse_mass, s)
-        force = damping_force(law, body, mass, inverse, row(body.v, listed.nodes[s]), net)
+    for s in range(boundary.nodes.shape[0]):
+        net = row(boundary.load, s) - row(body.special_force, s)
+        mass, inverse = symmetric(boundary.mass, s), symmetric(boundary.inverse_mass, s)
+        force = damping_force(law, body, mass, inverse, row(body.v, boundary.nodes[s]), net)
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
 
 
 @ti.func
-def kick_and_drift(body: ti.template(), listed: ti.template()):
+def kick_and_drift(body: ti.template(), boundary: ti.template()):
     """u, v are advanced in place by the steps in params; sums at time level n."""
     kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
-    for s in range(listed.nodes.shape[0]):
-        node = listed.nodes[s]
-        acceleration = symmetric(listed.inverse_mass, s) @ (row(listed.load, s) - row(body.special_force, s))
+    for s in range(boundary.nodes.shape[0]):
+        node = boundary.nodes[s]
+        acceleration = symmetric(boundary.inverse_mass, s) @ (row(boundary.load, s) - row(body.special_force, s))
         displacement = row(body.u, node)
         velocity = row(body.v, node) + kick_before * acceleration
-        momentum = symmetric(listed.mass, s) @ velocity
+        momentum = symmetric(boundary.mass, s) @ velocity
         spin = (row(body.position, node) + displacement).cross(momentum)
         sums[BOUNDARY.kinetic] += 0.5 * velocity.dot(momentum)
         for j in ti.static(range(3)):
             sums[BOUNDARY.momentum + j] += momentum[j]
             sums[BOUNDARY.angular_momentum + j] += spin[j]
-        sums[BOUNDARY.load_work] += row(listed.load, s).dot(displacement)
+        sums[BOUNDARY.load_work] += row(boundary.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
     for j in ti.static(range(BOUNDARY_SUMS)):
-        listed.sums[FIRST.boundary + j] = sums[j]
+        boundary.sums[FIRST.boundary + j] = sums[j]
 
 
 @ti.func
-def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.template()):
+def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
     """Reaction M a + f - f_ext of every prescribed component, summed, and its power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(supported.slots.shape[0]):
-        s, axis = supported.slots[i], supported.axes[i]
-        net = row(listed.load, s) - row(body.special_force, s)
-        inertia = symmetric(listed.mass, s) @ (symmetric(listed.inverse_mass, s) @ net)
+    for i in range(supports.slots.shape[0]):
+        s, axis = supports.slots[i], supports.axes[i]
+        net = row(boundary.load, s) - row(body.special_force, s)
+        inertia = symmetric(boundary.mass, s) @ (symmetric(boundary.inverse_mass, s) @ net)
         reaction = 0.0
         for j in ti.static(range(3)):
             if j == axis:
                 reaction = inertia[j] - net[j]
                 sums[SUPPORT.support_force + j] += reaction
-        sums[SUPPORT.support_power] += reaction * supported.speeds[i]
+        sums[SUPPORT.support_power] += reaction * supports.speeds[i]
     for j in ti.static(range(SUPPORT_SUMS)):
-        supported.sums[FIRST.support + j] = sums[j]
+        supports.sums[FIRST.support + j] = sums[j]

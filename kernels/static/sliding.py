@@ -16,9 +16,9 @@ from ..contact.friction import (
     SLIP_SPEED,
     STEP,
     WORK,
+    friction_force,
     node_place,
     put_three,
-    resist,
     tangents,
     three,
 )
@@ -130,7 +130,7 @@ def solve_single_row(
             else:
                 pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
             most = friction_limit(contact, rows, k, k, pressing)
-            friction = resist(contact.options.friction, mobility, slip + pressing * coupling, most, scale)
+            friction = friction_force(contact.options.friction, mobility, slip + pressing * coupling, most, scale)
             after = gap + coupling.dot(friction) + compliance * pressing
             off = violated(after, pressing)
             if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
@@ -188,7 +188,7 @@ def solve_several_rows(
             slip = across @ vector_of(rows, k * slots + p, rows.at.slip) + there @ d
             mobility = there @ flexible @ there.transpose()
             most = friction_limit(contact, rows, k, k * slots + p, pressing[p])
-            friction = resist(contact.options.friction, mobility, slip, most, scale)
+            friction = friction_force(contact.options.friction, mobility, slip, most, scale)
             d += flexible @ (there.transpose() @ friction)
             set_vector(rows, k * slots + p, rows.at.traction, across.transpose() @ friction)
         if largest(d - before) <= AGREED * largest(d):

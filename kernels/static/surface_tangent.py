@@ -28,7 +28,7 @@ from ..language.point_memory import tangent_at
 from ..materials import LAWS
 from .massless_node import basis_of
 
-MOST_CORNERS = 8
+MAXIMUM_CORNERS = 8
 
 
 @ti.func
@@ -61,7 +61,7 @@ def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, l
     """
     gradients = pairs.blocks[at + GRADIENTS_AT]
     volume, change = 0.0, 0.0
-    spread = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)
+    spread = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)
     for q in range(pairs.blocks[at + POINTS]):
         jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
         volume += pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
@@ -111,8 +111,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
         parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
         at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-            slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
-            moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
+            slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
             own = cell - first_cell
             first = pairs.blocks[at + NODES_AT] + own * corners
             place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width
