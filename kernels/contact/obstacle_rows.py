@@ -1,7 +1,7 @@
-"""Rows of rigid obstacles: gap, normal and velocity of the surface at a contact node, and what the obstacles feel.
+"""Constraint rows of rigid obstacles: gap, normal and surface velocity at contact nodes, and loads on the obstacles.
 
-Row k * slots + p of node k stands for obstacle `candidates` of it; where there are more than MAXIMUM_SLOTS obstacles
-these are the nearest ones.
+Row r = k * slots + p of node k stands for obstacle candidates[r]. Where there are more than MAXIMUM_SLOTS obstacles,
+the candidates are the nearest ones.
 """
 
 import taichi as ti
@@ -16,7 +16,7 @@ from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, v
 
 @ti.func
 def position(reference: ti.template(), k, u: ti.template(), node):
-    """Return where entry k of a list of nodes is, from the point that `reference` counts from."""
+    """Return the present position [3] of entry k in a list of nodes, relative to the origin of `reference`."""
     return row(reference, k) + row(u, node)
 
 
@@ -54,7 +54,7 @@ def fill_rows(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
 
 @ti.func
 def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.template()):
-    """Choose the obstacles with the smallest gaps at each node, where there are more than slots for them."""
+    """Choose the obstacles with the smallest gaps at each node, if there are more obstacles than slots."""
     if obstacles.records.shape[0] // RECORD > MAXIMUM_SLOTS:
         for k in range(node_count(contact)):
             choose_at_node(obstacles, contact, u, k)
@@ -64,8 +64,8 @@ def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.te
 def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.template(), k):
     """Choose the obstacles of node k.
 
-    They stand in the order of the scene: obstacles out of reach leave the arithmetic of the others as it is. The order
-    stays while they are the same: what a node knows of its obstacles stays with them.
+    They are kept in the order of the scene, so that distant obstacles do not change the arithmetic of the others. As
+    long as the set is the same, its order stays, and with it the data of the rows (such as friction).
     """
     x = position(contact.reference, k, u, contact.nodes[k])
     found = ti.Vector([-1 for _ in range(MAXIMUM_SLOTS)])
@@ -97,7 +97,7 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
 
 @ti.func
 def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
-    """Take the smallest gap of the contact sets to any obstacle: that of the rows, and of nodes without rows."""
+    """Set the smallest gap of the contact sets to any obstacle, of the rows and of nodes without rows."""
     smallest = 1e300
     if ti.static(rows.exist):
         for r in range(ti.static(rows.options.slots) * node_count(contact)):
@@ -112,9 +112,9 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
 
 @ti.func
 def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
-    """Sum up what every obstacle feels of the row forces: force and moment, and the power of all on the bodies.
+    """Sum up force and moment on every obstacle, and the power of all obstacles on the bodies.
 
-    An obstacle feels the opposite of the force on the node, where the node is.
+    The force on an obstacle is opposite to that on the node and acts at the node.
     """
     slots = ti.static(rows.options.slots)
     power = ti.static(loads_place(contact.options.friction != ""))
