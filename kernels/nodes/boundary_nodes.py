@@ -1,9 +1,9 @@
-"""Kick and drift of the nodes that are not ordinary: tensor mass, supports, contact (METHOD 1 and 2).
+"""Kick and drift of the boundary nodes: those with tensor mass, supports or contact (METHOD 1 and 2).
 
     a = M^+ (f_ext - f),  v^n = v^{n-1/2} + k0 a,  v^{n+1/2} = v^n + k1 a,  x^{n+1} = x^n + dt v^{n+1/2}
 
-M^+ is zero in prescribed and massless components: prescribed ones keep their velocity, massless ones stay at rest here
-and are placed by the static solve. special_force is the internal force less the contact force.
+M^+ is zero in prescribed and massless components: prescribed ones keep their velocity, massless ones do not move here,
+since the static solve places them. special_force is the internal force less the contact force.
 """
 
 import taichi as ti
@@ -15,7 +15,7 @@ from .damping import damping_force
 
 @ti.func
 def symmetric(tensors: ti.template(), s):
-    """Row s of flat symmetric tensors (xx, yy, zz, xy, yz, xz) as a matrix."""
+    """Return entry s of flat symmetric tensors (xx, yy, zz, xy, yz, xz) as a matrix."""
     xx, yy, zz = tensors[6 * s], tensors[6 * s + 1], tensors[6 * s + 2]
     xy, yz, xz = tensors[6 * s + 3], tensors[6 * s + 4], tensors[6 * s + 5]
     return ti.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -23,12 +23,13 @@ def symmetric(tensors: ti.template(), s):
 
 @ti.func
 def row(values: ti.template(), s):
+    """Return entry s of flat vectors [s, 3]."""
     return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
 
 
 @ti.func
 def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
-    """special_force += damping force at v^n; supports and the kick that follow take it like any force."""
+    """Add the damping force at v^n to special_force, before support reactions and kick."""
     for s in range(boundary.nodes.shape[0]):
         net = row(boundary.load, s) - row(body.special_force, s)
         mass, inverse = symmetric(boundary.mass, s), symmetric(boundary.inverse_mass, s)
@@ -39,7 +40,7 @@ def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
 
 @ti.func
 def kick_and_drift(body: ti.template(), boundary: ti.template()):
-    """u, v are advanced in place by the steps in params; sums at time level n."""
+    """Advance u and v of the boundary nodes by the steps in `params`; sum up energy and momentum at time level n."""
     kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
     for s in range(boundary.nodes.shape[0]):
@@ -64,7 +65,7 @@ def kick_and_drift(body: ti.template(), boundary: ti.template()):
 
 @ti.func
 def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
-    """Reaction M a + f - f_ext of every prescribed component, summed, and its power."""
+    """Sum up the reactions M a + f - f_ext of all prescribed components, and their power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
     for i in range(supports.slots.shape[0]):
         s, axis = supports.slots[i], supports.axes[i]

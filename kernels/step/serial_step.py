@@ -1,16 +1,19 @@
-"""What a step does beside the parallel force pass, and whole steps of small bodies, in one launch on one thread.
+"""The serial kernel: boundary nodes, contact and static solve of a step, and whole steps of small bodies.
 
-    pass       cells and ordinary nodes: kick, drift            (cell_phase.py, node_phase.py)
-    boundary   contact load; then friction, reactions, kick and drift of the boundary nodes, a raw row of sums
-    place      massless nodes: predicted, then measured and solved until they are in equilibrium
+It runs on one thread, in one launch, as a loop over the phases of a step:
 
-A large body starts at `boundary` after its parallel pass and does one row. Its contact cells are measured here too
-where they are few; where they are many it ends at a measure, and starts again at `measured` after one more parallel
-pass, over them. A small body starts at `pass` and does many rows: one loop over cells serves passes and measures, every
-turn of the outer loop is one of the two and what follows it. The loop ends early at a row that a guard has to look at.
-With friction layers it also ends after the contact load, for them to take their step, and starts again at `kick`.
-Viscous contact cells (cell_viscosity.py) take their force where contact measures it: before a row and in every measure,
-here or, where they are many, in a parallel pass before the launch; started at `viscous` the kernel does that alone.
+    pass       force pass over all cells; kick and drift of ordinary nodes         (cell_phase.py, node_phase.py)
+    boundary   contact load; friction, support reactions, kick and drift of the boundary nodes; raw row of sums
+    place      prediction of the massless nodes; then force passes over the contact cells ("measures"), each followed by
+               an iteration of the static solve, until the nodes are in equilibrium
+
+A large body starts at `boundary` after its parallel force pass and does one row (one time level). Few contact cells are
+measured here. If they are many, the kernel ends where a measure is needed and is started again at `measured` after a
+parallel pass over them. A small body starts at `pass` and does many rows; one loop over cells serves force passes and
+measures. The kernel ends early at a row that the host must check (`suspicious`). With friction layers it ends after the
+contact load, so that the layers take their step, and is started again at `kick`. The force of viscous contact cells
+(cell_viscosity.py) is computed before each row and in each measure, here or, if they are many, in a parallel pass
+before the launch; started at `viscous`, the kernel does only that.
 
 `control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
@@ -28,19 +31,21 @@ from ..language.signatures import Signature, kernel_of
 from ..nodes.node_phase import node_phase
 from .raw_rows import log_row, row_width
 
-# numbers of `control`
+# numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
+# limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
+# measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
 RATE_LIMIT = 11
 CONTROL = 12
-# values of control[START]
+# states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS = 6, 7
 
 
 @ti.func
 def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template()):
-    """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
+    """Return 1 if the host must check a row: not finite, inverted cell, too much energy, too viscous for the step."""
     place = number * row_width(contact, viscous)
     places = ti.static(raw_places(viscous or contact.options.viscous))
     energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
@@ -66,13 +71,13 @@ def make_serial_step(
     viscous: bool = False,
     tied: bool = False,
 ):
-    """Kernel for kinds of cells (element, law) with these terms, memoised.
+    """Return the serial kernel for a scene with these terms, memoised.
 
-    signature: of the bundles of `serial_step` in order, each with what the scene has of it.
-    contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); has_boundary,
-    supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
-    contact cells, where they are few;
-    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
+    signature: of the bundles of `serial_step`; cells: kinds of cells (element, law); contact_model: "massless",
+    "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
+    contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
+    force pass, for small bodies; measures: includes that over the contact cells, if they are few; damped: name of the
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -82,7 +87,7 @@ def make_serial_step(
     has_viscous_cells = contact_model == "massless" and options.viscous
     cell_phase = make_cell_phase(cells, viscous) if passes or measures else None
     cell_kinds, cornered = len(cells), contact_model == "massless"
-    # only what the scene needs is imported; Taichi wants the other names too
+    # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
@@ -118,7 +123,7 @@ def make_serial_step(
 
     @ti.func
     def contact_load(body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
-                  contact: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
+                     contact: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
         if ti.static(contact_model in ("penalty", "impulse") and slots == MAXIMUM_SLOTS):
             choose_candidates(obstacles, contact, body.u)
         if ti.static(has_load):
@@ -250,7 +255,7 @@ def make_serial_step(
                     if ti.static(has_contact and options.moving):
                         if control[AFTER] > 0.0:
                             set_pose(obstacles, number)
-                again = 0  # go on with a measure
+                again = 0  # 1: a measure is next
                 if ti.static(contact_model == "massless"):
                     if state == MEASURED:
                         fill_rows(obstacles, rows, contact, body.u)
@@ -278,6 +283,7 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles or MPRGP compiling would outlast many a run; else the loop over cells is worth it
+    # with friction, several obstacles or MPRGP, optimised compilation takes longer than many runs; without them it pays
+    # in the loop over cells
     optimisation = LEAVE_TO_LLVM if has_friction or slots > 1 or options.projected or not passes else {}
     return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)
