@@ -74,7 +74,7 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 
 
 def make_block_phase(kind: str, law: str, viscous: bool):
-    """Return block_phase(body, base, own, first, end, commit): the force pass over the cells of a kind and law in a chunk.
+    """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
     base: start of the force rows of the chunk; own: 1 for contact cells; first..end: segments. It returns elastic
     energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate.

@@ -70,7 +70,7 @@ def hex_gradients(c, r2, r3, r23):
 
 @ti.func
 def affine_gradients(c, r2, r3, r23):
-    """Return A of one component of a parallelepiped at two points: it is constant, so the compiler hoists its algebra."""
+    """Return A of one component of a parallelepiped at two points; it is constant, and the compiler makes use of it."""
     return [[c[0], c[1], c[2]], [c[0], c[1], c[2]]]
 
 
@@ -114,7 +114,10 @@ def hex_mode_forces(mode_x, mode_u, parameters, law: ti.template(), memory: ti.t
 
 @ti.func
 def hex_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
-    """Return [corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    """Return [corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8.
+
+    x[c][k], u[c][k]: reference position and displacement of its corners; jacobian_of: see `hex_mode_forces`.
+    """
     points = hex_mode_forces(
         [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], parameters, law, memory, jacobian_of
     )

@@ -40,7 +40,7 @@ def along(slopes, modes):
 
 @ti.func
 def with_pressure(points, weight, modulus, reference, slopes, change):
-    """Return [corner forces, energy, smallest det F - 1] of the points together with the pressure of the change of D."""
+    """Return [corner forces, energy, smallest det F - 1] of the points and the pressure by the change of D together."""
     share = weight * (1.0 / 512.0)
     push = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
     mode_f = [

@@ -1,4 +1,4 @@
-"""Linear tetrahedra: one point of weight 1/6, with differences to corner 0 (Hughes, The Finite Element Method, ch. 3)."""
+"""Linear tetrahedra: one point of weight 1/6, differences to corner 0 (Hughes, The Finite Element Method, ch. 3)."""
 
 import taichi as ti
 
