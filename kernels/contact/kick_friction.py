@@ -130,9 +130,9 @@ def kick_friction_node(
             work_before += early
             work_after += late
             if ti.static(contact.options.layered and not contact.options.static_friction):
-                rubbed, strongest = node_place(k, WORK), node_place(k, FORCE)
-                contact.friction[rubbed] = contact.friction[rubbed] + early + late
-                contact.friction[strongest] = ti.max(contact.friction[strongest], force.norm())
+                work, largest = node_place(k, WORK), node_place(k, FORCE)
+                contact.friction[work] = contact.friction[work] + early + late
+                contact.friction[largest] = ti.max(contact.friction[largest], force.norm())
     for p in ti.static(range(slots)):
         set_vector(rows, k * slots + p, rows.at.kick_friction, ti.Vector([forces[p, j] for j in ti.static(range(3))]))
     return work_before, work_after

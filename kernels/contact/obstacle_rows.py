@@ -130,9 +130,9 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
                 force += vector_of(rows, r, rows.at.kick_friction)
             moment = (x - vector(obstacles.records, RECORD * p + POINT)).cross(force)
             first = power + 1 + OBSTACLE_LOADS * p
-            pushed, turned = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
+            force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
             for j in ti.static(range(3)):
-                contact.sums[pushed + j] = contact.sums[pushed + j] - force[j]
-                contact.sums[turned + j] = contact.sums[turned + j] - moment[j]
+                contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
+                contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
             power_of_all += force.dot(velocity_at(obstacles, p, x, VELOCITY))
     contact.sums[power] = power_of_all

@@ -170,10 +170,10 @@ def hex_viscosity(x, u, v, speed, square):
         if ti.static(m < 3):
             largest = ti.max(largest, length)
     answer = pressure_rate(change, now[0], reference, 4.0 * ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * (1.0 / 64.0)
-    zero = push * 0.0
-    mode_f = [[push * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], push, change, 64.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * (1.0 / 64.0)
+    zero = pressure * 0.0
+    mode_f = [[pressure * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], pressure, change, 64.0 * answer[2] * square_sum]
 
 
 @ti.func

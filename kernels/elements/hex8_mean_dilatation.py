@@ -42,11 +42,12 @@ def along(slopes, modes):
 def with_pressure(points, weight, modulus, reference, slopes, change):
     """Return [corner forces, energy, smallest det F - 1] of the points and the pressure by the change of D together."""
     share = weight * (1.0 / 512.0)
-    push = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
+    pressure = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
     mode_f = [
-        [share * points[0][c][m] + push * slopes[m][c] for m in range(6)] + [share * points[0][c][6]] for c in range(3)
+        [share * points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [share * points[0][c][6]]
+        for c in range(3)
     ]
-    energy = share * points[1] + 0.5 * push * change
+    energy = share * points[1] + 0.5 * pressure * change
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 
 

@@ -50,9 +50,9 @@ def tet_viscosity(x, u, v, speed, square):
         square_sum += length
         largest = ti.max(largest, length)
     answer = pressure_rate(change, tensor3.determinant(now, slopes), reference, ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * (1.0 / 6.0)
-    force = [tet_corner_forces([push * slopes[c][j] for j in range(3)]) for c in range(3)]
-    return [force, push, change, 4.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * (1.0 / 6.0)
+    force = [tet_corner_forces([pressure * slopes[c][j] for j in range(3)]) for c in range(3)]
+    return [force, pressure, change, 4.0 * answer[2] * square_sum]
 
 
 @ti.func

@@ -120,9 +120,9 @@ def wedge_viscosity(x, u, v, speed, square):
     largest = ti.max(ti.max(dot(slopes[0], slopes[0]), dot(slopes[1], slopes[1])), dot(outer, outer))
     largest = ti.max(largest, dot(slopes[2], slopes[2]))
     answer = pressure_rate(change, now[0], reference, ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * 0.5
-    force = [[push * corner[c][k] for k in range(6)] for c in range(3)]
-    return [force, push, change, 6.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * 0.5
+    force = [[pressure * corner[c][k] for k in range(6)] for c in range(3)]
+    return [force, pressure, change, 6.0 * answer[2] * square_sum]
 
 
 @ti.func

@@ -2,9 +2,7 @@
 
 import taichi as ti
 
-MASK = (
-    0x3FFFFFFF  # masks an index, so that the compiler knows that the next ones cannot overflow and loads whole vectors
-)
+MASK = 0x3FFFFFFF  # of an index: with it the compiler knows that at + 1, ... do not overflow, and loads whole vectors
 
 
 @ti.func

@@ -115,19 +115,19 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                     here = unit * width
                     for step in range(first_step, first_step + steps):
                         speed = eq.magnitude(load(velocity, step * velocity_row + here, width))
-                        pushed = load(pressure, step * pressure_row + here, width)
-                        pressed = ti.select(pushed > 0.0, one, zero)
+                        pressing = load(pressure, step * pressure_row + here, width)
+                        pressed = ti.select(pressing > 0.0, one, zero)
                         warm = ti.max(load(cells, cell + WARM * stride, width), pressed)
                         sig = zero
                         if warm.max() > 0.0:
-                            mats = [eq.material(params, s, ti.max(pushed, zero)) for s in range(sides)]
+                            mats = [eq.material(params, s, ti.max(pressing, zero)) for s in range(sides)]
                             last = load(cells, cell + PRESSURE * stride, width)
                             change = load(cells, cell + CHANGE * stride, width)
                             old = load(cells, cell + STRESS * stride, width)
                             trial = load(cells, cell + TRIAL * stride, width)
                             fresh = ti.select(last > 0.0, zero, pressed)
                             # a layer that flows is at its limit already
-                            risen = ti.select(pushed > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
+                            risen = ti.select(pressing > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
                             restart = ti.max(fresh, pressed * reload * risen)
                             if restart.max() > 0.0:
                                 limit = zero + 1e300
@@ -219,7 +219,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             store(cells, cell + TRIAL * stride, solving * (trial - total / compliance), width)
                             store(cells, cell + CHANGE * stride, sig - old, width)
                             store(cells, cell + BEFORE * stride, change, width)
-                            store(cells, cell + PRESSURE * stride, pushed, width)
+                            store(cells, cell + PRESSURE * stride, pressing, width)
                             store(cells, cell + FLOWED * stride, ti.select(total > 0.0, one, zero), width)
                             store(cells, cell + WARM * stride, warm, width)
                             store(cells, cell + WORK * stride, work, width)

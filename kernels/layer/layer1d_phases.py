@@ -1,6 +1,6 @@
 """Passes over the nodes of one side of a friction layer: yield limit, elimination, substitution, new state (METHOD 5).
 
-    rho c w dT_i/dt = conduction between neighbours + w s_i (+ q at the surface),  backward Euler, w: half widths at node i
+    rho c w dT_i/dt = conduction between neighbours + w s_i (+ q at the surface),  backward Euler, w: nodal width
 
 The tridiagonal matrix depends on grid, step and material only: T' = Tz + Bq q, with one elimination from the depth to
 the surface and one substitution back per step. Node columns are weight, gain, link, back, Bq, 1/Bq:

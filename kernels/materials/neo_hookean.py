@@ -44,8 +44,8 @@ def update(h, parameters):
 def tangent(f, parameters, pressure):
     lam, mu = parameters[0], parameters[1]
     jacobian = f.determinant()
-    push = (lam * (jacobian - 1.0) + pressure) * jacobian
-    return [f.inverse().transpose(), mu * identity(), mu - push, push + lam * jacobian * jacobian]
+    spherical = (lam * (jacobian - 1.0) + pressure) * jacobian
+    return [f.inverse().transpose(), mu * identity(), mu - spherical, spherical + lam * jacobian * jacobian]
 
 
 @ti.func

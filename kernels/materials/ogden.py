@@ -133,7 +133,7 @@ def slopes(difference, j, parameters, pressure):
     found = eigen([[difference[i, k] for k in range(3)] for i in range(3)])
     at = [stretched(found[0][i], parameters) for i in range(3)]
     jacobian = 1.0 + j
-    push = (parameters[0] * j + pressure) * jacobian
+    spherical = (parameters[0] * j + pressure) * jacobian
     squares = ti.Vector([1.0 / at[i][3] for i in range(3)])
     pulls = ti.Vector([at[i][1] for i in range(3)])
     steep = ti.Vector.zero(ti.f64, 3)
@@ -143,9 +143,17 @@ def slopes(difference, j, parameters, pressure):
     ratios, crosses = ti.Matrix.zero(ti.f64, 3, 3), ti.Matrix.zero(ti.f64, 3, 3)
     for i, k in ti.static(((0, 1), (0, 2), (1, 2))):
         ratios[i, k] = divided(at[i][0], at[k][0], parameters)
-        crosses[i, k] = squares[k] * ratios[i, k] - pulls[k] - push
+        crosses[i, k] = squares[k] * ratios[i, k] - pulls[k] - spherical
         ratios[k, i], crosses[k, i] = ratios[i, k], crosses[i, k]
-    return [ti.Matrix(found[1]), squares, pulls + push, steep, ratios, crosses, push + parameters[0] * jacobian**2]
+    return [
+        ti.Matrix(found[1]),
+        squares,
+        pulls + spherical,
+        steep,
+        ratios,
+        crosses,
+        spherical + parameters[0] * jacobian**2,
+    ]
 
 
 @ti.func
