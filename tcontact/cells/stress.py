@@ -39,7 +39,7 @@ class VonMises:
         self._stress = arrays.zeros(packs.lanes)
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the stress [m] [Pa] at a displacement [n, 3] [m], in the user's numbering; the next call overwrites it."""
+        """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it."""
         arrays.set_values(self._u, displacement)
         self._kernel(self._connectivity, self._position, self._parameters, self._u, self._stress)
         return arrays.get(self._stress)[: self._count]

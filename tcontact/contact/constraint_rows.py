@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class ConstraintRows:
     """Constraint rows of k contact nodes, `slots` rows each.
 
-    values [k * slots, width]: numbers of the rows, placed as in kernels/language/bundles.RowPlaces; coefficient: that of
-    friction in every row, which has no place without friction.
+    values [k * slots, width]: numbers of the rows, placed as in kernels/language/bundles.RowPlaces; coefficient: that
+    of friction in every row, which has no place without friction.
     """
 
     def __init__(self, nodes: int, slots: int, places: RowPlaces, coefficient: float) -> None:

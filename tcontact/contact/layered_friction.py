@@ -56,20 +56,14 @@ class LayeredFriction(Friction):
         self.substeps, self.span = min(FIRST, model.substeps), 1
         self.error = 0.0
         self._waiting = np.zeros(len(areas))  # friction work that has not yet heated the layers [J/m^2]
-        self._friction_impulse = np.zeros(
-            len(areas)
-        )  # time integrals of friction and pressure [Pa s] since the last layer step
+        # time integrals since the last layer step [Pa s]
+        self._friction_impulse = np.zeros(len(areas))
         self._pressure_impulse = np.zeros(len(areas))
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
-        self._last, self._force = (
-            np.zeros(len(areas)),
-            np.zeros(len(areas)),
-        )  # pressure [Pa] and friction [N] of the level before
-        self._largest_work, self._slid = (
-            0.0,
-            np.zeros(len(areas), dtype=bool),
-        )  # largest work of a step [J/m^2]; nodes that slid
+        self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] before
+        self._largest_work = 0.0  # of a step [J/m^2]
+        self._slid = np.zeros(len(areas), dtype=bool)
         self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
         self._owed = np.zeros(len(areas))  # work waiting at the end of the run before this one [J/m^2]
         # a layer solved with a kick ends half a step after the row: values at the row are interpolated with this share

@@ -17,9 +17,9 @@ class ContactGraph:
 
     nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: cells with contact nodes;
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: pairs of contact corners of each cell, the lower one
-    first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1],
-    entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p; corner_start [k+1],
-    corners: the cell corners (cell * width + corner) of a node.
+    first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start
+    [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p; corner_start
+    [k+1], corners: the cell corners (cell * width + corner) of a node.
     """
 
     nodes: np.ndarray

@@ -1,5 +1,4 @@
-"""Implicit schemes: what they share in `scheme`, one file each, and the `solution` of their equations by Newton's
-method."""
+"""Implicit schemes: one file each, their base class in `scheme`, their equations in `solution` (Newton's method)."""
 
 from .scheme import ImplicitScheme
 
