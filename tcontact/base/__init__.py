@@ -1,1 +1,1 @@
-"""What every room may use: errors and warnings, checks of what a user hands in, the version, old names of modules."""
+"""Errors, warnings, checks of user input, the version and the old names of modules: every room may import these."""

@@ -2,10 +2,14 @@
 
 How it works, in the order of a step of the explicit scheme:
 
-    term              gaps to the obstacles and the contact force of every kind of contact
-    obstacles         records of the positions of the obstacles
-    massless_contact  load and prediction of the massless nodes; static_solve then places them
-    friction          Coulomb's law in the kicks and in the static solve; layered_friction limits it by a layer of metal
+    obstacles         records of the obstacles as the kernels see them, with their poses while they move
+    constraint_rows   gap, normal and velocity of the partner, and the force, for every constraint of a contact node
+    term              the contact set, its islands and the contact force, which every kind of contact has
+    massless_contact  load of the massless nodes and their prediction; static_solve then places them
+    friction          Coulomb's law on the kicks and in the static solve; layered_friction limits it by a layer of metal
 
-`contact_terms.make_contact` chooses the term of a scene. A term lists its arrays (`owned`) for `Result.memory`.
+Obstacles fill the rows; all other parts read rows and know no obstacles. `contact_terms.make_contact` chooses the term
+of a scene. The internal force (`cells.internal_force`) and the boundary nodes (`nodes.boundary_nodes`) stand below, the
+steps that call them above (`schemes.explicit`). A term lists its arrays (`owned`), so that `Result.memory` can count
+them.
 """

@@ -3,10 +3,10 @@
 How it works. Under the surface lies a layer a few micrometres thick. The slip heats it, heat is conducted inwards,
 and its strength falls with temperature and grows with plastic strain; the lowest strength over the depth bounds the
 shear stress, and that stress is what heats: one implicit scalar equation a step, which a bracketed Newton method
-always solves (`kernels/layer/layer1d*`). `metals` has the constants, `layer` a batch of layers with their state, and
+always solves (`kernels/layer/`). `metals` has the constants, `layer` a batch of layers with their state, and
 `contact/layered_friction.py` puts one under every contact node of a scene.
 
-`solve` runs layers alone; `Layer` is the batch of cells with its state, to be advanced by whoever has velocity and
+`solve` runs layers alone; `Layer` is a batch of layers with its state, which its caller advances by velocity and
 pressure. Importing this imports neither taichi nor matplotlib.
 """
 

@@ -1,11 +1,14 @@
-"""The plan of a run: what a scene needs, as host data; nothing is allocated and no kernel is compiled here.
+"""Planning: from a scene to what exists in its run. Nothing is allocated and no kernel is compiled here.
 
-How it works. `planning.plan` decides the terms of a scene and makes a `BodyPlan` of every body (`body_plan`):
+How it works. `planning.plan` decides the terms of a scene and makes a `BodyPlan` of every body (`body_plan`); a
+`Domain` (`domain`) joins the bodies that take their steps together:
 
-    lumped_mass, removal, redistribution   masses of the nodes, which contact nodes lose theirs, which receive it
-    rotation, locking                      bodies that spin, cells that lock
+    lumped_mass, removal, redistribution   masses of the nodes, which contact nodes lose theirs, and who takes it
+    rotation, locking                      what speaks against a choice: bodies that spin, cells that lock
     contact_graph, sweep_order             the surface problem of the static solve, coloured and in lanes
-    packing                                cells in packs of lanes, packs in chunks
-    measured                               the columns of the rows of a history
+    static_solver                          whether sweeps or MPRGP solve it, and why
+    domain, islands                        one numbering of nodes, blocks of cells; the contact nodes of each body
+    packing, domain_packs                  cells in packs of lanes, packs in chunks
+    measured                               which numbers the rows of a history hold
     describe                               the plan in words, with bytes
 """

@@ -1,7 +1,7 @@
-"""A run: from the call of the user to the result.
+"""Runs: from the call of the user to the result.
 
 How it works. `simulation.simulate` checks its input, plans, starts the device and runs the `loop`, which takes one step
-after the other, a row of `history` each. `guards` look at every row; `watches` look between launches for what rows do
-not show. `recorder` writes frames, `checkpoint` what `resumption.resume` goes on from, `scene_files` reads and writes
-scenes as TOML. `watched` is the part of a run that watches and checkpoints see.
+after the other and keeps a row of `history` for each. `guards` look at every row; `watches` look between launches for
+what rows do not show. `recorder` writes frames, `checkpoint` writes what `resumption.resume` continues from,
+`scene_files` reads and writes scenes as TOML. `watched` is the part of a run that watches and checkpoints see.
 """

@@ -1,4 +1,4 @@
-"""The cell that is crushed most, for the message of a run that stops."""
+"""Find the most compressed cell, for the message of a run that stops."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..mesh.mesh import Mesh
 
 
 def _mean_gradient(mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
-    """Mean displacement gradient [m, 3, 3] over the volume of every cell, which 2x2x2 points integrate exactly."""
+    """Return the mean displacement gradient [m, 3, 3] over every cell, exact with 2x2x2 points."""
     corners, moved = mesh.nodes[mesh.cells], displacement[mesh.cells]
     moved = moved - moved[:, :1]
     total, volume = np.zeros((mesh.cell_count, 3, 3)), np.zeros(mesh.cell_count)
@@ -24,7 +24,7 @@ def _mean_gradient(mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
 
 
 def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") -> tuple[int, float]:
-    """The cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m]."""
+    """Return the cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m]."""
     if formulation == "reduced":
         with np.errstate(all="ignore"):
             found = np.linalg.det(np.eye(3) + _mean_gradient(mesh, displacement))

@@ -1,10 +1,10 @@
-"""Time schemes by name, each in one file that reads like its formula.
+"""Time schemes by name. Each is one file that reads like its formula.
 
 How it works. The explicit `CentralDifference` moves nodes with mass by the forces of the present position and leaves
-massless components to the static solve; its step is bounded by the fastest wave through the smallest cell
-(`explicit/stable_step.py`). The implicit ones share `implicit/scheme.py`: they solve M (c d - b) + f* - fc* = f_ext
-for the step d by Newton's method and differ only in where and how they take the forces f*, fc*.
-`order`, `conserves` and `name` are attributes of every scheme.
+what has no mass to the static solve; its step is bound by the fastest wave through the smallest cell
+(`explicit/stable_step.py`). The implicit schemes share `implicit/scheme.py`: they solve M (c d - b) + f* - fc* = f_ext
+for the step d by Newton's method and differ only in where and how the forces f*, fc* are taken, which their class
+attributes say. `order`, `conserves` and `name` are attributes of every scheme.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SCHEMES: dict[str, type[Scheme]] = {CentralDifference.name: CentralDifference} |
 
 
 def scheme_of(value: Any) -> Scheme:
-    """Return a scheme object, given as such or by its name. Raises `InputError` for anything else."""
+    """A scheme object, from itself or from its name. Raises `InputError` for anything else."""
     if isinstance(value, str):
         if value not in SCHEMES:
             raise InputError("scheme", value, "use one of " + ", ".join(repr(name) for name in SCHEMES))

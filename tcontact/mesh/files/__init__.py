@@ -1,1 +1,1 @@
-"""Meshes from files: Gmsh, VTU and Abaqus."""
+"""Mesh files: Gmsh, VTU and Abaqus, read into a `Mesh`."""

@@ -1,4 +1,5 @@
-"""What a run looks for between launches, beside the guards of every row; `looks` collects them.
+"""Watches: they look between launches for what no row shows, beside the guards of every row; `looks` collects them.
 
-Bodies that meet, contact that was missed, obstacles that were out of reach, normals that have turned.
+They find bodies that meet, contact that was missed, obstacles that were thought out of reach, and normals that have
+turned.
 """

@@ -1,5 +1,5 @@
-"""The explicit scheme: `central_difference`, its stable step, and the steps of the domains.
+"""The explicit scheme: `central_difference`, its stable step, and the steps of a domain.
 
-`state` holds the arrays and terms of a domain, `serial_step` does all of a step but the force pass, `stable_step`
-and `damped_step` estimate the largest step by Lanczos.
+`state` holds the arrays and terms of a domain, and `body_view` shows one body of it. `serial_step` launches what a step
+has beside the force pass; `stable_step` and `damped_step` estimate the largest step by Lanczos.
 """

@@ -1,4 +1,4 @@
-"""Implicit schemes: one file each, their base class in `scheme`, their equations in `solution` (Newton's method)."""
+"""Implicit schemes: one file each, the `scheme` that they share, and the `solution` of their equations by Newton."""
 
 from .scheme import ImplicitScheme
 

@@ -22,7 +22,7 @@ RECOVER = 4  # successful steps before the next is twice as long
 
 @dataclass
 class Level:
-    """Displacement, velocity, acceleration [n, 3]; internal [n, 3] and contact force [p, k, 3] if the scheme uses them."""
+    """Displacement, velocity, acceleration, internal force [n, 3] and contact force [p, k, 3] of a level of time."""
 
     u: np.ndarray
     v: np.ndarray
