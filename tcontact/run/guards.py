@@ -92,7 +92,7 @@ class Guards:
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
     def _worst(self, step: float, among: list[BodyView]) -> tuple[BodyView, str]:
-        """Return the body with the smallest det F at the row, and its cell in words; step [s]: the step since the row."""
+        """Return the body with the smallest det F at the row and its cell in words; step [s]: that since the row."""
         worst = None
         for state in among:
             with np.errstate(all="ignore"):

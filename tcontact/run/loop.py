@@ -259,7 +259,7 @@ class Run:
             stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
         try:
             return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
-        except FunctionError:  # at one of these rows: stop before it
+        except FunctionError:  # in one of these rows: do one row
             return self._step(time, before, after, 1)
 
     def _rows_until(self, span: float, number: int) -> int:

@@ -56,8 +56,8 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Recorder of the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
-    with friction layers also their surface temperature [K] and shear stress [Pa]."""
+    """Writes the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of
+    cells; with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Recorder:
         fields: Sequence[str],
         frames: int | None = None,
     ) -> None:
-        """Open the file; fields: fields of the frames; frames: keep so many frames of the existing file, None = new file.
+        """Open the file; fields: those of the frames; frames: number of frames to keep in the file, None = new file.
 
         Raises `InputError` if the file cannot be made or continued.
         """

@@ -101,21 +101,21 @@ class Scene:
 
     @property
     def touching(self) -> bool:
-        """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
+        """Return whether contact can occur: obstacles, a contact model and a body with a contact set."""
         return bool(self.obstacles) and self.contact is not None and any(body.touches for body in self.bodies)
 
     @property
     def moving(self) -> bool:
-        """Whether an obstacle moves."""
+        """Return whether an obstacle moves."""
         return any(obstacle.moves for obstacle in self.obstacles)
 
     @property
     def tracked(self) -> bool:
-        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        """Return whether the history has forces and moments of the obstacles: of several, or of one that moves."""
         return len(self.obstacles) > 1 or self.moving
 
     def obstacle_label(self, index: int) -> str:
-        """Name of an obstacle for messages and results."""
+        """Return the name of an obstacle for messages and results."""
         return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
@@ -151,7 +151,7 @@ class Scene:
                     )
 
     def label(self, index: int) -> str:
-        """Name of a body for messages and results."""
+        """Return the name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
 
 

@@ -92,5 +92,5 @@ class Keeper:
             self._next_row = row + self.every_steps
 
     def _wait(self, now: float, cost: float) -> float:
-        """Set the time of the next checkpoint; cost [s]: wall time of the last one."""
+        """Return the time of the next checkpoint; cost [s]: wall time of the last one."""
         return now + max(self.every_seconds or 0.0, cost / SHARE)

@@ -45,7 +45,7 @@ class Checkpoint:
 
 
 def checked(value: Any, out: Any) -> Checkpoint | None:
-    """Make the options from the argument of `simulate`: seconds, a dictionary, the options or None. Raises `InputError`."""
+    """Make the options from seconds, a dictionary, the options or None. Raises `InputError`."""
     if value is None:
         return None
     if isinstance(value, Mapping):

@@ -36,10 +36,8 @@ class FarWatch:
             for index, state in enumerate(run.states):
                 contact = state.plan.contact
                 if contact is not None and contact.removal == "normal" and len(contact.nodes):
-                    candidate_obstacles = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.gravity)
-                    far += [
-                        (index, number) for number in range(len(scene.obstacles)) if number not in candidate_obstacles
-                    ]
+                    reached = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.gravity)
+                    far += [(index, number) for number in range(len(scene.obstacles)) if number not in reached]
         return FarWatch(run, far) if far else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:

@@ -69,7 +69,7 @@ class Crossing:
         return np.asarray((now - points[0]) @ frames[0].T)
 
     def speed_to_come(self, times: np.ndarray) -> float:
-        """Return the largest speed [m/s] near the nodes of an obstacle moved by functions of time, at the times [s]; else 0.
+        """Return the largest speed [m/s] of the obstacle near the nodes at the times [s]; 0 without functions of time.
 
         It is infinite where a function fails: the next look then comes after the next row.
         """
@@ -112,7 +112,7 @@ class Crossing:
         return missed, float(travel.max()), allowed
 
     def _first_normal(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Return the normals [n, 3] where the paths from start to end [n, 3] first meet the surface, 0 if they do not."""
+        """Return the normals [n, 3] where the paths from start to end [n, 3] first meet the surface, else 0."""
         length = np.linalg.norm(end - start, axis=1)
         along = (end - start) / np.maximum(length, 1e-300)[:, None]
         surface = SURFACE * self.half
