@@ -1,34 +1,34 @@
-"""The table of columns: every number that a step measures and every column of the history. Plain data.
+"""Table of columns: every number that a step measures and every column of the history. It is plain data.
 
-Each number belongs to a group. The numbers of a group stand side by side in the order of the table, in the sums of the
+Each number belongs to a group. The numbers of a group follow one another in the order of the table, in the sums of the
 kernels and in a raw row (raw_rows.py), and are named: `sums[SUMS.sweeps]`, `node_sums[chunk * NODE_SUMS +
-NODES.kinetic]`. A vector takes three places. tcontact/planning/measured.py makes measured rows of raw rows by these
-names, and
-tcontact/run/history.py the history; a column that two groups measure is the sum of both.
+NODES.kinetic]`. A vector takes three places. By these names tcontact/planning/measured.py makes measured rows of raw
+rows, and tcontact/run/history.py the history; a column that two groups measure is the sum of both.
 
     nodes, cells     sums of every chunk of the force pass; with bulk viscosity `viscous` follows `cells`
-    boundary ... friction   sums of the other parts of a step: `contact` of the contact load, `gaps` of gaps and solve
-    loads, obstacle  power of all obstacles, and the load of each of them, where their loads are measured
-    host, layers     what the host measures itself
+    boundary ... friction   sums of the other parts of a step: `contact` from the contact load, `gaps` from gaps and
+                     static solve
+    loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
+    host, layers     numbers that the host measures
 """
 
 from collections import namedtuple
 from typing import NamedTuple
 
-# what a scene may have, and columns need
+# parts of a scene without which some columns do not exist
 FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
 INFINITE, NAN = float("inf"), float("nan")
-RAW_ONLY = "raw-only"  # no scene has it: the host makes another column of the number
+RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
 
 class Column(NamedTuple):
-    """One quantity; `groups` measure it, or `integral_of` names the measured column whose integral over time it is.
+    """One quantity. `groups` measure it, or `integral_of` names the measured column whose integral over time it is.
 
-    term: the part of a scene without which it does not exist; combine: how chunks, and bodies, make one number of
-    theirs; absent: its value for a body without the groups; rule: of the integral (tcontact/run/history.py);
-    energy: "stored", "supplied" or "dissipated", its place in the energy balance; impulse: it is a part of the momentum
-    balance; shown: the history has it.
+    term: the part of a scene without which it does not exist; combine: how the values of chunks, and of bodies, are
+    combined; absent: its value for a body without the groups; rule: integration rule (tcontact/run/history.py);
+    energy: "stored", "supplied" or "dissipated" in the energy balance; impulse: it is part of the momentum balance;
+    shown: it is a column of the history.
     """
 
     name: str
@@ -98,46 +98,46 @@ SHARED = ("boundary", "support", "contact", "gaps")  # groups of `sums`; only bo
 
 
 def group_columns(*groups: str) -> list[Column]:
-    """The columns of these groups, one group after the other."""
+    """Return the columns of these groups, one group after the other."""
     return [column for group in groups for column in COLUMNS if group in column.groups]
 
 
 def group_size(*groups: str) -> int:
-    """How many numbers the groups have."""
+    """Return how many numbers the groups have."""
     return sum(column.size for column in group_columns(*groups))
 
 
 def places(*groups: str, start: int = 0):
-    """Where every column begins in an array that holds these groups from `start` on, as attributes."""
+    """Return the first place of every column, as attributes, in an array that holds these groups from `start` on."""
     columns = group_columns(*groups)
     starts = [start + sum(column.size for column in columns[:number]) for number in range(len(columns))]
     return namedtuple("Places", [column.name for column in columns])(*starts)
 
 
 def cell_groups(viscous: bool) -> tuple[str, ...]:
-    """The groups that every chunk has in `cell_sums`."""
+    """Return the groups that every chunk has in `cell_sums`."""
     return ("cells", "viscous") if viscous else ("cells",)
 
 
 def loads_place(friction: bool) -> int:
-    """Where the loads of obstacles begin in `sums`: power of all, then force and moment of each of them."""
+    """Return where the loads of obstacles begin in `sums`: power of all, then force and moment on each of them."""
     return group_size(*SHARED, *(("friction",) if friction else ()))
 
 
 def raw_places(viscous: bool):
-    """Where the columns begin in a raw row, as attributes of `nodes`, `cells` and `shared`."""
+    """Return the first place of every column in a raw row, as attributes of `nodes`, `cells` and `shared`."""
     cells, shared = NODE_SUMS, NODE_SUMS + group_size(*cell_groups(viscous))
     parts = NODES, places(*cell_groups(viscous), start=cells), places(*SHARED, "friction", start=shared)
     return namedtuple("RawPlaces", "nodes cells shared")(*parts)
 
 
-# places in `node_sums` and `cell_sums` of a chunk, and numbers of a chunk
+# places in `node_sums` and `cell_sums` of a chunk, and how many numbers a chunk has
 NODES, NODE_SUMS = places("nodes"), group_size("nodes")
 CELLS, CELL_SUMS = places("cells", "viscous"), group_size("cells")
-# places in `sums`, which the other parts of a step share: of columns, and of the first number of a group
+# places in `sums`, which the other parts of a step share: of each column, and of the first number of each group
 SUMS = places(*SHARED, "friction")
 FIRST = namedtuple("First", SHARED)(*(group_size(*SHARED[:number]) for number in range(len(SHARED))))
-# places in a group alone, and numbers of it
+# places within one group, and how many numbers it has
 BOUNDARY, BOUNDARY_SUMS = places("boundary"), group_size("boundary")
 SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
 CONTACT, CONTACT_SUMS = places("contact"), group_size("contact")

@@ -11,7 +11,7 @@ from test_static_solve import pressed, problem
 
 import tcontact as tc
 from tcontact.device import arrays
-from tcontact.kernels.language.bundles import Contact, Listed, Pairs, Rows, System
+from tcontact.kernels.language.bundles import Boundary, Contact, Pairs, Rows, System
 from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
 from tcontact.kernels.static.solve import make_resolve
 from tcontact.planning import contact_graph, islands
@@ -23,7 +23,7 @@ def resolve_once(state):
     term, solve = state.contact, state.contact.static_solve
     bundles = {
         "body": state.internal_force.bundle()._replace(u=state.u, v=state.v),
-        "listed": Listed(**state.boundary_nodes.arguments()),
+        "boundary": Boundary(**state.boundary_nodes.arguments()),
         "contact": Contact(**term.arguments(), sums=state.serial.sums),
         "rows": Rows(**term.row_arguments()),
         "pairs": Pairs(**solve.pairs),
@@ -32,9 +32,9 @@ def resolve_once(state):
     resolve = make_resolve(state.plan.variant, state.plan.body.material.law, term.block, term.plain)
 
     @ti.func
-    def resolve_rows(body: ti.template(), listed: ti.template(), contact: ti.template(), rows: ti.template(),
+    def resolve_rows(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(),
                      pairs: ti.template(), system: ti.template()):  # fmt: skip
-        resolve(body, listed, contact, rows, pairs, system, None, 1)
+        resolve(body, boundary, contact, rows, pairs, system, None, 1)
 
     state.internal_force.measure_surface(state.u, state.v)
     kernel_of(resolve_rows, signature_of(bundles), options=term.options)(*arguments(bundles))

@@ -22,14 +22,14 @@ def resisting(law, mobilities, slips, most, scale):
     import taichi as ti
 
     from tcontact.device import arrays
-    from tcontact.kernels.contact.friction import resist
+    from tcontact.kernels.contact.friction import friction_force
     from tcontact.kernels.language.arguments import ARRAY
 
     @ti.kernel
     def evaluate(w: ARRAY, s: ARRAY, c: ARRAY, e: float, out: ARRAY):
         for i in range(c.shape[0]):
             mobility = ti.Matrix([[w[4 * i], w[4 * i + 1]], [w[4 * i + 2], w[4 * i + 3]]])
-            force = resist(law, mobility, ti.Vector([s[2 * i], s[2 * i + 1]]), c[i], e)
+            force = friction_force(law, mobility, ti.Vector([s[2 * i], s[2 * i + 1]]), c[i], e)
             out[2 * i], out[2 * i + 1] = force[0], force[1]
 
     found = arrays.zeros(2 * len(most))

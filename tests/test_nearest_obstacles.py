@@ -6,11 +6,11 @@ import taichi as ti
 
 from tcontact.device import arrays
 from tcontact.kernels.contact import obstacle_rows, obstacles
-from tcontact.kernels.lanes import MOST_SLOTS
+from tcontact.kernels.lanes import MAXIMUM_SLOTS
 from tcontact.kernels.language.arguments import ARRAY, INDEX
 from tcontact.kernels.language.bundles import Contact, ContactOptions, Obstacles
 
-OPTIONS = ContactOptions(slots=MOST_SLOTS)
+OPTIONS = ContactOptions(slots=MAXIMUM_SLOTS)
 
 
 @ti.kernel

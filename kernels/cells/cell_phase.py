@@ -1,20 +1,19 @@
 """The force pass over packs of cells: gather the corners, do the cell's arithmetic, scatter the corner forces.
 
-The corners of a pack are gathered into vectors over its lanes, the cell's arithmetic works on vectors, and the corner
-forces are scattered lane by lane, without atomics, into the force row of their chunk. The vectors are explicit SIMD
-values (KEEP_VECTORS, compile_options.py), so nothing depends on what a loop vectoriser makes of the host.
+A pack holds one cell per lane. Its corners are gathered into vectors over the lanes, the arithmetic of the cell works
+on vectors, and the corner forces are scattered lane by lane, without atomics, into the force rows of their chunk. The
+vectors are explicit SIMD values (KEEP_VECTORS, compile_options.py) and do not depend on a loop vectoriser.
 
-Chunks of contact cells give each corner of each cell a row of its own (`corner_rows` lists those of a boundary node):
-there the corner forces stay apart, for the static solve, and the node sum reads them as they are.
+In chunks of contact cells each corner of each cell has its own force row (`corner_rows` lists those of a boundary
+node), so that the static solve can read the corner forces; the node phase sums them from there.
 
-A chunk has packs of every block of cells (an element with a law and its constants, tcontact/planning/packing.py): its
-segments
-of kind i of those that the kernel was made for stand at chunk_table[chunk * (kinds + 3) + i] up to that of kind i + 1;
-then come where its force rows begin, less its first node, and 1 for contact cells.
+A chunk has packs of every block of cells (an element with a law and its constants, tcontact/planning/packing.py). Its
+segments with cells of kind i, of the kinds the kernel is made for, are chunk_table[chunk * (kinds + 3) + i] up to the
+entry of kind i + 1. The next two entries are the start of its force rows less its first node, and 1 for contact cells.
 
-`cell_sums` [chunks, numbers] (columns.py): the smallest det F is that of all Gauss points, the hourglass energy 0 for
-elements without. The linear law sets no limit to det F: beside nonlinear laws its cells do not count for it. With
-viscosity the pressure that each cell held follows.
+`cell_sums` [chunks, numbers] (columns.py): the smallest det F is over all Gauss points; the hourglass energy is 0 for
+elements without hourglass modes. The linear law has no limit on det F: beside nonlinear laws its cells do not enter the
+smallest det F. With viscosity the viscous pressure of each cell follows.
 """
 
 import functools
@@ -51,7 +50,7 @@ TINY = 1e-100
 
 @ti.func
 def gather(body: ti.template(), start, width: ti.template()):
-    """Reference position (3) and displacement (3) of one corner, each a vector over the lanes."""
+    """Return reference position (3) and displacement (3) of one corner, each component a vector over the lanes."""
     # the mask tells the compiler that node + 1 and node + 2 cannot overflow: one address for the three components
     node = [(3 * body.connectivity[start + lane]) & MASK for lane in range(width)]
     return [ti.Vector([body.position[i + c] for i in node]) for c in range(3)] + [
@@ -61,24 +60,24 @@ def gather(body: ti.template(), start, width: ti.template()):
 
 @ti.func
 def gather_velocity(body: ti.template(), start, width: ti.template()):
-    """Velocity (3) of one corner, each a vector over the lanes."""
+    """Return the velocity (3) of one corner, each component a vector over the lanes."""
     node = [(3 * body.connectivity[start + lane]) & MASK for lane in range(width)]
     return [ti.Vector([body.v[i + c] for i in node]) for c in range(3)]
 
 
 @ti.func
 def with_mass(body: ti.template(), start, massless, width: ti.template()):
-    """1 in lanes where this corner is not one of the massless nodes, the first boundary nodes; else 0."""
+    """Return 0 in lanes where this corner is a massless node (these are the first boundary nodes), else 1."""
     number = ti.Vector([body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS) for lane in range(width)])
     zero = ti.Vector([0.0 for _ in range(width)])
     return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
 
 
 def make_block_phase(kind: str, law: str, viscous: bool):
-    """Make block_phase(body, base, own, first, end, commit): the packs of one kind and law in a chunk.
+    """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
-    first..end: its segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and the
-    largest viscous rate of them.
+    base: start of the force rows of the chunk; own: 1 for contact cells; first..end: segments. It returns elastic
+    energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
@@ -126,8 +125,8 @@ def make_block_phase(kind: str, law: str, viscous: bool):
                     added = viscosity_of(x, y, w, constants[0], constants[1])
                     rate = constants[3] * here * added[3]
                     fastest = ti.max(fastest, rate)
-                    # where the step is above the stable one, until it is shortened: the viscous pressure may at most
-                    # reverse the strain rate of a cell
+                    # cap the viscous pressure so that it at most reverses the strain rate of a cell: until a step above
+                    # the stable one is shortened
                     limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
                     density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
                     pressure = density * added[1]
@@ -153,12 +152,12 @@ def make_block_phase(kind: str, law: str, viscous: bool):
 
 @functools.cache
 def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
-    """Cell phase of kinds of cells, each an element (names in `elements.FUNCTIONS`) with a law (`materials.LAWS`).
+    """Return cell_phase(first, end, body, stride, commit), the force pass over chunks first..end; memoised.
 
-    cell_phase(first, end, body, stride, commit) for the chunks first..end of a `bundles.Body`; a kernel that calls it
-    needs KEEP_VECTORS (compile_options.py). As an outermost parallel loop stride = GRAIN, inside a serial loop over
-    steps stride = 1. viscous: with bulk viscosity (bulk_viscosity.py); commit: whether a law with state keeps what it
-    becomes (point_memory.py). Memoised.
+    kinds: of cells, each an element (a name in `elements.FUNCTIONS`) with a law (a name in `materials.LAWS`); viscous:
+    with bulk viscosity (bulk_viscosity.py); stride: GRAIN as an outermost parallel loop, 1 inside a serial loop over
+    steps; commit: 1 if laws with state store it (point_memory.py). A kernel that calls it needs KEEP_VECTORS
+    (compile_options.py).
     """
     phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
     count, numbers = len(kinds), group_size(*cell_groups(viscous))

@@ -1,10 +1,10 @@
-"""From integration points to cells and nodes of a time step: forces, and blocks of the tangent in a fixed sparsity.
+"""Assembly of implicit schemes: forces of cells and nodes, and tangent blocks in a fixed sparsity, from the points.
 
     f_a = sum over points of P G_a,   K_ab = sum over points of G_a . dP/dF . G_b,   + an hourglass stiffness h_ab I,
     with mean dilatation  K_ab += lam/V (sum of dP/dp1 G_a) (sum of cof F1 G_b)^t.
 
-Forces are summed node by node, blocks colour by colour (cells of a colour share no node): the same bits with any
-number of threads. Weights are in P and dP/dF already.
+Forces are summed node by node, blocks colour by colour (cells of a colour share no node): the same bits with any number
+of threads. P and dP/dF include the weights of the points.
 """
 
 import taichi as ti
@@ -26,7 +26,7 @@ def dilatations(
     u: ARRAY,
     change_out: ARRAY,
 ):
-    """Mean of det F - 1 of each cell, of tr grad u where the law is linear."""
+    """Set the mean of det F - 1 of each cell, or of tr grad u if the law is linear."""
     for cell in range(change_out.shape[0]):
         total, volume = 0.0, 0.0
         for q in range(per_cell):
@@ -61,7 +61,7 @@ def cell_forces(
     d: ARRAY,
     force_out: ARRAY,
 ):
-    """Forces of the corners of each cell; level: where between u0 and u0 + d the hourglass stiffness is taken."""
+    """Set the corner forces of each cell; level: place between u0 and u0 + d (0..1) of the hourglass forces."""
     for row in range(force_out.shape[0] // 3):
         cell, a = row // corners, row % corners
         f = ti.Vector.zero(ti.f64, 3)
@@ -102,7 +102,7 @@ def tangent_blocks(
     hourglass: ti.f64,
     bulk: ti.f64,
     colour: INDEX,  # cells, colour by colour
-    slots: INDEX,  # [cells, corners, corners] place of a block, -1 = not wanted
+    slots: INDEX,  # [cells, corners, corners] place of a block, -1 = not needed
     gradients: ARRAY,
     weights: ARRAY,
     tangent: ARRAY,
@@ -166,7 +166,7 @@ def tangent_blocks(
 
 @ti.kernel
 def block_product(starts: INDEX, columns: INDEX, blocks: ARRAY, x: ARRAY, y_out: ARRAY):
-    """y = K x with the blocks [.., 3, 3] of each row of nodes."""
+    """Set y = K x, with K in blocks [.., 3, 3] of rows of nodes."""
     for row in range(starts.shape[0] - 1):
         total = ti.Vector.zero(ti.f64, 3)
         for place in range(starts[row], starts[row + 1]):

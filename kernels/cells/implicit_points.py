@@ -1,8 +1,8 @@
-"""Integration points of a time step: P with f* = int P : grad U, dP/dF1, energy and det F - 1 at the end (METHOD 4).
+"""Integration points of implicit steps: P with f* = int P : grad U, dP/dF1, energy and det F - 1 at the end (METHOD 4).
 
     F0 = I + grad u0,   dF = grad d,   u1 = u0 + d;   P = F_m S*  (F1 S with the rule "end"),   dP = dF_m S* + F_m dS*
 
-Strain increments come from d alone, 2 dE = dC = 2 sym(F_m^t dF): they keep their digits when little moves.
+Strain increments come from d alone, 2 dE = dC = 2 sym(F_m^t dF), so that they stay accurate for small increments.
 """
 
 import functools
@@ -18,12 +18,16 @@ from .implicit_rules import mean_stress, mean_stress_change, step_stress, step_s
 
 @ti.func
 def symmetric(a):
+    """Return the symmetric part of a."""
     return 0.5 * (a + a.transpose())
 
 
 @ti.func
 def gradient(corners, connectivity: ti.template(), gradients: ti.template(), cell, place, values: ti.template()):
-    """grad of nodal values at a point, from differences to the first corner; place: of its shape gradients."""
+    """Return the gradient of nodal values at a point, from differences to the first corner.
+
+    place: start of the shape gradients of the point.
+    """
     result = ti.Matrix.zero(ti.f64, 3, 3)
     first = 3 * connectivity[cell * corners]
     for a in range(1, corners):
@@ -35,6 +39,7 @@ def gradient(corners, connectivity: ti.template(), gradients: ti.template(), cel
 
 @ti.func
 def unit(k):
+    """Return the unit vector along axis k."""
     return ti.Vector([ti.select(k == i, 1.0, 0.0) for i in ti.static(range(3))])
 
 
@@ -42,7 +47,7 @@ def unit(k):
 def make_points(law: str, rule: str, mean: bool):
     """Return the kernel for a law and a rule of `implicit_rules`, memoised.
 
-    mean: with the pressures of mean dilatation, at parameters[0] = 0.
+    mean: with one pressure per cell (mean dilatation) in place of parameters[0].
     """
     known = LAWS[law]
     step_law, linear, count, end = known.step, known.linear, len(known.parameters), rule == "end"
@@ -59,7 +64,7 @@ def make_points(law: str, rule: str, mean: bool):
 
     @ti.func
     def linear_rule(h0, dh, constants, chi, p0, p1):
-        """P of linear elasticity, and what a unit of p1 adds to it."""
+        """Return P of linear elasticity, and its derivative by p1."""
         h = h0 + (1.0 if ti.static(end) else 0.5) * dh
         p = linear_stress(h, constants)
         share = 1.0 if ti.static(end) else 0.5

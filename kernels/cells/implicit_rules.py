@@ -11,9 +11,9 @@
                    G of implicit_geometry.py; a law has it or not (`StepLaw` of materials/law.py)
     dissipative    discrete + chi/2 (S(C1) - S(C0))
 
-Rules answer S* with P = F S* by the F of the rule and int P : grad U = f*. `law` is the `StepLaw` of a nonlinear law.
-Mean dilatation (per cell, `implicit_cells.dilatations`): parameters[0] = 0 here and the pressures
-p0, p1 = lam (Theta - 1) of the levels take its place, in the discrete form (p0 + p1)/2 2 G where S* is discrete.
+A rule gives S*; P = F S* with the F of the rule, and f* = int P : grad U. `law` is the `StepLaw` of a nonlinear law.
+With mean dilatation (`implicit_cells.dilatations`) parameters[0] is 0 here, and the cell pressures p0, p1 =
+lam (Theta - 1) of the two levels replace it, as (p0 + p1)/2 2 G where S* is discrete.
 """
 
 import taichi as ti
@@ -29,11 +29,11 @@ from ..language.implicit_geometry import (
 )
 
 SMALL_CHANGE = 1e-5  # |dC| below which Gonzalez' correction is dropped
-DISCRETE = ("discrete", "dissipative")  # rules that need a law's `discrete`
+DISCRETE = ("discrete", "dissipative")  # rules that need the `discrete` stress of a law
 
 
 def has_rule(law, rule: str) -> bool:
-    """Return whether a law (materials/law.py) has what a rule needs; the linear law has rules of its own."""
+    """Return whether a law (materials/law.py) has the functions that a rule needs; the linear law has its own rules."""
     return (not law.state and law.linear) or (
         law.step is not None and (rule not in DISCRETE or law.step.discrete is not None)
     )
@@ -41,7 +41,7 @@ def has_rule(law, rule: str) -> bool:
 
 @ti.func
 def corrected(stress, de, work):
-    """stress + [work - stress:dE] dE/(dE:dE): Gonzalez' correction."""
+    """Return stress + [work - stress:dE] dE/(dE:dE), Gonzalez' correction."""
     result = stress
     square = inner(de, de)
     if 4.0 * square >= SMALL_CHANGE * SMALL_CHANGE:
@@ -51,7 +51,7 @@ def corrected(stress, de, work):
 
 @ti.func
 def corrected_change(stress, de, work, stress_change, along, power):
-    """Derivative of `corrected`; power: that of the work."""
+    """Return the derivative of `corrected`; power: derivative of the work."""
     result = stress_change
     square = inner(de, de)
     if 4.0 * square >= SMALL_CHANGE * SMALL_CHANGE:
@@ -84,7 +84,7 @@ def step_stress(law: ti.template(), rule: ti.template(), e0, e1, de, j0, j1, par
 
 @ti.func
 def step_stress_change(law: ti.template(), rule: ti.template(), e0, e1, de, j0, j1, parameters, chi, along, growth):
-    """Derivative of S* along a change of E1 that makes J1 grow by `growth`."""
+    """Return the derivative of S* along a change of E1 that makes J1 grow by `growth`."""
     result = ti.Matrix.zero(ti.f64, 3, 3)
     if ti.static(rule == "end"):
         result = law.stress_change(e1, j1, parameters, along)
@@ -106,7 +106,7 @@ def step_stress_change(law: ti.template(), rule: ti.template(), e0, e1, de, j0, 
 
 @ti.func
 def mean_stress(rule: ti.template(), e0, e1, de, j0, j1, p0, p1, chi):
-    """The part of S* from the pressures of the cell, and what a unit of p1 adds to S*: [S, dS/dp1]."""
+    """Return the part of S* from the pressures of the cell, and its derivative by p1."""
     slope = ti.Matrix.zero(ti.f64, 3, 3)
     result = ti.Matrix.zero(ti.f64, 3, 3)
     if ti.static(rule == "end"):
@@ -127,14 +127,14 @@ def mean_stress(rule: ti.template(), e0, e1, de, j0, j1, p0, p1, chi):
 
 @ti.func
 def metric_change(e, j, along, growth):
-    """Derivative of J C^-1."""
+    """Return the derivative of J C^-1."""
     inverse = inverse_metric(e, j)
     return growth * inverse - 2.0 * (1.0 + j) * (inverse @ along @ inverse)
 
 
 @ti.func
 def mean_stress_change(rule: ti.template(), e0, e1, de, j0, j1, p0, p1, chi, along, growth):
-    """Derivative of its first answer at fixed pressures."""
+    """Return the derivative of the first result of `mean_stress` at fixed pressures."""
     result = ti.Matrix.zero(ti.f64, 3, 3)
     if ti.static(rule == "end"):
         result = p1 * metric_change(e1, j1, along, growth)
@@ -149,5 +149,5 @@ def mean_stress_change(rule: ti.template(), e0, e1, de, j0, j1, p0, p1, chi, alo
 
 @ti.func
 def volume_growth(h1, d):
-    """Derivative of J1 along D."""
+    """Return the derivative of J1 along D."""
     return inner(cofactor(identity() + h1), d)

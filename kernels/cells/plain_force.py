@@ -1,9 +1,9 @@
-"""The obvious force kernel, the yardstick of the benchmark: one cell per iteration, atomic adds.
+"""Plain force kernel, the reference of the benchmark: one cell per iteration, with atomic adds.
 
 Per Gauss point A = dX/dr, H = du/dr A^-1, then P of the law and dW/du = sum w D (P A^-t) dN/dr.
-It shares the law with the step kernel, not the cell: derivatives along an edge line are differences of corner values
-interpolated to the 4 Gauss lines, which is 1.7 times as fast as sums over corners. Of several formulations this is the
-fastest that was found without packs and lanes; a slower one would flatter the step kernel.
+It shares the law with the step kernel, but not the cell function: derivatives along an edge line are differences of
+corner values interpolated to the 4 Gauss lines, which is 1.7 times as fast as sums over corners. Of several
+formulations without packs and lanes this was the fastest.
 """
 
 import functools
@@ -31,7 +31,7 @@ POINTS = tuple(tuple(tuple(p for p in range(8) if LINES[p][j] == line) for line 
 
 @ti.func
 def interpolate(a):
-    """Bilinear interpolation of 4 edge values to the 4 Gauss lines; its matrix is symmetric."""
+    """Interpolate 4 edge values bilinearly to the 4 Gauss lines; the matrix of this is symmetric."""
     s0 = LERP * (a[1] - a[0])
     s1 = LERP * (a[3] - a[2])
     b0, b1, b2, b3 = a[0] + s0, a[1] - s0, a[2] + s1, a[3] - s1
@@ -42,7 +42,7 @@ def interpolate(a):
 
 @ti.func
 def hex_force(x, u, parameters, law: ti.template()):
-    """Corner forces [component][corner] of a hex8, all 8 points written out."""
+    """Return the corner forces [component][corner] of a hex8, with all 8 points written out."""
     dx = [[interpolate([x[c][e[1]] - x[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     du = [[interpolate([u[c][e[1]] - u[c][e[0]] for e in EDGES[j]]) for j in range(3)] for c in range(3)]
     point = [
@@ -66,7 +66,7 @@ def hex_force(x, u, parameters, law: ti.template()):
 
 
 def forces_alone(whole):
-    """Corner forces [component][corner] of an element, without its energy."""
+    """Return a function of the corner forces [component][corner] of an element, without its energy."""
 
     @ti.func
     def force_of(x, u, parameters, law: ti.template()):
@@ -77,9 +77,9 @@ def forces_alone(whole):
 
 @functools.cache
 def make_plain_force(kind: str, law: str):
-    """Plain force kernel of a cell kind with a law, memoised.
+    """Return the plain force kernel of a kind of cell with a law, memoised.
 
-    plain_force(connectivity [cells*corners], position, params as of the step kernel, u, force_out): adds dW/du.
+    plain_force(connectivity [cells*corners], position, params as for the step kernel, u, force_out) adds dW/du.
     """
     corners = elements.CORNERS[kind]
     force_of = hex_force if kind == "hex8" else forces_alone(elements.force_of(kind, law))

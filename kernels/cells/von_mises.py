@@ -1,4 +1,4 @@
-"""Von Mises stress at the centre of every cell, for frames and pictures.
+"""Von Mises stress at the centre of every cell, for output.
 
     sigma = P F^t / J  (linear law: sigma = P),    s = sigma - tr(sigma)/3 I,    von Mises = sqrt(3/2 s:s)
 
@@ -21,27 +21,27 @@ from .cell_phase import gather
 
 @ti.func
 def cauchy(piola, h, change):
-    """P F^t / J."""
+    """Return P F^t / J."""
     turned = tensor3.product_transposed(piola, tensor3.plus_identity(h, 1.0))
     return tensor3.scaled(1.0 / (1.0 + change), turned)
 
 
 @ti.func
 def small(piola, h, change):
-    """The linear law knows one stress only."""
+    """Return P, the only stress measure of the linear law."""
     return piola
 
 
 @ti.func
 def equivalent(stress):
-    """3/2 s:s of a stress."""
+    """Return 3/2 s:s of a stress."""
     deviator = tensor3.plus_identity(stress, tensor3.trace(stress) * (0.0 - 1.0 / 3.0))
     return 1.5 * tensor3.dot(deviator, deviator)
 
 
 @functools.cache
 def make_von_mises(kind: str, law: str):
-    """Kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
+    """Return the kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
     von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTH wide as (pack, corner,
     lane); position, u [3n]; stress_out [packs * width] [Pa].

@@ -1,4 +1,4 @@
-"""Viscosity of the contact cells: a Kelvin-Voigt stress that damps the mesh-scale flutter of sliding (METHOD 3).
+"""Viscosity of the contact cells: a Kelvin-Voigt stress that damps oscillations at mesh scale in sliding (METHOD 3).
 
     sigma_v = eta (lambda tr D I + 2 mu D),   f_k = int sigma_v grad N_k dv,   eta = beta h/c
 
@@ -6,14 +6,13 @@ D is the strain rate of the step that ends at the present positions x, with H = 
 
     D = (H + H^t - H^t H) / (2 dt) = F^-t (E - E_before)/dt F^-1
 
-the rate of Green's strain, pushed forward: exactly zero for a rigid motion, however far it turns in a step. The linear
-law measures forces and strains in the reference state, and so does its viscosity: D = (H + H^t)/(2 dt), H by X there.
-Cells are integrated as their elastic force is: points, one volume change, or mean gradient with hourglass stiffness.
+the rate of Green's strain, pushed forward: exactly zero for a rigid motion with any rotation in a step. The linear law
+measures forces and strains in the reference state; its viscosity is D = (H + H^t)/(2 dt) with H = d(x - x_before)/dX.
+The integration is that of the elastic force: points, one volume change, or mean gradient with hourglass stiffness.
 
-The force is part of f wherever contact asks for it. In the static solve x are the positions of the iteration and
-x_before those of the row before, so that massless components are damped implicitly, with K + eta/dt K as the tangent of
-a cell (exact for the linear law). On components with mass it acts as the rate of the step before the kick, explicitly.
-The dissipation of that step is  (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
+In the static solve x are the positions of the iteration and x_before those of the last time level, so that massless
+components are damped implicitly, with the tangent K + eta/dt K of a cell (exact for the linear law). On components with
+mass the force of the step before the kick acts, explicitly. A step dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
 """
 
 import functools
@@ -44,39 +43,42 @@ from ..materials import LAWS, linear_elastic
 from ..nodes.boundary_nodes import row
 from .friction import put_three, three
 
-# `viscous`, one array: numbers, of every boundary node [s, 3] the displacement and the viscous force of the last row,
-# eta [s] of every contact cell in the lanes of their packs, the force of every corner there, and eta of the contact
-# cells in the order of their pairs.
-# numbers: 1/dt [1/s] of the rates, power of the last step [W]; boundary nodes, lanes, corners, and where
-# lanes and own rows of contact cells begin among those of all cells
+# The array `viscous` holds: the numbers below; displacement and viscous force [s, 3] of the boundary nodes at the last
+# time level; eta [s] of the contact cells, by lanes of their packs; their corner forces; eta of the contact cells in
+# the order of `Pairs`.
+# numbers: 1/dt [1/s]; power of the last step [W]; counts of boundary nodes, lanes and corners; first lane and first
+# force row of the contact cells among those of all cells
 RATE, POWER, NODES, LANES, CORNERS, FIRST_LANE, FIRST_ROW = 0, 1, 2, 3, 4, 5, 6
 NUMBERS = 7
 
 
 @ti.func
 def force_place(viscous: ti.template()):
-    """Return where the viscous forces begin; the displacements stand before them, from NUMBERS on."""
+    """Return the start of the viscous forces; the displacements stand before them, from NUMBERS on."""
     return NUMBERS + 3 * int(viscous[NODES])
 
 
 @ti.func
 def eta_place(viscous: ti.template()):
+    """Return the start of eta by lanes."""
     return NUMBERS + 6 * int(viscous[NODES])
 
 
 @ti.func
 def rows_place(viscous: ti.template()):
+    """Return the start of the corner forces."""
     return eta_place(viscous) + int(viscous[LANES])
 
 
 @ti.func
 def cells_place(viscous: ti.template()):
+    """Return the start of eta by contact cells."""
     return rows_place(viscous) + 3 * int(viscous[CORNERS])
 
 
 @ti.func
 def stress_of_step(h, parameters):
-    """The law of the increments: [sigma, sigma:e/2, tr e] of the strain e = (H + H^t - H^t H)/2 of a step."""
+    """Return [sigma, sigma:e/2, tr e] for the strain e = (H + H^t - H^t H)/2 of a step, in the form of a law."""
     square = tensor3.transposed_product(h, h)
     e = [[0.5 * ((h[i][j] + h[j][i]) - square[i][j]) for j in range(3)] for i in range(3)]
     trace = tensor3.trace(e)
@@ -86,18 +88,18 @@ def stress_of_step(h, parameters):
 
 @ti.func
 def at_rest(corner, c: ti.template()):
-    """Component c of the reference position of a corner, out of its position and displacement (6)."""
+    """Return component c of the reference position of a corner from its position and displacement (6)."""
     return corner[c]
 
 
 @ti.func
 def present(corner, c: ti.template()):
-    """Component c of the present position of a corner, over the lanes."""
+    """Return component c of the present position of a corner from its position and displacement (6)."""
     return corner[c] + corner[3 + c]
 
 
 def make_block_viscosity(kind: str, law: str):
-    """Make block_viscosity(body, viscous, first, end): corner forces of the contact cells of one kind and law.
+    """Return block_viscosity(body, viscous, first, end): it sets the corner forces of contact cells of a kind and law.
 
     first, end: segments (cell_phase.py) of a chunk.
     """
@@ -135,10 +137,10 @@ def make_block_viscosity(kind: str, law: str):
 
 @functools.cache
 def make_viscous_phase(cells: tuple[tuple[str, str], ...]):
-    """Viscous corner forces of the contact cells of kinds of cells (element, law); memoised.
+    """Return viscous_phase(body, viscous, stride), which sets the viscous corner forces of all contact cells; memoised.
 
-    viscous_phase(body, viscous, stride): the second half of the chunks of a `bundles.Body` holds the contact cells;
-    `viscous` gets the force of every corner of theirs; stride as in cell_phase.py.
+    cells: their kinds (element, law). The second half of the chunks of a `bundles.Body` holds the contact cells;
+    stride: as in cell_phase.py.
     """
     phases, count = [make_block_viscosity(kind, law) for kind, law in cells], len(cells)
 
@@ -156,7 +158,10 @@ def make_viscous_phase(cells: tuple[tuple[str, str], ...]):
 
 @functools.cache
 def make_viscous_pass(cells: tuple[tuple[str, str], ...], signature: Signature):
-    """The phase as a kernel of its own, for many contact cells; signature: a Body, and a Launch with viscous_cells."""
+    """Return the viscous phase as a parallel kernel, for many contact cells.
+
+    signature: of a Body and a Launch with viscous_cells.
+    """
     viscous_phase = make_viscous_phase(cells)
 
     @ti.func
@@ -168,7 +173,7 @@ def make_viscous_pass(cells: tuple[tuple[str, str], ...], signature: Signature):
 
 @ti.func
 def earlier(body: ti.template(), viscous: ti.template(), start, width: ti.template()):
-    """Displacement (3) of one corner at the row before, each a vector over the lanes."""
+    """Return the displacement (3) of a corner at the last time level, each component a vector over the lanes."""
     number = [(body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS)) - 1 for lane in range(width)]
     at = [(NUMBERS + 3 * s) & MASK for s in number]
     return [ti.Vector([viscous[i + c] for i in at]) for c in range(3)]
@@ -176,7 +181,7 @@ def earlier(body: ti.template(), viscous: ti.template(), start, width: ti.templa
 
 @ti.func
 def viscous_force(body: ti.template(), viscous: ti.template(), s):
-    """The viscous force [3] of boundary node s, all its contact cells together."""
+    """Return the viscous force [3] of boundary node s, summed over its contact cells."""
     total = ti.Vector.zero(ti.f64, 3)
     first = rows_place(viscous) - 3 * int(viscous[FIRST_ROW])
     for i in range(body.corner_rows[s], body.corner_rows[s + 1]):
@@ -185,13 +190,13 @@ def viscous_force(body: ti.template(), viscous: ti.template(), s):
 
 
 @ti.func
-def viscous_load(body: ti.template(), listed: ti.template(), viscous: ti.template()):
-    """At a row: the viscous force joins that of the cells, its power is taken, and rates count from here."""
+def viscous_load(body: ti.template(), boundary: ti.template(), viscous: ti.template()):
+    """Add the viscous force to that of the cells, set its power, and store displacement and force for the next step."""
     power = 0.0
-    for s in range(listed.nodes.shape[0]):
+    for s in range(boundary.nodes.shape[0]):
         place = NUMBERS + 3 * s
         now, last = viscous_force(body, viscous, s), three(viscous, force_place(viscous) + 3 * s)
-        here = row(body.u, listed.nodes[s])
+        here = row(body.u, boundary.nodes[s])
         power += 0.5 * (now + last).dot(here - three(viscous, place))
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + now[j]
@@ -202,7 +207,7 @@ def viscous_load(body: ti.template(), listed: ti.template(), viscous: ti.templat
 
 @ti.func
 def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), begin, end):
-    """Pair stiffnesses of contact cells begin .. end with their viscosity: (1 + eta/dt) K of the cell."""
+    """Multiply the stiffness of contact cells begin .. end by 1 + eta/dt, to include their viscosity."""
     for cell in range(begin, end):
         factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):

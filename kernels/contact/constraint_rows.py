@@ -1,13 +1,13 @@
-"""Constraint rows: all that contact knows of its partners.
+"""Constraint rows: the interface between the search for contact and all contact models.
 
     g_r + n_r . d >= 0,   lambda_r >= 0,   (g_r + n_r . d) lambda_r = 0,   F_r = lambda_r n_r + t_r on the node
 
-Row r = k * slots + p is constraint p of contact node k. A search fills the rows at the present positions: the gap g
-(open positive), the unit normal n into the body, the size of what g is a difference of (for its rounding), the velocity
-of the partner where it is touched; obstacle_rows.py does it for rigid obstacles, whose rows have one node of weight 1.
-Normal and full removal, penalty, impulses, prediction, static solve and friction read rows and nothing else. They leave
-the force of every row, and `hand_over` gives it to the node: to know what a partner feels, its search reads the forces
-of the rows it has filled.
+Row r = k * slots + p is constraint p of contact node k; d is the displacement of the node from its present position. A
+search fills the rows: the gap g (open positive), the unit normal n into the body, the size of the lengths whose
+difference g is (for its rounding error), and the velocity of the partner at the node. obstacle_rows.py does this for
+rigid obstacles, whose rows have one node of weight 1. Penalty, impulses, prediction, static solve and friction read
+rows only. They set the force of every row; `hand_over` applies it to the node, and the search that filled the row
+computes the load of the partner from it.
 
 Rows of pairs of deformable bodies get masters beside their node: weights P in lists (row_start [rows+1], masters,
 weights), absent as long as no pair exists. Their search fills gap n.(x_s - P x_m), normal and the velocities P v_m of
@@ -21,7 +21,7 @@ import taichi as ti
 from ..columns import SUMS
 from .islands import node_count
 
-EPSILON = 32 * 2.220446049250313e-16  # rounding of what many displacements or a gap sum up to, over their size
+EPSILON = 32 * 2.220446049250313e-16  # relative rounding error of a gap, or of a sum of many displacements
 
 
 @ti.func
@@ -78,7 +78,10 @@ def sum_of_rows(rows: ti.template(), k, place: ti.template()):
 
 @ti.func
 def hand_over_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
-    """Give the forces of its rows to contact node k: the contact force leaves special_force (internal less contact)."""
+    """Apply the forces of its rows to contact node k, and return their sum [3] [N].
+
+    special_force is the internal force less the contact force.
+    """
     total = sum_of_rows(rows, k, rows.at.force)
     for j in ti.static(range(3)):
         contact.force[3 * k + j] = total[j]
@@ -88,7 +91,7 @@ def hand_over_node(body: ti.template(), contact: ti.template(), rows: ti.templat
 
 @ti.func
 def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Give the forces of the rows to the contact nodes, and sum them up."""
+    """Apply the forces of the rows to the contact nodes, and sum them up."""
     force = ti.Vector.zero(ti.f64, 3)
     pressed = 0.0
     for k in range(node_count(contact)):
@@ -103,7 +106,7 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
 
 @ti.func
 def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Give the friction of the kick to the contact nodes too."""
+    """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces."""
     force = ti.Vector([contact.sums[SUMS.contact_force + j] for j in ti.static(range(3))])
     for k in range(node_count(contact)):
         total = sum_of_rows(rows, k, rows.at.kick_friction)

@@ -1,7 +1,8 @@
-"""Contact forces on nodes that keep their mass: the baselines (METHOD 2, end).
+"""Contact forces on nodes that keep their mass, the baselines of the comparison (METHOD 2, end).
 
     penalty   lambda_p = kappa A_k max(0, -g_p(x^n)),  energy 1/2 kappa A_k max(0, -g_p)^2
-    impulse   if g_p(x^n) <= 0: the least change of the kicked velocity v* with nu_p . v >= 0; lambda = impulse / dt
+    impulse   if g_p(x^n) <= 0: the smallest change of the velocity v* after the kick with nu_p . v >= 0;
+              lambda = impulse / dt
 
 The contact nodes come first in the list of boundary nodes.
 """
@@ -17,7 +18,7 @@ from .local_contact import multipliers
 
 @ti.func
 def penalty_load(contact: ti.template(), rows: ti.template()):
-    """Set the row forces of a penalty and sum up its energy."""
+    """Set the penalty forces of all rows, and sum up their energy."""
     energy = 0.0
     for k in range(node_count(contact)):
         energy += penalty_node(contact, rows, k)
@@ -26,7 +27,7 @@ def penalty_load(contact: ti.template(), rows: ti.template()):
 
 @ti.func
 def penalty_node(contact: ti.template(), rows: ti.template(), k):
-    """Set the row forces of node k; returns their energy [J]."""
+    """Set the penalty forces of the rows of node k; return their energy [J]."""
     slots = ti.static(rows.options.slots)
     energy = 0.0
     for p in ti.static(range(slots)):
@@ -45,14 +46,14 @@ def penalty_node(contact: ti.template(), rows: ti.template(), k):
 
 @ti.func
 def impulse_load(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span):
-    """Set the row forces of impulses; span: time [s] they are spread over, 0 where no step was or will be done."""
+    """Set the impulse forces of all rows; span: time [s] over which an impulse acts, 0 if no step is taken."""
     for k in range(node_count(contact)):
         impulse_node(body, boundary, contact, rows, span, k)
 
 
 @ti.func
 def impulse_node(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span, k):
-    """Set the row forces of the impulses on node k."""
+    """Set the impulse forces of the rows of node k."""
     slots = ti.static(rows.options.slots)
     time = ti.max(span, 1e-300)
     flexible = symmetric(boundary.inverse_mass, k)

@@ -1,11 +1,12 @@
-"""Friction of one node (METHOD 3): the tangential force t that obeys the law after what it does to the slip.
+"""Local friction problem of one row: find the tangential force t that obeys the law with the slip it causes (METHOD 3).
 
     s = s* + W t,   |t| <= c,   t = -c s/|s| where it slips,   c = mu lambda
 
-W [2, 2] is what a tangential force does to the slip s* that is there without it; t and s in two tangents of the
-contact. The same problem stands for an impulse on a node with mass and for a node of the static solve. It is the
-optimality condition of min 1/2 t.W t + s*.t over |t| <= c: t = -(W + a)^-1 s*, with a >= 0 such that |t| = c.
-Regularised (Oden and Martins 1985): |t| = c phi(|s|/e), phi(z) = z (2 - z) below 1, 1 above: it creeps.
+s* is the slip without friction and W [2, 2] the change of slip by a unit force, in two tangents of the contact. An
+impulse on a node with mass and a node of the static solve pose this same problem. It is the optimality condition of
+min 1/2 t.W t + s*.t over |t| <= c: t = -(W + a)^-1 s*, with a >= 0 such that |t| = c when it slips.
+The regularised law (Oden and Martins 1985) is |t| = c phi(|s|/e), phi(z) = z (2 - z) for z < 1, else 1; it creeps
+instead of sticking.
 """
 
 import taichi as ti
@@ -13,27 +14,27 @@ import taichi as ti
 from ..columns import SUMS
 from ..lanes import FRICTION_NODE
 
-# `friction`: slip speed of the regularised law, step [s] of the static solve; then of every contact node:
-# most that its layer transmits [N]; slip speed [m/s] after the kick without friction, what a force takes of it
-# [m/(s N)] and the mean of the speeds before and after it; work [J] and force [N] of friction in the last kick or step;
-# displacement (3) that slip in the static solve counts from
+# `friction`: slip speed [m/s] of the regularised law, step [s] of the static solve; then for every contact node:
+# largest friction force [N] that its layer transmits; slip speed [m/s] after the kick without friction, its change by a
+# unit force [m/(s N)] and the mean of the speeds before and after the kick; work [J] and force [N] of friction in the
+# last kick or step; displacement (3) [m] from which the static solve measures slip
 SLIP_SPEED, STEP, FIRST = 0, 1, 2
 LIMIT, SPEED, SOFTNESS, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
 NODE = FRICTION_NODE
 
-SINGULAR = 1e-12  # of the trace: a direction that a force cannot move
-STOPPED = 1e-6  # of the slip
-ROUNDS = 60  # of the root search; it ends when the force fits
+SINGULAR = 1e-12  # W is singular when its determinant is below this times its trace squared
+STOPPED = 1e-6  # the row sticks when this ratio of the slip, or less, remains
+ROUNDS = 60  # iterations of the root search, at most
 
 
 @ti.func
 def tangents(normal):
-    """Return two unit vectors [2, 3] across a unit normal and each other."""
-    least = 0
+    """Return two unit vectors [2, 3] perpendicular to a unit normal and to each other."""
+    smallest = 0
     for j in ti.static(range(1, 3)):
-        if normal[j] * normal[j] < normal[least] * normal[least]:
-            least = j
-    axis = ti.Vector([ti.select(least == j, 1.0, 0.0) for j in range(3)])
+        if normal[j] * normal[j] < normal[smallest] * normal[smallest]:
+            smallest = j
+    axis = ti.Vector([ti.select(smallest == j, 1.0, 0.0) for j in range(3)])
     first = axis.cross(normal)
     first = first / first.norm()
     second = normal.cross(first)
@@ -42,7 +43,7 @@ def tangents(normal):
 
 @ti.func
 def shifted(mobility, slip, shift):
-    """Return -(W + a)^-1 s*; for a = 0 and a singular W without the part of s* that no force can change."""
+    """Return -(W + a)^-1 s*; for a = 0 and a singular W, s* without its part that no force can change."""
     a, b, c = mobility[0, 0], mobility[0, 1], mobility[1, 1]
     trace = a + c
     determinant = a * c - b * b
@@ -61,7 +62,7 @@ def shifted(mobility, slip, shift):
 
 @ti.func
 def strength(law: ti.template(), slip, scale):
-    """Return the share of c that a slip of this size mobilises."""
+    """Return the ratio phi of c that a slip of this size mobilises."""
     result = 1.0
     if ti.static(law == "regularized"):
         z = slip / scale
@@ -71,32 +72,32 @@ def strength(law: ti.template(), slip, scale):
 
 
 @ti.func
-def resist(law: ti.template(), mobility, slip, most, scale):
-    """Return the friction force t [2]; most = c; scale = e: the slip that fully mobilises the regularised law."""
+def friction_force(law: ti.template(), mobility, slip, limit, scale):
+    """Return the friction force t [2]; limit: c; scale: e, the slip that fully mobilises the regularised law."""
     force = ti.Vector([0.0, 0.0])
-    if most > 0.0:
+    if limit > 0.0:
         sticks = False
         if ti.static(law == "coulomb"):
             force = shifted(mobility, slip, 0.0)
-            left = slip + mobility @ force  # above rounding where a force cannot stop the slip
-            sticks = force.norm() <= most and left.norm() <= STOPPED * slip.norm()
+            left = slip + mobility @ force  # not zero where no force can stop the slip
+            sticks = force.norm() <= limit and left.norm() <= STOPPED * slip.norm()
         if not sticks:
             # |t(a)| - c phi(a |t(a)|) falls with a: safeguarded Newton of 1/|t| - 1/c, which is nearly linear in a
-            low, high = 0.0, slip.norm() / most
+            low, high = 0.0, slip.norm() / limit
             if ti.static(law == "regularized"):
                 size = shifted(mobility, slip, high).norm()
-                while size > most * strength(law, high * size, scale):
+                while size > limit * strength(law, high * size, scale):
                     high = 2.0 * high
                     size = shifted(mobility, slip, high).norm()
             shift = high
-            if ti.static(law == "coulomb"):  # right at once where the mobility is the same in all directions
-                # (not 0, where a singular mobility hides the slip that no force can stop)
+            if ti.static(law == "coulomb"):  # exact where the mobility is the same in all directions; never 0, since
+                # there a singular mobility hides the slip that no force can stop
                 shift = ti.max(1e-2 * STOPPED * high, high - 0.5 * (mobility[0, 0] + mobility[1, 1]))
             for _ in range(ROUNDS):
                 force = shifted(mobility, slip, shift)
                 size = force.norm()
-                allowed = most * strength(law, shift * size, scale)
-                if ti.abs(size - allowed) <= 1e-14 * most:
+                allowed = limit * strength(law, shift * size, scale)
+                if ti.abs(size - allowed) <= 1e-14 * limit:
                     break
                 if size > allowed:
                     low = shift
@@ -106,7 +107,7 @@ def resist(law: ti.template(), mobility, slip, most, scale):
                 if ti.static(law == "coulomb"):
                     back = shifted(mobility, force, shift)  # -d|t|^2/da / 2 = t.(W + a)^-1 t
                     slope = 0.0 - force.dot(back)
-                    newton = shift + size * size * (size / most - 1.0) / ti.max(slope, 1e-300)
+                    newton = shift + size * size * (size / limit - 1.0) / ti.max(slope, 1e-300)
                     if newton > low and newton < high:
                         trial = newton
                 shift = trial
@@ -134,6 +135,6 @@ def put_three(values: ti.template(), place, vector):
 
 @ti.func
 def clear_work(contact: ti.template()):
-    """Set the work of friction to 0 before the phases that do some add it."""
+    """Set the work of friction to 0, before the phases of the step add to it."""
     contact.sums[SUMS.friction_before] = 0.0
     contact.sums[SUMS.friction_after] = 0.0

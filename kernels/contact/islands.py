@@ -1,9 +1,9 @@
-"""Islands: contact nodes that no stiffness couples with others; they stand one after another in every list.
+"""Islands: sets of contact nodes that no stiffness couples to other contact nodes.
 
-The contact nodes of a body are an island. Each has its own settings, numbers and end of the static
-solve, so that it gets to the last bit what it would get alone; one measure of the contact cells serves all of them.
-`islands` [i+1, ISLAND]: where those of island i begin among the contact nodes, the packs of the sweeps, the contact
-cells, the nodes without rows, which follow the contact nodes in their list, and the contact blocks (lanes.py).
+The contact nodes of a body are one island. The static solve of an island has its own settings, residual and end, so
+that its result is bit for bit that of a run with this body alone. One force pass over the contact cells serves all.
+`islands` [i+1, ISLAND] holds where island i begins among the contact nodes, the packs of the sweeps, the contact cells,
+the nodes without rows (behind the contact nodes in their list) and the contact blocks (lanes.py).
 """
 
 import taichi as ti
@@ -19,7 +19,7 @@ def island_count(contact: ti.template()):
 
 @ti.func
 def first_node(contact: ti.template(), island):
-    """Return the first contact node of an island; that of the next island is its end."""
+    """Return the first contact node of an island; its nodes end before the first node of the next island."""
     return contact.islands[ISLAND * island]
 
 

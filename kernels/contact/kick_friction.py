@@ -1,9 +1,9 @@
 """Friction on the components of contact nodes that have mass, as an impulse of the kick (METHOD 3).
 
-    v = v* + M^-1 p,   p = -M v*_T if that is at most mu lambda span, else scaled back to it
+    v = v* + M^-1 p,   p = -M v*_T if |p| <= mu lambda span, else scaled to that limit
 
-v*: velocity relative to the partner that the kick over `span` would give without friction. Exact stick, no creep.
-The work up to row n takes the part of the kick before it:  -t.(v^{n-1/2} + v^n)/2 k0,  the rest comes after.
+v* is the velocity relative to the partner after the kick over `span` [s] without friction. Stick is exact, without
+creep. The work up to time level n is that of the part of the kick before it, -t.(v^{n-1/2} + v^n)/2 k0.
 """
 
 import taichi as ti
@@ -21,19 +21,19 @@ from .friction import (
     SOFTNESS,
     SPEED,
     WORK,
+    friction_force,
     node_place,
-    resist,
     tangents,
 )
 from .islands import node_count
 
-SEVERAL = 300  # rounds over the rows of a node that has more than one, until their forces agree to
-AGREED = 1e-13  # of what presses; sticking to two at a small angle takes a hundred
+NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at most; two walls at a small angle take 100
+NODE_CHANGE = 1e-13  # change of the forces over the pressing forces at which they end
 
 
 @ti.func
 def velocity_without_friction(body: ti.template(), boundary: ti.template(), k, damped: ti.template()):
-    """Return velocity before the kick, acceleration without friction, and the inverse mass [3, 3] for a force."""
+    """Return velocity before the kick, acceleration without friction, and acceleration by a unit force [3, 3]."""
     node = boundary.nodes[k]
     velocity = row(body.v, node)
     flexible = symmetric(boundary.inverse_mass, k)
@@ -44,7 +44,7 @@ def velocity_without_friction(body: ti.template(), boundary: ti.template(), k, d
 
 @ti.func
 def without_massless_components(contact: ti.template(), k, relative):
-    """Take the massless components of node k out of a velocity [3]: their friction is in the static solve."""
+    """Return a velocity [3] without the massless components of node k, whose friction the static solve includes."""
     for j in ti.static(range(contact.options.block)):
         column = ti.Vector([contact.basis[(3 * k + i) * contact.options.block + j] for i in ti.static(range(3))])
         relative = relative - column.dot(relative) * column
@@ -55,7 +55,7 @@ def without_massless_components(contact: ti.template(), k, relative):
 def kick_friction(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template()
 ):
-    """Set the friction of all rows, and sum up its work."""
+    """Set the friction of the kick in all rows, and sum up its work."""
     early, late = 0.0, 0.0
     for k in range(node_count(contact)):
         before, after = kick_friction_node(body, boundary, contact, rows, damped, k)
@@ -69,7 +69,7 @@ def kick_friction(
 def kick_friction_node(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template(), k
 ):
-    """Set the friction of the rows of node k; returns its work [J] before and after the time level of the kick."""
+    """Set the friction of the rows of node k; return its work [J] before and after the time level of the kick."""
     slots = ti.static(contact.options.slots)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = before + after
@@ -83,7 +83,7 @@ def kick_friction_node(
     forces = ti.Matrix.zero(ti.f64, slots, 3)
     if pressed > 0.0 and span > 0.0:
         velocity, acceleration, flexible = velocity_without_friction(body, boundary, k, damped)
-        for _ in range(ti.static(1 if slots == 1 else SEVERAL)):
+        for _ in range(ti.static(1 if slots == 1 else NODE_ROUNDS)):
             change = 0.0
             for p in ti.static(range(slots)):
                 r = k * slots + p
@@ -99,22 +99,22 @@ def kick_friction_node(
                     if ti.static(contact.options.static_friction):
                         relative = without_massless_components(contact, k, relative)
                     slip = across @ relative
-                    most = number_of(rows, r, rows.at.coefficient) * pressing
+                    limit = number_of(rows, r, rows.at.coefficient) * pressing
                     if ti.static(contact.options.static_friction):
                         there = vector_of(rows, k * slots + p, rows.at.traction)
-                        most = ti.sqrt(ti.max(0.0, most * most - there.dot(there)))
+                        limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))
                     if ti.static(contact.options.layered):
-                        most = ti.min(most, contact.friction[node_place(k, LIMIT)])
+                        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
                     mobility = span * (across @ flexible @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
-                        most = 0.0  # no mass: its friction is that of the static solve
-                    force = across.transpose() @ resist(
-                        contact.options.friction, mobility, slip, most, contact.friction[SLIP_SPEED]
+                        limit = 0.0  # no mass: its friction is that of the static solve
+                    force = across.transpose() @ friction_force(
+                        contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
                     )
                     for j in ti.static(range(3)):
                         change += ti.abs(force[j] - forces[p, j])
                         forces[p, j] = force[j]
-            if change <= AGREED * pressed:
+            if change <= NODE_CHANGE * pressed:
                 break
         total = ti.Vector.zero(ti.f64, 3)
         for p in ti.static(range(slots)):
@@ -130,9 +130,9 @@ def kick_friction_node(
             work_before += early
             work_after += late
             if ti.static(contact.options.layered and not contact.options.static_friction):
-                rubbed, strongest = node_place(k, WORK), node_place(k, FORCE)
-                contact.friction[rubbed] = contact.friction[rubbed] + early + late
-                contact.friction[strongest] = ti.max(contact.friction[strongest], force.norm())
+                work, largest = node_place(k, WORK), node_place(k, FORCE)
+                contact.friction[work] = contact.friction[work] + early + late
+                contact.friction[largest] = ti.max(contact.friction[largest], force.norm())
     for p in ti.static(range(slots)):
         set_vector(rows, k * slots + p, rows.at.kick_friction, ti.Vector([forces[p, j] for j in ti.static(range(3))]))
     return work_before, work_after
@@ -142,7 +142,7 @@ def kick_friction_node(
 def layer_slip(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template()
 ):
-    """Tell the layer of every node its slip speed without friction, and what a force takes away from it."""
+    """Set the input of the friction layers: slip speed of every node without friction, and its change by a force."""
     for k in range(node_count(contact)):
         layer_slip_node(body, boundary, contact, rows, damped, k)
 
@@ -151,15 +151,15 @@ def layer_slip(
 def layer_slip_node(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template(), k
 ):
-    """Set slip speed and mobility of node k at the row that presses it most."""
+    """Set slip speed and mobility of node k at the row with the largest pressing force."""
     slots = ti.static(contact.options.slots)
     span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
-    most, speed, mobility, mean = 0.0, 0.0, 0.0, 0.0
+    largest, speed, mobility, mean = 0.0, 0.0, 0.0, 0.0
     for p in ti.static(range(slots)):
         r = k * slots + p
         pressing = number_of(rows, k * slots + p, rows.at.pressing)
-        if pressing > most:
-            most = pressing
+        if pressing > largest:
+            largest = pressing
             across = tangents(normal_of(rows, r))
             velocity, acceleration, flexible = velocity_without_friction(body, boundary, k, damped)
             wall = velocity_of(rows, r, rows.at.velocity)

@@ -2,30 +2,30 @@
 
     min 1/2 d.D d - r.d   with   g_p + n_p.d + e lambda_p >= 0,  lambda_p >= 0,  complementary,   p < slots
 
-d has `block` components; e = 0 is the rigid constraint, e = 1/(kappa A) a penalty. In the multipliers it is a small
+d has `block` components; e = 0 is the rigid constraint, e = 1/(kappa A) a penalty. In the multipliers this is a small
 linear complementarity problem, W lambda + c >= 0 with W = N D^-1 N^t + e and c = g + N D^-1 r, solved by trying its
-2^slots active sets. A tie between two of them is judged by the penetration -c that the free motion D^-1 r leads to:
-the gap of a row out of reach is no measure, and such a row changes not a bit of what the others do.
-Where normals depend on each other the motion is unique but lambda is not: then it is the shortest one,
-min |lambda|^2 with the same N^t lambda.
+2^slots active sets. Violations of two sets count as equal when they differ by less than rounding, measured by the
+largest penetration -c of the free motion D^-1 r. The gaps of distant rows do not enter this measure, so such a row does
+not change the result by a bit. Where normals are linearly dependent, the motion is unique but lambda is not; the
+shortest lambda with the same N^t lambda is taken.
 """
 
 import taichi as ti
 
-SINGULAR = 1e-13  # a pivot below this share of its diagonal: the normals of the set depend on each other
-TIE = 1e-12  # of the largest penetration: rounding of W lambda + c
-SHARING = 1e-9  # of the largest penetration: rows closer than this may share the load
-# regularisation of N N^t: what the rows share has an error of SHARED^(REFINEMENTS + 1)
+SINGULAR = 1e-13  # normals are linearly dependent when a pivot is below this times its diagonal entry
+TIE = 1e-12  # rounding error of W lambda + c, over the largest penetration
+SHARING = 1e-9  # rows whose gap after the solve is below this times the largest penetration may share the load
+# relative regularisation of N N^t; the error of the shared forces is SHARED^(REFINEMENTS + 1)
 SHARED = 1e-10
 REFINEMENTS = 3
-SAME = 1e-11  # of a force: what a share may change of it
+SAME = 1e-11  # relative change of the total force that sharing may cause
 
 
 @ti.func
 def solved(matrix, right, slots: ti.template()):
-    """Solve a symmetric positive definite system; also returns the smallest pivot over its diagonal.
+    """Return the solution of a symmetric positive definite system, and its smallest pivot over the diagonal entry.
 
-    Rows of the identity leave the arithmetic of the others as it is, bit by bit.
+    Rows of the identity do not change the arithmetic of the other rows by a bit.
     """
     reduced = matrix
     answer = right
@@ -67,7 +67,7 @@ def chosen(values, mask, slots: ti.template()):
 
 @ti.func
 def shortest(pressing, normals, sharing, slots: ti.template()):
-    """Return the shortest lambda >= 0 of the rows in the mask with the force of the given one, else the given one."""
+    """Return the shortest lambda >= 0 of the rows in the mask with the same force, or `pressing` if there is none."""
     gram = normals @ normals.transpose()
     force = gram @ pressing
     matrix = part(gram, sharing, slots)

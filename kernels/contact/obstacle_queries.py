@@ -1,4 +1,4 @@
-"""Gaps of many positions to the obstacles of a bundle, for the benchmark: what the contact kernels do per node."""
+"""Kernel that computes the gaps of many positions to an obstacle, with the functions of contact, for the benchmark."""
 
 import functools
 
@@ -11,7 +11,7 @@ from .obstacles import gap_and_normal
 
 @functools.cache
 def make_gaps(shapes: tuple[str, ...]):
-    """Kernel: gap of every position [n, 3] to obstacle 0, memoised."""
+    """Return the kernel gaps(records, motion, positions [n, 3], gaps_out [n]) for obstacle 0, memoised."""
     options = ContactOptions(shapes=shapes)
 
     @ti.kernel

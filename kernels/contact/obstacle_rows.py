@@ -1,13 +1,13 @@
-"""Rows of rigid obstacles: gap, normal and velocity of the surface at a contact node, and what the obstacles feel.
+"""Constraint rows of rigid obstacles: gap, normal and surface velocity at contact nodes, and loads on the obstacles.
 
-Row k * slots + p of node k stands for obstacle `candidates` of it; where there are more than MOST_SLOTS obstacles
-these are the nearest ones.
+Row r = k * slots + p of node k stands for obstacle candidates[r]. Where there are more than MAXIMUM_SLOTS obstacles,
+the candidates are the nearest ones.
 """
 
 import taichi as ti
 
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
-from ..lanes import MOST_SLOTS
+from ..lanes import MAXIMUM_SLOTS
 from ..nodes.boundary_nodes import row
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
@@ -16,7 +16,7 @@ from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, v
 
 @ti.func
 def position(reference: ti.template(), k, u: ti.template(), node):
-    """Return where entry k of a list of nodes is, from the point that `reference` counts from."""
+    """Return the present position [3] of entry k in a list of nodes, relative to the origin of `reference`."""
     return row(reference, k) + row(u, node)
 
 
@@ -54,8 +54,8 @@ def fill_rows(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
 
 @ti.func
 def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.template()):
-    """Choose the obstacles with the smallest gaps at each node, where there are more than slots for them."""
-    if obstacles.records.shape[0] // RECORD > MOST_SLOTS:
+    """Choose the obstacles with the smallest gaps at each node, if there are more obstacles than slots."""
+    if obstacles.records.shape[0] // RECORD > MAXIMUM_SLOTS:
         for k in range(node_count(contact)):
             choose_at_node(obstacles, contact, u, k)
 
@@ -64,13 +64,13 @@ def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.te
 def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.template(), k):
     """Choose the obstacles of node k.
 
-    They stand in the order of the scene: obstacles out of reach leave the arithmetic of the others as it is. The order
-    stays while they are the same: what a node knows of its obstacles stays with them.
+    They are kept in the order of the scene, so that distant obstacles do not change the arithmetic of the others. As
+    long as the set is the same, its order stays, and with it the data of the rows (such as friction).
     """
     x = position(contact.reference, k, u, contact.nodes[k])
-    found = ti.Vector([-1 for _ in range(MOST_SLOTS)])
+    found = ti.Vector([-1 for _ in range(MAXIMUM_SLOTS)])
     missing = 0
-    for slot in ti.static(range(MOST_SLOTS)):
+    for slot in ti.static(range(MAXIMUM_SLOTS)):
         best = 1e300
         for p in range(obstacles.records.shape[0] // RECORD):
             g, _normal = gap_and_normal(obstacles, p, x)
@@ -82,22 +82,22 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
                 best = g
                 found[slot] = p
         known = 0
-        for other in ti.static(range(MOST_SLOTS)):
-            if obstacles.candidates[MOST_SLOTS * k + other] == found[slot]:
+        for other in ti.static(range(MAXIMUM_SLOTS)):
+            if obstacles.candidates[MAXIMUM_SLOTS * k + other] == found[slot]:
                 known = 1
         missing += 1 - known
-    for _, slot in ti.static(ti.ndrange(MOST_SLOTS - 1, MOST_SLOTS - 1)):
+    for _, slot in ti.static(ti.ndrange(MAXIMUM_SLOTS - 1, MAXIMUM_SLOTS - 1)):
         first, second = found[slot], found[slot + 1]
         found[slot] = ti.min(first, second)
         found[slot + 1] = ti.max(first, second)
     if missing > 0:
-        for slot in ti.static(range(MOST_SLOTS)):
-            obstacles.candidates[MOST_SLOTS * k + slot] = found[slot]
+        for slot in ti.static(range(MAXIMUM_SLOTS)):
+            obstacles.candidates[MAXIMUM_SLOTS * k + slot] = found[slot]
 
 
 @ti.func
 def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
-    """Take the smallest gap of the contact sets to any obstacle: that of the rows, and of nodes without rows."""
+    """Set the smallest gap of the contact sets to any obstacle, of the rows and of nodes without rows."""
     smallest = 1e300
     if ti.static(rows.exist):
         for r in range(ti.static(rows.options.slots) * node_count(contact)):
@@ -112,9 +112,9 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
 
 @ti.func
 def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
-    """Sum up what every obstacle feels of the row forces: force and moment, and the power of all on the bodies.
+    """Sum up force and moment on every obstacle, and the power of all obstacles on the bodies.
 
-    An obstacle feels the opposite of the force on the node, where the node is.
+    The force on an obstacle is opposite to that on the node and acts at the node.
     """
     slots = ti.static(rows.options.slots)
     power = ti.static(loads_place(contact.options.friction != ""))
@@ -130,9 +130,9 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
                 force += vector_of(rows, r, rows.at.kick_friction)
             moment = (x - vector(obstacles.records, RECORD * p + POINT)).cross(force)
             first = power + 1 + OBSTACLE_LOADS * p
-            pushed, turned = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
+            force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
             for j in ti.static(range(3)):
-                contact.sums[pushed + j] = contact.sums[pushed + j] - force[j]
-                contact.sums[turned + j] = contact.sums[turned + j] - moment[j]
+                contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
+                contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
             power_of_all += force.dot(velocity_at(obstacles, p, x, VELOCITY))
     contact.sums[power] = power_of_all

@@ -2,7 +2,7 @@
 
 Block of half sizes h: q = |y| - h; outside |max(q, 0)|, inside max q, its normal from the nearest face.
 Grid: D and grad D interpolated trilinearly between nodes; beyond the grid D(c) + grad D(c) . (y - c) from its nearest
-point c; the normal is grad D made a unit vector. The same as `Box.local` and `Sdf.local`.
+point c; the normal is the unit vector along grad D. `Box.local` and `Sdf.local` compute this on the host.
 """
 
 import taichi as ti

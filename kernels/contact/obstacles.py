@@ -2,10 +2,9 @@
 
 An obstacle is a record of RECORD numbers in `obstacles.records`: shape, a reference point o of it, a frame Q (rows:
 its own axes), parameters of the shape, velocity of o and angular velocity, now and as means over the step that led
-here. Positions count from a point among the contact nodes: gaps keep their digits far from the origin. Where obstacles
-move, `obstacles.motion` holds a row of records per time level and `set_pose` takes the next one; behind them stand the
-grids of sampled distances.
-Only the shapes in `obstacles.options.shapes` are compiled.
+here. Positions are relative to a point among the contact nodes, so that gaps keep their precision far from the origin.
+If obstacles move, `obstacles.motion` holds a row of records per time level and `set_pose` takes the next one; the grids
+of sampled distances follow the rows. Only the shapes in `obstacles.options.shapes` are compiled.
 """
 
 import taichi as ti
@@ -32,7 +31,7 @@ def gap_and_normal(obstacles: ti.template(), p, x):
     start = RECORD * p
     y = x - vector(values, start + POINT)
     gap = 1e300
-    normal = vector(values, start + FRAME + 6)  # of a plane, axis of a cylinder
+    normal = vector(values, start + FRAME + 6)  # normal of a plane, axis of a cylinder
     shape = int(values[start + SHAPE])
     alone = ti.static(len(obstacles.options.shapes) == 1)
     if ti.static("plane" in obstacles.options.shapes):
@@ -100,7 +99,7 @@ def velocity_at(obstacles: ti.template(), p, x, velocity: ti.template()):
 
 @ti.func
 def set_pose(obstacles: ti.template(), level):
-    """Put the obstacles where they are at row `level` of the motion."""
+    """Set the records of the obstacles to row `level` of their motion."""
     count = obstacles.records.shape[0]
     for j in range(count):
         obstacles.records[j] = obstacles.motion[level * count + j]

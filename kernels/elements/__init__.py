@@ -1,4 +1,4 @@
-"""Kinds of cells by name, which a kernel factory takes as its `kind`: one file an element, with its `FUNCTIONS`."""
+"""Elements by name, the `kind` of kernel factories; each element is one file with its `FUNCTIONS`."""
 
 from ..materials import LAWS
 from . import hex8, hex8_mean_dilatation, hex8_reduced, tet4, wedge6

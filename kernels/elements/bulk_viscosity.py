@@ -1,31 +1,30 @@
-"""Bulk viscosity: an extra pressure q in cells whose volume changes, to spread shocks over a few of them.
+"""Bulk viscosity: a viscous pressure q in cells whose volume changes, which spreads shocks over a few cells.
 
     e = V'/V,   q = -rho h (c1 c + c2^2 h max(-e, 0)) e,   f_k = -q dV/dx_k,   dissipation -q V'
 
-with V' from v^{n-1/2}; the step to x^n dissipates -(q^{n-1} + q^n)/2 V' dt, so cells remember their q. rho and h are
-those of the present state (h: volume over the largest mid-face area, in tetrahedra the shortest height), c that of the
-reference state. The linear part (Landshoff) acts in compression and expansion and takes the ringing, the quadratic one
-(von Neumann and Richtmyer, J. Appl. Phys. 21, 232, 1950) only in compression and takes the shock; h keeps both away
-from slow deformation. One pressure a cell and the exact dV/dx_k keep linear and angular momentum exact. Each cell also
-answers its rate
+with V' from v^{n-1/2}; the step to x^n dissipates -(q^{n-1} + q^n)/2 V' dt, so cells store their q. rho and h are those
+of the present state (h: volume over the largest mid-face area, in tetrahedra the shortest height), c that of the
+reference state. The linear part (Landshoff) acts in compression and expansion and damps ringing, the quadratic part
+(von Neumann and Richtmyer, J. Appl. Phys. 21, 232, 1950) acts only in compression and damps the shock; the factors h
+make both small in slow deformation. One pressure per cell and the exact dV/dx_k keep linear and angular momentum exact.
+Each cell also returns its rate
 
     2 xi omega = (c1 c + c2^2 h max(-e, 0)) h corners sum over k of |dV/dx_k|^2 / V^2      [1/s]
 
-the eigenvalue of M^-1 C of the cell alone with equal corner masses: a bound for the body
-(tcontact/schemes/explicit/stable_step.py).
-Where that times the step is above 2, which no stable step allows, q is cut down to it. Cells with a massless corner
-have no viscosity: that corner has no velocity, and the static solve sees elastic forces. The volume and its slopes are
-those of the element (elements/).
+the eigenvalue of M^-1 C of the cell alone with equal corner masses, a bound for the body
+(tcontact/schemes/explicit/stable_step.py). Where the rate times the step is above 2, which no stable step allows, q is
+reduced so that it is 2. Cells with a massless corner have no viscosity, since that corner has no velocity. The volume
+and its derivatives are those of the element (elements/).
 """
 
 import taichi as ti
 
-FLATTEST = 1e-9  # a cell of less than this share of its reference volume is taken to have it: the guards stop the run
+FLATTEST = 1e-9  # smallest ratio of volume to reference volume used here; the host stops runs with such cells
 
 
 @ti.func
 def pressure_rate(change, volume, reference, area, speed, square):
-    """[-q/(reference density e), e, rate V^2 / (corners sum |dV/dx_k|^2) over volume^2], h = volume/area."""
+    """Return [-q/(reference density e), e, rate V^2/(corners sum |dV/dx_k|^2) over volume^2], with h = volume/area."""
     size = ti.max(volume, FLATTEST * reference)
     e = change / size
     h = size / area

@@ -1,4 +1,4 @@
-"""Hexahedra: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
+"""Hexahedra: corner forces, energy and smallest det F - 1 of one cell from its corners.
 
 Trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 a corner's r_j, the modes
 (8 times the trilinear coefficients)
@@ -31,7 +31,7 @@ GAUSS = 1.0 / 3.0**0.5
 
 @ti.func
 def hex_modes(u):
-    """[c1, c2, c3, c12, c13, c23, c123] of one component from its 8 corner values, without sums of corner values."""
+    """Return [c1, c2, c3, c12, c13, c23, c123] of one component from differences of its 8 corner values."""
     a0, a1, a2, a3 = u[1] - u[0], u[2] - u[3], u[5] - u[4], u[6] - u[7]  # edges along r1, at (r2, r3) = --, +-, -+, ++
     b0, b1 = (u[3] - u[0]) + (u[2] - u[1]), (u[7] - u[4]) + (u[6] - u[5])  # along r2, at r3 = -, +
     c = ((u[4] - u[0]) + (u[5] - u[1])) + ((u[6] - u[2]) + (u[7] - u[3]))
@@ -41,7 +41,7 @@ def hex_modes(u):
 
 @ti.func
 def hex_corner_forces(m):
-    """8 corner forces of one component from dW/d(mode), the transpose of `hex_modes`."""
+    """Return 8 corner forces of one component from dW/d(mode), by the transpose of `hex_modes`."""
     p0, p1, q0, q1 = m[0] - m[4], m[0] + m[4], m[3] - m[6], m[3] + m[6]
     a0, a1, a2, a3 = p0 - q0, p0 + q0, p1 - q1, p1 + q1
     b0, b1 = m[1] - m[5], m[1] + m[5]
@@ -61,7 +61,7 @@ def hex_corner_forces(m):
 
 @ti.func
 def hex_gradients(c, r2, r3, r23):
-    """G of one component at the two points (-+1/sqrt 3, r2, r3): [at -, at +], each [direction]."""
+    """Return G of one component at the two points (-+1/sqrt 3, r2, r3): [at -, at +], each [direction]."""
     first = c[0] + c[3] * r2 + (c[4] * r3 + c[6] * r23)
     second, slope2 = c[1] + c[5] * r3, (c[3] + c[6] * r3) * GAUSS
     third, slope3 = c[2] + c[5] * r2, (c[4] + c[6] * r2) * GAUSS
@@ -70,16 +70,16 @@ def hex_gradients(c, r2, r3, r23):
 
 @ti.func
 def affine_gradients(c, r2, r3, r23):
-    """The same for a parallelepiped: A is constant, and the compiler takes what follows from it out of the loop."""
+    """Return A of one component of a parallelepiped at two points; it is constant, and the compiler makes use of it."""
     return [[c[0], c[1], c[2]], [c[0], c[1], c[2]]]
 
 
 @ti.func
 def hex_mode_forces(mode_x, mode_u, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
-    """[dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the modes of x and u; times 512.
+    """Return [dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the modes of x and u; times 512.
 
-    Two points per turn of the loop: unrolled, the code outgrows the instruction cache and the compile time doubles.
-    jacobian_of: A of one component at two points from its modes.
+    The loop takes two points at a time: unrolled, the code outgrows the instruction cache and the compile time doubles.
+    jacobian_of: function of A of one component at two points, from its modes.
     """
     zero = mode_x[0][0] * 0.0
     mode_f = [[zero for _ in range(7)] for _ in range(3)]
@@ -114,7 +114,10 @@ def hex_mode_forces(mode_x, mode_u, parameters, law: ti.template(), memory: ti.t
 
 @ti.func
 def hex_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8 from x[c][k], u[c][k]."""
+    """Return [corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8.
+
+    x[c][k], u[c][k]: reference position and displacement of its corners; jacobian_of: see `hex_mode_forces`.
+    """
     points = hex_mode_forces(
         [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)], parameters, law, memory, jacobian_of
     )
@@ -129,7 +132,7 @@ affine_hex_force = with_jacobian(hex_points, affine_gradients)
 
 @ti.func
 def hex_slopes(mode_x):
-    """[D, [s1, s2, s3, s12, s13, s23]] of a hex8 from the modes of its corners, each s a vector [component]."""
+    """Return [D, [s1, s2, s3, s12, s13, s23]] of a hex8 from the modes of its corners, each s a vector [component]."""
     p1, p2, p3, p12, p13, p23 = [[mode_x[c][m] for c in range(3)] for m in range(6)]
     r12, r13, r23 = [[(1.0 / 3.0) * p[c] for c in range(3)] for p in (p12, p13, p23)]
     first, second = cross(p2, r23), cross(r23, p3)
@@ -147,9 +150,9 @@ def hex_slopes(mode_x):
 
 @ti.func
 def hex_viscosity(x, u, v, speed, square):
-    """[corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
+    """Return [corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
 
-    -q and V' have a common factor out of each other: their product is the power. speed: c1 c, square: c2^2.
+    -q and V' are scaled such that their product is the power. speed: c1 c, square: c2^2.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
@@ -167,15 +170,15 @@ def hex_viscosity(x, u, v, speed, square):
         if ti.static(m < 3):
             largest = ti.max(largest, length)
     answer = pressure_rate(change, now[0], reference, 4.0 * ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * (1.0 / 64.0)
-    zero = push * 0.0
-    mode_f = [[push * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], push, change, 64.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * (1.0 / 64.0)
+    zero = pressure * 0.0
+    mode_f = [[pressure * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], pressure, change, 64.0 * answer[2] * square_sum]
 
 
 @ti.func
 def hex_centre(x, u):
-    """H at the centre of a hex8 from its corners x[c][k], u[c][k]."""
+    """Return H at the centre of a hex8 from its corners x[c][k], u[c][k]."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     shape = geometry([[mode_x[c][j] for j in range(3)] for c in range(3)])
     return tensor3.product_transposed([[mode_u[c][j] for j in range(3)] for c in range(3)], shape[1])

@@ -1,4 +1,4 @@
-"""Hexahedra with one volume change per cell (Q1-P0): for nearly incompressible bodies, which full hexes lock.
+"""Hexahedra with one volume change per cell (Q1-P0), for nearly incompressible bodies, where hexes with 8 points lock.
 
     W_cell = int of W with parameters[0] = 0 over the Gauss points + V parameters[0]/2 (Theta - 1)^2,   Theta = v/V
 
@@ -33,20 +33,21 @@ from .record import CellFunctions
 
 @ti.func
 def along(slopes, modes):
-    """sum over the first six modes of slope.mode."""
+    """Return the sum over the first six modes of slope.mode."""
     sums = [six(modes[c], [slopes[m][c] for m in range(6)]) for c in range(3)]
     return sums[0] + sums[1] + sums[2]
 
 
 @ti.func
 def with_pressure(points, weight, modulus, reference, slopes, change):
-    """[corner forces, energy, smallest det F - 1]: those of the points and the pressure of the change of D."""
+    """Return [corner forces, energy, smallest det F - 1] of the points and the pressure by the change of D together."""
     share = weight * (1.0 / 512.0)
-    push = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
+    pressure = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
     mode_f = [
-        [share * points[0][c][m] + push * slopes[m][c] for m in range(6)] + [share * points[0][c][6]] for c in range(3)
+        [share * points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [share * points[0][c][6]]
+        for c in range(3)
     ]
-    energy = share * points[1] + 0.5 * push * change
+    energy = share * points[1] + 0.5 * pressure * change
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 
 
@@ -79,7 +80,7 @@ affine_linear_mean_force = with_jacobian(linear_split_force, affine_gradients)
 
 @ti.func
 def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.template()):
-    """Return the forces of a step, D(x) - D(x - d) to the last digits, for hexes with one volume change per cell."""
+    """Return the forces of a step, with D(x) - D(x - d) accurate to the last digits."""
     mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
     points = hex_mode_forces(mode_x, mode_d, [0.0, parameters[1]], law, memory, hex_gradients)
     now = hex_slopes(mode_x)

@@ -1,4 +1,4 @@
-"""One-point hexahedra: uniform gradient, and a stiffness against the hourglass modes it does not see.
+"""One-point hexahedra: mean gradient, and a stiffness against the hourglass modes, which it does not contain.
 
 With the modes u_m of the displacements (`hex8`) and the slopes s_m = dD/dx_m of the volume V = D/64 of a hex with any
 corners, the mean gradient H = 1/V int grad u dV is
@@ -7,12 +7,12 @@ corners, the mean gradient H = 1/V int grad u dV is
 
 (b_k = V grad N_k = dV/dx_k of Flanagan and Belytschko, Int. J. Numer. Meth. Engng 17, 679, 1981, sorted by modes.) This
 is the exact integral, not the gradient at the centre: sums of b_k over the cells of an inner node vanish on distorted
-meshes too, so patches carry uniform stress. What H does not see, in each of the four modes a = 12, 13, 23, 123:
+meshes too, so patches carry uniform stress. H does not contain the four hourglass modes a = 12, 13, 23, 123:
 
     q_a = u_a - H x_a = sum over k of gamma_ak u_k,   W_cell = V W(H) + kappa/2 sum over a of |q_a|^2,
     kappa = HOURGLASS (lam + 2 mu) (b:b) / (8 V),     b:b = sum over k of |b_k|^2
 
-All of it lives in the reference state: q is zero for every linear field, finite rotations too, and turns with the body.
+The hourglass part is measured in the reference state: q is 0 for every linear field, also finite rotations.
 (lam + 2 mu at small strains is parameters[0] + 2 parameters[1] of every law, materials/law.py.)
 HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
 modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
@@ -34,9 +34,9 @@ HOURGLASS = 0.05
 
 @ti.func
 def reduced_force(x, u, weight, parameters, law: ti.template(), memory: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, det F - 1 of the mean gradient, hourglass energy] of a hex8.
+    """Return [corner forces dW/du as [component][corner], energy, det F - 1, hourglass energy] of a one-point hex8.
 
-    x[c][k], u[c][k] as for `hex8.hex_points`; the energy includes the hourglass energy.
+    x[c][k], u[c][k] as for `hex8.hex_points`; det F is that of the mean gradient; energy includes hourglass energy.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
@@ -67,7 +67,7 @@ def reduced_force(x, u, weight, parameters, law: ti.template(), memory: ti.templ
 
 @ti.func
 def mean_gradient(mode_x, mode_u):
-    """[D, slopes s_m, H] of a hex8 from the modes of its corners and of their displacements."""
+    """Return [D, slopes s_m, H] of a hex8 from the modes of its corners and of their displacements."""
     geometry = hex_slopes(mode_x)
     d, slopes = geometry[0], geometry[1]
     inverse = 1.0 / d
@@ -77,18 +77,19 @@ def mean_gradient(mode_x, mode_u):
 
 @ti.func
 def four(a, b):
+    """Return the sum of four products."""
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
 
 
 @ti.func
 def six(a, b):
-    """Sum of products of the first six."""
+    """Return the sum of the first six products."""
     return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
 
 @ti.func
 def hex_mean(x, u):
-    """Mean H of a hex8 from its corners."""
+    """Return the mean H of a hex8 from its corners."""
     return mean_gradient([hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)])[2]
 
 

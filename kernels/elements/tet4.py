@@ -10,19 +10,19 @@ from .record import CellFunctions
 
 @ti.func
 def tet_derivatives(corner):
-    """3 derivatives of one component from its 4 corner values."""
+    """Return the 3 derivatives of one component from its 4 corner values."""
     return [corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0]]
 
 
 @ti.func
 def tet_corner_forces(q):
-    """4 corner forces of one component from dW/dG [direction j]."""
+    """Return the 4 corner forces of one component from dW/dG [direction j]."""
     return [0.0 - q[0] - q[1] - q[2], q[0], q[1], q[2]]
 
 
 @ti.func
 def tet_force(x, u, weight, parameters, law: ti.template(), memory: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
+    """Return [corner forces dW/du as [component][corner], energy, det F - 1] of a tet4 from x[c][k], u[c][k]."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
     answer = point_force(g, geometry(a), parameters, law, memory, 0)
@@ -33,7 +33,7 @@ def tet_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(
 
 @ti.func
 def tet_viscosity(x, u, v, speed, square):
-    """The same for a tet4."""
+    """Return [corner forces [component][corner], -q, V', rate] of a tet4, scaled as in `hex8.hex_viscosity`."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
     w = [tet_derivatives(v[c]) for c in range(3)]
@@ -50,14 +50,14 @@ def tet_viscosity(x, u, v, speed, square):
         square_sum += length
         largest = ti.max(largest, length)
     answer = pressure_rate(change, tensor3.determinant(now, slopes), reference, ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * (1.0 / 6.0)
-    force = [tet_corner_forces([push * slopes[c][j] for j in range(3)]) for c in range(3)]
-    return [force, push, change, 4.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * (1.0 / 6.0)
+    force = [tet_corner_forces([pressure * slopes[c][j] for j in range(3)]) for c in range(3)]
+    return [force, pressure, change, 4.0 * answer[2] * square_sum]
 
 
 @ti.func
 def tet_centre(x, u):
-    """H of a tet4 from its corners."""
+    """Return H of a tet4 from its corners."""
     shape = geometry([tet_derivatives(x[c]) for c in range(3)])
     return tensor3.product_transposed([tet_derivatives(u[c]) for c in range(3)], shape[1])
 

@@ -1,4 +1,4 @@
-"""Prisms with two triangles: from the corners of ONE cell to its internal corner forces, energy and smallest det F - 1.
+"""Prisms with two triangles: corner forces, energy and smallest det F - 1 of one cell from its corners.
 
 Linear in the triangle (r, s) and along t in [0, 1], with 3 points of the triangle (exact to degree 2) times 2 of Gauss;
 VTK corner order, r towards corner 1 and s towards corner 2. With the differences
@@ -29,14 +29,14 @@ WEIGHT = 1.0 / 12.0  # of every point: a sixth of the triangle's area of 1/2
 
 @ti.func
 def wedge_differences(u):
-    """[p, q, d, P, Q] of one component from its 6 corner values."""
+    """Return [p, q, d, P, Q] of one component from its 6 corner values."""
     p, q = u[1] - u[0], u[2] - u[0]
     return [p, q, u[3] - u[0], (u[4] - u[3]) - p, (u[5] - u[3]) - q]
 
 
 @ti.func
 def wedge_corner_forces(m):
-    """6 corner forces of one component from dW/d(difference), the transpose of `wedge_differences`."""
+    """Return the 6 corner forces of one component from dW/d(difference), by the transpose of `wedge_differences`."""
     p, q = m[0] - m[3], m[1] - m[4]
     last = m[3] + m[4]
     return [0.0 - (p + q + m[2]), p, q, m[2] - last, m[3], m[4]]
@@ -44,15 +44,15 @@ def wedge_corner_forces(m):
 
 @ti.func
 def wedge_gradient(m, r, s, t):
-    """G of one component at a point, [direction]."""
+    """Return G [direction] of one component at a point."""
     return [m[0] + m[3] * t, m[1] + m[4] * t, m[2] + (m[3] * r + m[4] * s)]
 
 
 @ti.func
 def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.template()):
-    """[corner forces dW/du as [component][corner], energy, smallest det F - 1] of a wedge6 from x[c][k], u[c][k].
+    """Return [corner forces dW/du as [component][corner], energy, smallest det F - 1] of a wedge6.
 
-    Two points per turn of the loop, one at each level.
+    x[c][k], u[c][k]: its corners. The loop takes two points at a time, one at each level.
     """
     mode_x, mode_u = [wedge_differences(x[c]) for c in range(3)], [wedge_differences(u[c]) for c in range(3)]
     zero = x[0][0] * 0.0
@@ -83,13 +83,13 @@ def wedge_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
 
 @ti.func
 def combined(a, share, b):
-    """a + share b of vectors [component]."""
+    """Return a + share b of vectors [component]."""
     return [a[c] + share * b[c] for c in range(3)]
 
 
 @ti.func
 def wedge_slopes(mode_x):
-    """[D, [s_p, s_q, s_d, s_P, s_Q]] of a wedge6 from the differences of its corners, each s a vector [component]."""
+    """Return [D, [s_p, s_q, s_d, s_P, s_Q]] of a wedge6 from the differences of its corners, s as [component]."""
     p, q, d, p_rise, q_rise = [[mode_x[c][k] for c in range(3)] for k in range(5)]
     p_mid, q_mid = combined(p, 0.5, p_rise), combined(q, 0.5, q_rise)
     m = combined(d, 1.0 / 3.0, plus(p_rise, q_rise))
@@ -103,7 +103,7 @@ def wedge_slopes(mode_x):
 
 @ti.func
 def wedge_viscosity(x, u, v, speed, square):
-    """[corner forces [component][corner], -q, V', rate] of a wedge6, q and forces per reference density.
+    """Return [corner forces [component][corner], -q, V', rate] of a wedge6, scaled as in `hex8.hex_viscosity`.
 
     The height h is the shortest of the triangle at half height and of the cell between its two triangles.
     """
@@ -120,14 +120,14 @@ def wedge_viscosity(x, u, v, speed, square):
     largest = ti.max(ti.max(dot(slopes[0], slopes[0]), dot(slopes[1], slopes[1])), dot(outer, outer))
     largest = ti.max(largest, dot(slopes[2], slopes[2]))
     answer = pressure_rate(change, now[0], reference, ti.sqrt(largest), speed, square)
-    push = answer[0] * answer[1] * 0.5
-    force = [[push * corner[c][k] for k in range(6)] for c in range(3)]
-    return [force, push, change, 6.0 * answer[2] * square_sum]
+    pressure = answer[0] * answer[1] * 0.5
+    force = [[pressure * corner[c][k] for k in range(6)] for c in range(3)]
+    return [force, pressure, change, 6.0 * answer[2] * square_sum]
 
 
 @ti.func
 def wedge_centre(x, u):
-    """H at the centre of a wedge6 from its corners x[c][k], u[c][k]."""
+    """Return H at the centre of a wedge6 from its corners x[c][k], u[c][k]."""
     third = 1.0 / 3.0
     shape = geometry([wedge_gradient(wedge_differences(x[c]), third, third, 0.5) for c in range(3)])
     g = [wedge_gradient(wedge_differences(u[c]), third, third, 0.5) for c in range(3)]

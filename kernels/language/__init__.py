@@ -1,1 +1,1 @@
-"""What kernels are written in: tensors of scalars, lanes, bundles of arrays, options of the compiler."""
+"""Tools that all kernels are written with: 3x3 tensors, lanes, bundles of arrays, compiler options."""

@@ -7,12 +7,12 @@ INDEX = ti.types.ndarray(dtype=ti.i32, ndim=1)
 
 
 class Array:
-    """Annotates a field of a bundle (bundles.py) that is a flat array of float64."""
+    """Annotation of a field of a bundle (bundles.py) that is a flat array of float64."""
 
 
 class Index:
-    """Annotates a field of a bundle that is a flat array of int32."""
+    """Annotation of a field of a bundle that is a flat array of int32."""
 
 
 class Shared(Array):
-    """Annotates an array that all bundles with a field of this name share."""
+    """Annotation of an array of float64 that all bundles with a field of this name share."""

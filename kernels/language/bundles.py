@@ -1,7 +1,8 @@
-"""The arrays of a step under names, in bundles that functions pass on; signatures.py makes kernel signatures of them.
+"""Bundles: the named arrays of a step, grouped by what they describe; signatures.py makes kernel signatures from them.
 
-A field is annotated by what it is: Array (float64), Index (int32), Shared (one Array for all bundles that name it), or
-anything else for a compile-time option. The host fills the same bundles; a field that a scene does not have is None.
+The annotation of a field says what it is: Array (float64), Index (int32), Shared (one Array for all bundles with this
+field); any other annotation marks a compile-time option. The host fills the same bundles; a field that a scene does not
+have is None. In the shapes below n are nodes, s boundary nodes, k contact nodes, r constraint rows, p pairs.
 """
 
 from typing import Any, NamedTuple
@@ -10,10 +11,13 @@ from .arguments import Array, Index, Shared
 
 
 class Body(NamedTuple):
-    """Force pass (cell_phase.py, node_phase.py): index arrays of packs, reference position, mass, state and sums.
+    """Arrays of the force pass (cell_phase.py, node_phase.py).
 
-    memory [pack, point, number, lane]: what the points of a law with state keep (point_memory.py); None for other
-    laws.
+    u, v [n, 3] [m, m/s]; connectivity, chunk_table, segments: packed cells (cell_phase.py); corner_rows: force rows of
+    contact cells at each boundary node; node_info [n]: chunks and boundary number of a node (lanes.py); position [n, 3]
+    [m] at rest; mass [n] [kg]; params: lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact
+    force; node_sums, cell_sums: columns.py; memory [pack, point, number, lane]: state of the quadrature points
+    (point_memory.py).
     """
 
     u: Array = None
@@ -33,10 +37,10 @@ class Body(NamedTuple):
     memory: Array = None
 
 
-class Listed(NamedTuple):
-    """Boundary nodes, the contact nodes first: node [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
+class Boundary(NamedTuple):
+    """Boundary nodes, the contact nodes first: nodes [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
-    sums: of all parts of a step but the force pass, as placed in columns.py; the other bundles have the same array.
+    sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
 
     nodes: Index = None
@@ -46,8 +50,8 @@ class Listed(NamedTuple):
     sums: Shared = None
 
 
-class Supported(NamedTuple):
-    """Prescribed components: place in the list of boundary nodes, axis, velocity [m/s]; sums: reaction, power."""
+class Supports(NamedTuple):
+    """Prescribed components: boundary node (slots), axis, velocity [m/s]; sums: reaction and power."""
 
     slots: Index = None
     axes: Index = None
@@ -56,16 +60,15 @@ class Supported(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Contact nodes k and what acts on them; nothing here knows what they touch (constraint_rows.py does).
+    """Contact nodes and their forces; the partners in contact appear only in constraint rows (constraint_rows.py).
 
-    nodes [k + m]: the contact nodes, and behind them the m other nodes of the contact set, whose gaps no row knows;
-    reference [k + m, 3] [m]: their positions at rest, from a point among them; islands: islands.py; force [k, 3] [N]:
-    the contact force; penalty_stiffness [k] [N/m]: kappa A_k of nodes with mass; compliance [k] [m/N]: its inverse for
-    massless nodes, 0 for the exact constraint. Massless nodes also have active [k]: bit mask of the rows that hold
-    them; basis [k, 3, block]: their massless components; displacement_before [k, block]: of these, one level back;
-    residual_receivers: boundary nodes that take what the static solve leaves unbalanced, those of node k at
-    residual_receivers[k] .. residual_receivers[k + 1]. friction: settings and numbers of every node (friction.py);
-    options: what the kernel is made for.
+    nodes [k + m]: the contact nodes, then the m nodes of the contact set that have no rows; reference [k + m, 3] [m]:
+    positions at rest, relative to a point among them; islands: islands.py; force [k, 3] [N]: contact force;
+    penalty_stiffness [k] [N/m]: kappa A_k of nodes with mass; compliance [k] [m/N]: its inverse for massless nodes, 0
+    for the exact constraint; friction: settings and numbers of every node (friction.py); options: ContactOptions.
+    Of massless nodes only: active [k]: bit mask of the rows in contact; basis [k, 3, block]: massless directions;
+    displacement_before [k, block]: in these, at the last time level; residual_receivers: the boundary nodes on which
+    the unbalanced force of the static solve acts, those of node k at residual_receivers[k] .. residual_receivers[k+1].
     """
 
     nodes: Index = None
@@ -84,7 +87,7 @@ class Contact(NamedTuple):
 
 
 class Obstacles(NamedTuple):
-    """Rigid obstacles (obstacles.py); candidates [k, slots]: the one that each row of a contact node stands for."""
+    """Rigid obstacles (obstacles.py); candidates [k, slots]: the obstacle of each constraint row."""
 
     records: Array = None
     motion: Array = None
@@ -93,13 +96,13 @@ class Obstacles(NamedTuple):
 
 
 class RowPlaces(NamedTuple):
-    """Places of the numbers of a constraint row in `values` [rows, width]; -1: no term of the scene asks for it.
+    """Places of the numbers of a constraint row in `values` [r, width]; -1: the scene does not need this number.
 
-    gap [m]; size_squared [m^2] of the lengths that it is a difference of; normal (3) into the body; velocity (3) [m/s]
-    of the partner where the node touches it, now, and mean_velocity (3) over the step that led here; force (3) [N] on
-    the node, without kick_friction (3) [N], which comes with a kick. Friction: its coefficient; pressing [N]: lambda;
-    in the static solve traction (3) [N] now and traction_before (3) a step ago, slip (3) [m] since then at the last
-    measure.
+    gap [m]; size_squared [m^2]: square of the lengths whose difference the gap is; normal (3) into the body; velocity
+    (3) [m/s]: of the partner at the node, now; mean_velocity (3): over the last step; force (3) [N]: on the node,
+    without kick_friction (3) [N], the friction of the kick. With friction: coefficient; pressing [N]: lambda. With
+    friction in the static solve: traction (3) [N]: friction force now; traction_before (3): one step before; slip (3)
+    [m]: since then.
     """
 
     gap: int
@@ -118,28 +121,30 @@ class RowPlaces(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Constraint rows r = k * slots + p of the contact nodes (constraint_rows.py): values [rows, width]."""
+    """Constraint rows r = k * slots + p of the contact nodes (constraint_rows.py): values [r, width]."""
 
     values: Array = None
     options: Any = None
 
     @property
     def at(self) -> RowPlaces:
-        """Where the numbers of a row stand."""
+        """Return the places of the numbers of a row."""
         return self.options.row_places
 
     @property
     def exist(self) -> bool:
-        """Whether there are rows."""
+        """Return whether there are rows."""
         return self.values is not None
 
 
 class ContactOptions(NamedTuple):
-    """Compile-time choices of contact: model ("massless", "penalty", "impulse", "gaps" or ""), block (massless
-    components a node), slots (obstacles that can hold one at a time), shapes of the obstacles, whether they move,
-    whether their loads are summed up, friction ("", "coulomb" or "regularized"), layered: whether friction layers limit
-    it, kicked: whether it acts on components with mass, viscous: whether the contact cells
-    are, projected: whether MPRGP solves instead of the sweeps."""
+    """Compile-time options of contact.
+
+    model: "massless", "penalty", "impulse", "gaps" or ""; block: massless components of a node; slots: rows of a node;
+    shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
+    "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
+    contact cells are viscous; projected: MPRGP solves instead of the sweeps.
+    """
 
     model: str = ""
     block: int = 1
@@ -149,33 +154,33 @@ class ContactOptions(NamedTuple):
     tracked: bool = False
     friction: str = ""
     layered: bool = False
-    kicked: bool = False
+    kick_friction: bool = False
     viscous: bool = False
     projected: bool = False
 
     @property
     def static_friction(self) -> bool:
-        """Whether friction is part of the static solve."""
+        """Return whether friction is part of the static solve."""
         return bool(self.friction) and self.block > 1
 
     @property
     def row_places(self) -> RowPlaces:
-        """Where the numbers of a constraint row stand; what nothing reads has no place."""
-        rubs, stays = self.friction != "", self.static_friction
-        kicked = rubs and self.kicked
+        """Return the places of the numbers of a constraint row; numbers that no kernel reads have none."""
+        friction, solved = self.friction != "", self.static_friction
+        kicked = friction and self.kick_friction
         sizes = {
             "gap": 1,
             "normal": 3,
             "force": 3,
             "size_squared": self.model == "massless",
             "velocity": 3 * (self.moving and (kicked or self.model == "impulse")),
-            "mean_velocity": 3 * (self.moving and stays),
-            "coefficient": rubs,
-            "pressing": rubs,
+            "mean_velocity": 3 * (self.moving and solved),
+            "coefficient": friction,
+            "pressing": friction,
             "kick_friction": 3 * kicked,
-            "traction": 3 * stays,
-            "traction_before": 3 * stays,
-            "slip": 3 * stays,
+            "traction": 3 * solved,
+            "traction_before": 3 * solved,
+            "slip": 3 * solved,
         }
         places, width = {}, 0
         for name, size in sizes.items():
@@ -185,16 +190,15 @@ class ContactOptions(NamedTuple):
 
 
 class System(NamedTuple):
-    """The linear problem K_KK d = right + lambda nu, stored for sweeps over lanes of nodes
-    (tcontact/planning/sweep_order.py).
+    """Linear problem K_KK d = right + lambda nu of the static solve (tcontact/planning/sweep_order.py).
 
-    pack_start [packs+1]: nodes of a pack; lane_start [packs+1]: its entries; column [entries, lanes],
-    values [entries, block, block, lanes];
-    inverse [block, block, k] of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k];
-    gaps [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of a single
-    row, with several or friction [block, k]: what the neighbours leave to a node; behind increment stand two of earlier
-    sweeps. The node comes last, so that the lanes of a pack are neighbours, and there is room for LANES - 1 more.
-    settings and stats [islands, ..]: static_control.py.
+    A pack is up to LANES nodes of one colour, one per lane. pack_start [packs+1]: its first node; lane_start [packs+1]:
+    its first entry off the diagonal of K_KK; column [entries, lanes], values [entries, block, block, lanes];
+    inverse [block, block, k]: of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k]; gaps
+    [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row
+    without friction, else [block, k]: right side less the forces from the neighbours; for MPRGP see node_places.py.
+    Behind `increment` stand two vectors of earlier sweeps. The node is the last index, so that the lanes of a pack are
+    contiguous; arrays are LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py.
     """
 
     lane_start: Index = None
@@ -213,12 +217,12 @@ class System(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Stiffness between the contact nodes of a cell, and where it goes in the system
-    (tcontact/planning/contact_graph.py).
+    """Stiffness between pairs of contact nodes of a cell, and its assembly (tcontact/planning/contact_graph.py).
 
-    blocks: the contact blocks, numbered as in lanes.py; of each cell_nodes [c, corners], shape_gradients
-    [q, corners, 3], weights [q]; start [c+1], corners, nodes [p, 2],
-    values [p, block, block]; row_start [k+1], entry_start [e+1], entry_pairs, entry_place [e].
+    blocks: contact blocks, numbers as in lanes.py; for each cell_nodes [c, corners], shape_gradients [q, corners, 3],
+    weights [q]; start [c+1]: first pair of a cell; corners, nodes [p, 2] and values [p, block, block] of a pair.
+    row_start [k+1]: first entry of a row of K_KK; entry_start [e+1]: first pair of an entry in entry_pairs (-1 - p: the
+    transpose of pair p); entry_place [e]: where the entry stands in System.values.
     """
 
     blocks: Index = None
@@ -236,7 +240,7 @@ class Pairs(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """One launch of the serial driver (serial_step.py): control, raw_out [rows, width] as in raw_rows.py.
+    """Arrays of one launch of the serial kernel (serial_step.py): control, raw_out [rows, width] (raw_rows.py).
 
     viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py).
     """

@@ -1,10 +1,10 @@
-"""Options of Taichi's compiler for one kernel.
+"""Compiler options of Taichi for single kernels.
 
-`KEEP_VECTORS`: a `ti.Vector` of lanes stays one SIMD value of the machine; Taichi otherwise splits every vector into
-scalars. Needed by each kernel with lanes.
-`LEAVE_TO_LLVM`: Taichi does not look for common subexpressions itself. Its search takes time with the square of a
-kernel's length, up to 70 % of the compilation of a long one, and LLVM finds them too: same bits, same speed but for the
-loops over cells, which lose 5 to 10 %.
+`KEEP_VECTORS`: a `ti.Vector` of lanes stays one SIMD value; otherwise Taichi splits every vector into scalars. Each
+kernel with lanes needs it.
+`LEAVE_TO_LLVM`: Taichi does not search for common subexpressions. Its search takes time with the square of the length
+of a kernel, up to 70 % of the compilation of a long one, and LLVM finds them too. Bits and speed stay the same, except
+for loops over cells, which become 5 to 10 % slower.
 """
 
 import functools
@@ -16,9 +16,9 @@ LEAVE_TO_LLVM = {"opt_level": 0}
 
 
 def compiled_with(kernel, **options):
-    """The kernel with these `ti.cfg` options, which are set only while its first call compiles.
+    """Return the kernel with these `ti.cfg` options, which are set only while its first call compiles it.
 
-    `.kernel` of the answer is the plain kernel, compiled after the first call.
+    The attribute `.kernel` of the result is the kernel without this wrapper.
     """
     compiled = False
 

@@ -1,7 +1,7 @@
-"""What the quadrature points of a law with state keep from step to step: memory[pack][point][number][lane], 0 at first.
+"""State of the quadrature points of laws with history: memory[pack][point][number][lane], 0 at the start.
 
-`old` is read at every call of the law; `new` is stored only where the pass commits, that is in the step pass: measures,
-products and trial passes leave the state as it is. A law without state has no memory (None): no array, no cost.
+A law reads the old state at every call. The new state is stored only in the force pass of a step ("commit"); measures,
+products and trial passes do not change it. A law without state has no memory (None), at no cost.
 """
 
 from typing import Any, NamedTuple
@@ -12,8 +12,8 @@ import taichi as ti
 class PointMemory(NamedTuple):
     """The state of the cells of one pack.
 
-    state: the array; start: place of number 0 of point 0 in lane 0; size: numbers a point; width: lanes; commit:
-    whether `new` is stored.
+    state: the array; start: place of number 0 of point 0 in lane 0; size: numbers per point; width: lanes; commit: 1 if
+    the new state is stored.
     """
 
     state: Any
@@ -25,7 +25,7 @@ class PointMemory(NamedTuple):
 
 @ti.func
 def recall(memory: ti.template(), point):
-    """Return the committed numbers of a point, each a vector over the lanes."""
+    """Return the stored state of a point, each number a vector over the lanes."""
     first = point * (memory.size * memory.width)
     return [
         ti.Vector([memory.state[memory.start + first + i * memory.width + lane] for lane in range(memory.width)])
@@ -35,7 +35,7 @@ def recall(memory: ti.template(), point):
 
 @ti.func
 def respond(law: ti.template(), h, parameters, memory: ti.template(), point):
-    """Return the answer of a law at a point of the cell, with its state read and, if the pass commits, stored."""
+    """Return the result of a law at a point of the cell; its state is read and, if the pass commits, stored."""
     if ti.static(memory):
         answer = law(h, parameters, recall(memory, point))
         if memory.commit != 0:
@@ -54,7 +54,7 @@ def tangent_at(
 ):  # fmt: skip
     """Return the data of a part of the second derivative (`Tangent` of materials/law.py) at a point of one cell.
 
-    place: number 0 of point 0 of the cell in `body.memory`; size: numbers that a point keeps, width: lanes of a pack.
+    place: number 0 of point 0 of the cell in `body.memory`; size: numbers of state per point; width: lanes of a pack.
     """
     if ti.static(size > 0):
         first = place + point * (size * width)

@@ -1,9 +1,9 @@
-"""Kernel signatures made from bundles: NamedTuples whose annotations say what each field is (arguments.py).
+"""Generation of kernel signatures from bundles, NamedTuples whose annotations say what each field is (arguments.py).
 
-A kernel must list its arrays one by one. `kernel_of` writes that list: one argument for every array that a scene has,
-in the order of the bundles, and a body that puts them back into bundles and calls a `ti.func` with those. `arguments`
-flattens bundles of the host in the same order, so that no order stands in two places. A field that is None does not
-become an argument; a field that is no array is a compile-time option.
+A Taichi kernel must list its arrays one by one. `kernel_of` writes that list: one argument for every array that a scene
+has, in the order of the bundles, and a body that puts them back into bundles and calls a `ti.func`. `arguments`
+flattens the bundles of the host in the same order. A field that is None is no argument; a field that is no array is a
+compile-time option.
 """
 
 import linecache
@@ -15,12 +15,12 @@ from .arguments import ARRAY, INDEX, Array, Index, Shared
 
 
 class Signature(NamedTuple):
-    """What a kernel takes, hashable: the name and class of every bundle and which of its fields are there."""
+    """Arguments of a kernel, hashable: name and class of every bundle, and the fields that it has."""
 
     bundles: tuple[tuple[str, type, tuple[str, ...]], ...]
 
     def arguments(self) -> dict[str, type]:
-        """The array arguments in order, and what each is."""
+        """Return the array arguments in order, with their annotations."""
         found: dict[str, type] = {}
         for name, bundle, present in self.bundles:
             for field in present:
@@ -30,18 +30,18 @@ class Signature(NamedTuple):
 
 
 def is_array(bundle: type, field: str) -> bool:
-    """Whether a field of a bundle is an argument of the kernel."""
+    """Return whether a field of a bundle is an array."""
     annotation = bundle.__annotations__[field]
     return isinstance(annotation, type) and issubclass(annotation, (Array, Index))
 
 
 def label(name: str, bundle: type, field: str) -> str:
-    """The name of a field among the arguments; shared arrays have one name for all bundles."""
+    """Return the argument name of a field; shared arrays have one name for all bundles."""
     return field if bundle.__annotations__[field] is Shared else f"{name}_{field}"
 
 
 def signature_of(bundles: dict[str, Any]) -> Signature:
-    """The signature of bundles that hold arrays of the host: a field that is None is left out."""
+    """Return the signature of bundles that hold arrays of the host, without the fields that are None."""
     present = {
         name: tuple(field for field in bundle._fields if getattr(bundle, field) is not None)
         for name, bundle in bundles.items()
@@ -50,7 +50,7 @@ def signature_of(bundles: dict[str, Any]) -> Signature:
 
 
 def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
-    """The arrays of the bundles in the order of their signature."""
+    """Return the arrays of the bundles in the order of their signature."""
     found: dict[str, Any] = {}
     for name, bundle, present in signature_of(bundles).bundles:
         for field in present:
@@ -62,7 +62,7 @@ def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
 def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **options):
     """Make a `ti.kernel` that calls function(*numbers, *bundles).
 
-    numbers: names of whole numbers (i32), which come first; options: fields that are no arrays, by name.
+    numbers: names of integer arguments (i32), which come first; options: values of the fields that are no arrays.
     """
     arrays = signature.arguments()
     kinds = [f"{name}: {'INDEX' if issubclass(kind, Index) else 'ARRAY'}" for name, kind in arrays.items()]

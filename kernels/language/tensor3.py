@@ -1,7 +1,6 @@
-"""3x3 tensors as nested lists of scalars.
+"""Algebra of 3x3 tensors as nested lists of scalars, a[row][column].
 
-Lists of scalars through plain functions compile several times faster than `ti.Matrix` and leave the vectoriser nothing
-but straight-line arithmetic. `a[i][j]` is row i, column j.
+Such lists compile several times faster than `ti.Matrix`, and the vectoriser sees straight-line arithmetic only.
 """
 
 import taichi as ti
@@ -9,12 +8,13 @@ import taichi as ti
 
 @ti.func
 def trace(a):
+    """Return tr a."""
     return a[0][0] + a[1][1] + a[2][2]
 
 
 @ti.func
 def dot(a, b):
-    """a : b, the sum of products of all components."""
+    """Return a : b, the sum of the products of all components."""
     return (
         (a[0][0] * b[0][0] + a[0][1] * b[0][1] + a[0][2] * b[0][2])
         + (a[1][0] * b[1][0] + a[1][1] * b[1][1] + a[1][2] * b[1][2])
@@ -24,7 +24,7 @@ def dot(a, b):
 
 @ti.func
 def cofactor(a):
-    """cof a = det(a) a^-T, finite for singular a."""
+    """Return cof a = det(a) a^-t, finite for singular a."""
     return [
         [
             a[1][1] * a[2][2] - a[1][2] * a[2][1],
@@ -46,49 +46,49 @@ def cofactor(a):
 
 @ti.func
 def determinant(a, cofactor_a):
-    """det a from a and its cofactor."""
+    """Return det a from a and its cofactor."""
     return a[0][0] * cofactor_a[0][0] + a[0][1] * cofactor_a[0][1] + a[0][2] * cofactor_a[0][2]
 
 
 @ti.func
 def volume_change(h, cofactor_h):
-    """det(I + h) - 1 = tr h + tr cof h + det h without cancellation."""
+    """Return det(I + h) - 1 = tr h + tr cof h + det h without cancellation."""
     return trace(h) + (trace(cofactor_h) + determinant(h, cofactor_h))
 
 
 @ti.func
 def product(a, b):
-    """a b."""
+    """Return a b."""
     return [[a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] for j in range(3)] for i in range(3)]
 
 
 @ti.func
 def product_transposed(a, b):
-    """a b^t."""
+    """Return a b^t."""
     return [[a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2] for j in range(3)] for i in range(3)]
 
 
 @ti.func
 def transposed_product(a, b):
-    """a^t b."""
+    """Return a^t b."""
     return [[a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j] for j in range(3)] for i in range(3)]
 
 
 @ti.func
 def scaled(factor, a):
-    """factor a."""
+    """Return factor a."""
     return [[factor * a[i][j] for j in range(3)] for i in range(3)]
 
 
 @ti.func
 def plus_identity(a, factor):
-    """a + factor I."""
+    """Return a + factor I."""
     return [[a[i][j] + (factor if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
 
 
 @ti.func
 def to_bits(a):
-    """The 64 bits of a float or of each lane of a vector of floats, as u64.
+    """Return the 64 bits of a float, or of each lane of a vector of floats, as u64.
 
     `ti.bit_cast` takes no vectors; the compiler folds the lanes into one register reinterpretation.
     """
@@ -100,7 +100,7 @@ def to_bits(a):
 
 @ti.func
 def from_bits(a):
-    """The float, or lanes of floats, with these u64 bits."""
+    """Return the float, or the vector of floats, with these u64 bits."""
     if ti.static(a.is_tensor()):
         return ti.Vector([ti.bit_cast(a[i], ti.f64) for i in range(a.n)])
     else:

@@ -23,7 +23,7 @@ ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to the nearest whole 
 
 @ti.func
 def log_split(change):
-    """[e - ln(1 + e), 1/(1 + e)] of e = change, both to the last digits also for tiny e.
+    """Return [e - ln(1 + e), 1/(1 + e)] of e = change, both accurate to the last digits also for tiny e.
 
     1 + e = 2^k (1 + t) with 1 + t in [0.70, 1.42) by exponent bits; with f = t/(2 + t), ln(1 + t) = 2 atanh f and
     t - ln(1 + t) = t f - f^3 R(f^2), R the minimax polynomial of degree 6 in Estrin form (error 5e-18 of ln).
@@ -46,7 +46,7 @@ def log_split(change):
 
 @ti.func
 def logarithm(a):
-    """ln a of a normal number a > 0; a finite number for any other finite a, so a lane of no interest harms nobody."""
+    """Return ln a of a normal number a > 0; for any other finite a a finite number, so that unused lanes do no harm."""
     exponent = (tensor3.to_bits(a) + ti.u64(0x00095F619980C433)) >> ti.u64(52)  # splits at sqrt(1/2)
     mantissa = tensor3.from_bits(tensor3.to_bits(a) - ((exponent - ti.u64(1023)) << ti.u64(52)))
     k = tensor3.from_bits(exponent | ti.u64(0x4330000000000000)) - 4503599627371519.0  # exponent - 1023 as a float
@@ -62,13 +62,13 @@ def logarithm(a):
 
 @ti.func
 def exponential_less_one(a):
-    """exp(a) - 1; a is taken at -300 or 300 where it lies beyond."""
+    """Return exp(a) - 1, with a limited to -300 .. 300."""
     return exponential_split(a)[0]
 
 
 @ti.func
 def exponential_split(a):
-    """[exp(a) - 1, exp(a) - 1 - a], both to the last digits also for tiny a; a as in `exponential_less_one`."""
+    """Return [exp(a) - 1, exp(a) - 1 - a], both accurate also for tiny a, with a limited to -300 .. 300."""
     b = ti.max(ti.min(a, LARGEST), -LARGEST)
     shifted = b * (1.0 / LN2) + ROUND
     k = shifted - ROUND

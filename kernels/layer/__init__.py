@@ -1,1 +1,1 @@
-"""Friction layers: the implicit step of many layers at once."""
+"""Kernels of friction layers: implicit steps of many layers at once."""

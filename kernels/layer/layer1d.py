@@ -1,14 +1,15 @@
-"""Many steps of many friction layers in one launch (METHOD 5, equations (7) and (8) of the paper).
+"""Kernel that takes many steps of many friction layers in one launch (METHOD 5, equations (7) and (8) of the paper).
 
-Per step and cell: restart from the yield limit where wanted, one tridiagonal solve, the scalar equation for sig, new
-state (`layer1d_phases`, `layer1d_solve`). With two sides the heat is parted by the temperatures they would reach:
+Each step of a cell restarts from the yield limit if required, solves a tridiagonal system and the scalar equation for
+sig, and sets the new state (`layer1d_phases`, `layer1d_solve`). With two sides the heat is divided such that the
+surface temperatures obey the contact conductance:
 
     q_A = g (Tz_B - Tz_A) + (1 + g (Bq_B - Bq_A)) W/2,  q_B = W - q_A,  g = 1/(1/conductance + Bq_A + Bq_B)
 
-State, all flat: rise [pack, node, lane] = T - base, growth = beta ep, hardening = (1 + beta ep)^n, carried [J/m^3] =
-plastic heat not yet released; cells [pack, CELL, lane]. A pack whose cells have never been pressed is skipped; an open
-cell conducts but neither slips nor flows. A pack has `stride` lanes in memory, a thread does `width` of them: 8 and 8
-as SIMD vectors on a CPU, 32 and 1 on a GPU.
+The state arrays are flat: rise [pack, node, lane] = T - base, growth = beta ep, hardening = (1 + beta ep)^n, carried
+[J/m^3] = plastic heat not yet released; cells [pack, CELL, lane]. A pack whose cells have never been in contact is
+skipped; an open cell conducts heat but neither slips nor flows. A pack has `stride` lanes in memory, of which a thread
+takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GPU.
 """
 
 import functools
@@ -23,30 +24,30 @@ from .layer1d_phases import make_phases
 from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
 from .layer1d_solve import NEWTON, make_solve
 
-# numbers of a cell: sqrt3 tau [Pa], stress the next step starts from, its last two changes, 1 - sig/s_melt, last
-# pressure [Pa], whether it flowed, whether it was ever pressed, slip work and plastic work [J/m^2], failed steps,
-# evaluations, drag [m/(s Pa)] and cap [Pa] of the traction
+# numbers of a cell: sqrt3 tau [Pa], stress from which the next step starts, its last two changes, 1 - sig/s_melt, last
+# pressure [Pa], 1: it flowed, 1: it has been in contact, slip work and plastic work [J/m^2], failed steps, evaluations,
+# drag [m/(s Pa)] and cap [Pa] of the traction
 STRESS, TRIAL, CHANGE, BEFORE, CLOSE, PRESSURE, FLOWED = range(7)
 WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(7, 14)
 CELL = 14
-NEAR = 0.05  # of CLOSE: below it the first guess keeps its distance to melting, else it goes on as before
-SETTINGS = 5  # behind the materials in params: heat share, g, C, dt, whether the yield limit may raise sig
+MELTING = 0.05  # below this CLOSE the first guess has the last distance to melting, else it is extrapolated in time
+SETTINGS = 5  # numbers behind the materials in params: heat share, g, C, dt, 1: the yield limit may raise sig
 
 
 @ti.func
-def melting_stress(most, velocity, drag, cap):
-    """The sig whose heat W is `most`; huge if there is none."""
-    root = velocity * velocity - 4.0 * drag * most
-    traction = 2.0 * most / ti.max(velocity + eq.square_root(ti.max(root, 0.0 * root)), 1e-300)
+def melting_stress(heat, velocity, drag, cap):
+    """Return the sig that generates the heat W = `heat`; 1e300 if there is none."""
+    root = velocity * velocity - 4.0 * drag * heat
+    traction = 2.0 * heat / ti.max(velocity + eq.square_root(ti.max(root, 0.0 * root)), 1e-300)
     reached = ti.select(root >= 0.0, traction, 0.0 * root + 1e300)
     return ti.select(reached < cap, SQRT3 * ti.min(reached, 1e290), 0.0 * root + 1e300)
 
 
 @functools.cache
 def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
-    """Kernel of the layer, memoised; heating: plastic heat is on; method: of `layer1d_solve`.
+    """Return the kernel of the layer, memoised; heating: plastic work heats; method: of `layer1d_solve`.
 
-    units: threads' worth of cells, done in `chunks`, one per `grain` iterations; side_nodes, all_nodes: nodes of the
+    units: groups of `width` cells, taken in `chunks`, one per `grain` iterations; side_nodes, all_nodes: nodes of the
     first side, of all; steps from first_step on; velocity [m/s] and pressure [Pa] are tables [row, cell], row = step *
     velocity_row / cells; every `every` steps a row of surface_out (T - base) and stress_out (tau [Pa]), [row, cell].
     """
@@ -56,7 +57,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
 
     @ti.func
     def partition(nodes: ti.template(), rise: ti.template(), base, side_nodes, share, conductance):
-        """Per side [offset, share]: its heat is offset + share W."""
+        """Return [offset, share] of each side: its heat is offset + share W."""
         if ti.static(sides == 1):
             return [[0.0 * share, share]]
         else:
@@ -66,7 +67,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
 
     @ti.func
     def zone_end(reach, first, end):
-        """End of the nodes that may yield in any lane; without a bracket each may yield on the way."""
+        """Return the end of the nodes that may yield in any lane; methods without a bracket need all nodes."""
         found = end
         if ti.static(method == NEWTON):
             found = ti.max(ti.cast(reach.max(), ti.i32), first)
@@ -114,19 +115,19 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                     here = unit * width
                     for step in range(first_step, first_step + steps):
                         speed = eq.magnitude(load(velocity, step * velocity_row + here, width))
-                        pushed = load(pressure, step * pressure_row + here, width)
-                        pressed = ti.select(pushed > 0.0, one, zero)
+                        pressing = load(pressure, step * pressure_row + here, width)
+                        pressed = ti.select(pressing > 0.0, one, zero)
                         warm = ti.max(load(cells, cell + WARM * stride, width), pressed)
                         sig = zero
                         if warm.max() > 0.0:
-                            mats = [eq.material(params, s, ti.max(pushed, zero)) for s in range(sides)]
+                            mats = [eq.material(params, s, ti.max(pressing, zero)) for s in range(sides)]
                             last = load(cells, cell + PRESSURE * stride, width)
                             change = load(cells, cell + CHANGE * stride, width)
                             old = load(cells, cell + STRESS * stride, width)
                             trial = load(cells, cell + TRIAL * stride, width)
                             fresh = ti.select(last > 0.0, zero, pressed)
                             # a layer that flows is at its limit already
-                            risen = ti.select(pushed > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
+                            risen = ti.select(pressing > last, one, 1.0 - load(cells, cell + FLOWED * stride, width))
                             restart = ti.max(fresh, pressed * reload * risen)
                             if restart.max() > 0.0:
                                 limit = zero + 1e300
@@ -161,11 +162,11 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                 for s in range(sides)
                             ]
                             room = [(found[s][0] - flows[s][0]) / ti.max(flows[s][1], 1e-300) for s in range(sides)]
-                            most, reach = room[0], found[0][1]
+                            largest, reach = room[0], found[0][1]
                             if ti.static(sides == 2):
-                                most, reach = ti.min(most, room[1]), ti.max(reach, found[1][1])
-                            solving = ti.select(most > 0.0, ti.select(trial > 0.0, one, zero), zero)
-                            melt = melting_stress(most, slip[0], slip[1], slip[2])
+                                largest, reach = ti.min(largest, room[1]), ti.max(reach, found[1][1])
+                            solving = ti.select(largest > 0.0, ti.select(trial > 0.0, one, zero), zero)
+                            melt = melting_stress(largest, slip[0], slip[1], slip[2])
                             zones = [
                                 [firsts[s], zone_end(found[s][1] * solving, firsts[s], ends[s])] for s in range(sides)
                             ]
@@ -174,7 +175,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             if zone_end(reach * solving, 0, 1) > 0:
                                 close = load(cells, cell + CLOSE * stride, width)
                                 guess = old + 2.0 * change - load(cells, cell + BEFORE * stride, width)
-                                guess = ti.select(close < NEAR, melt * (1.0 - close), guess)
+                                guess = ti.select(close < MELTING, melt * (1.0 - close), guess)
                                 answer = solve(
                                     nodes,
                                     [rise, growth, scratch],
@@ -190,7 +191,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                 close = ti.select(solving > 0.0, 1.0 - answer[0] / melt, one)
                                 store(cells, cell + CLOSE * stride, close, width)
                                 total = ti.select(solving > 0.0, answer[1], zero)
-                                # what is left of the residual lowers sig: the sum of (7) is exact, sig <= Y stays
+                                # the remaining residual lowers sig: the sum of (7) is exact and sig <= Y holds
                                 sig = ti.min(ti.min(answer[0], old), trial - total / compliance)
                                 sig = ti.select(solving > 0.0, ti.max(sig, zero), zero)
                                 failures = load(cells, cell + FAILURES * stride, width) + answer[2]
@@ -218,7 +219,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             store(cells, cell + TRIAL * stride, solving * (trial - total / compliance), width)
                             store(cells, cell + CHANGE * stride, sig - old, width)
                             store(cells, cell + BEFORE * stride, change, width)
-                            store(cells, cell + PRESSURE * stride, pushed, width)
+                            store(cells, cell + PRESSURE * stride, pressing, width)
                             store(cells, cell + FLOWED * stride, ti.select(total > 0.0, one, zero), width)
                             store(cells, cell + WARM * stride, warm, width)
                             store(cells, cell + WORK * stride, work, width)

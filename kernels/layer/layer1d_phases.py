@@ -1,9 +1,9 @@
 """Passes over the nodes of one side of a friction layer: yield limit, elimination, substitution, new state (METHOD 5).
 
-    rho c w dT_i/dt = conduction between neighbours + w s_i (+ q at the surface),  backward Euler, w half-cell widths
+    rho c w dT_i/dt = conduction between neighbours + w s_i (+ q at the surface),  backward Euler, w: nodal width
 
-The tridiagonal matrix is fixed by grid, step and material: T' = Tz + Bq q with one elimination from the depth to the
-surface and one substitution back per step. Node columns: weight, gain, link, back, Bq, 1/Bq:
+The tridiagonal matrix depends on grid, step and material only: T' = Tz + Bq q, with one elimination from the depth to
+the surface and one substitution back per step. Node columns are weight, gain, link, back, Bq, 1/Bq:
 
     d_i = gain_i T_i + link_i d_{i+1},    Tz_i = d_i + back_i Tz_{i-1}
 
@@ -18,16 +18,16 @@ from ..language.transcendental import exponential_less_one
 from ..language.vectors import load, store
 from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH
 
-SPARE = 2.0  # released plastic heat closes at most 1/SPARE of the distance to melting in a step
+SPARE = 2.0  # released plastic heat takes up to 1/SPARE of the temperature distance to melting in a step
 
 
 @functools.cache
 def make_phases(width: int, stride: int, heating: bool):
-    """The passes over the nodes of one side, as a tuple of ti.funcs: yield_limit, eliminate, substitute, commit."""
+    """Return the passes over the nodes of one side as ti.funcs: yield_limit, eliminate, substitute, commit."""
 
     @ti.func
     def yield_limit(rise: ti.template(), hardening: ti.template(), base, first, end, mat):
-        """Smallest yield stress over the depth."""
+        """Return the smallest yield stress over the depth."""
         limit = 0.0 * mat[7] + 1e300
         for n in range(first, end):
             at = base + n * stride
@@ -40,7 +40,7 @@ def make_phases(width: int, stride: int, heating: bool):
 
     @ti.func
     def eliminate(nodes: ti.template(), rise: ti.template(), carried: ti.template(), base, first, end, mat):
-        """From the depth to the surface: rise becomes d; carried heat is released as far as melting allows."""
+        """Eliminate from the depth to the surface: rise becomes d; carried heat is released as melting allows."""
         before = 0.0 * mat[7]
         for k in range(end - first):
             n = end - 1 - k
@@ -57,34 +57,33 @@ def make_phases(width: int, stride: int, heating: bool):
 
     @ti.func
     def substitute(nodes: ti.template(), rise: ti.template(), hardening: ti.template(), base, first, end, mat, top, q):
-        """From the surface to the depth: rise becomes Tz.
+        """Substitute from the surface to the depth: rise becomes Tz.
 
-        Returns [heat flux through the surface that melts a node, end of the zone that may yield].
-
-        A node may yield if it does so at the stress top and its heat q, with exp(-x) >= 1 - x.
+        Returns [heat flux through the surface that melts a node, end of the zone that may yield]. A node may yield if
+        it does so at the stress `top` and its heat q, judged with exp(-x) >= 1 - x.
         """
         before = 0.0 * mat[7]
-        most, zone = before + 1e300, before
+        melting, zone = before + 1e300, before
         sharper = 1.0 + mat[4]
         for n in range(first, end):
             at = base + n * stride
             before = load(rise, at, width) + nodes[n * NODE + BACK] * before
             store(rise, at, before, width)
-            most = ti.min(most, (mat[8] - before) * nodes[n * NODE + ROOM])
+            melting = ti.min(melting, (mat[8] - before) * nodes[n * NODE + ROOM])
             hot = before + nodes[n * NODE + WARMTH] * q
             room = mat[6] - hot
             strength = mat[0] * load(hardening, at, width) * (mat[7] - mat[3] * hot)
             bound = strength * (mat[6] - mat[4] * mat[9] - sharper * hot)
             zone = ti.select(top * room > bound, 0.0 * zone + (n + 1.0), zone)
             zone = ti.select(hot >= mat[8], 0.0 * zone + (n + 1.0), zone)
-        return [most, zone]
+        return [melting, zone]
 
     @ti.func
     def commit(nodes: ti.template(), state: ti.template(), base, scratch_base, side, end, mat, q, flowing, sig, shift):
-        """Rise becomes T', the strains of the scratch become the state where they have grown.
+        """Set the new state: rise becomes T', and strains in the scratch array that have grown become the strains.
 
-        state: [rise, growth, hardening, carried, scratch]; side: [first, end of the zone]; shift: sig less that of the
-        strains in the scratch.
+        state: [rise, growth, hardening, carried, scratch]; side: [first, end of the zone]; shift: sig less the stress
+        at which the strains in the scratch array were computed.
         """
         for n in range(side[0], end):
             at = base + n * stride

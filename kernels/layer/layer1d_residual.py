@@ -1,4 +1,4 @@
-"""The plastic sum in the equation for sig = sqrt3 tau of a friction layer (METHOD 5, equation (7) of the paper).
+"""Plastic sum in the equation for sig = sqrt3 tau of a friction layer (METHOD 5, equation (7) of the paper).
 
     R(sig) = C (sig - sig_tr) + sum over nodes w (ep'(sig) - ep),    C = sum over sides H/(3G)
     ep' = max(ep, ((sig/(Y0 F))^(1/n) - 1)/beta),   F = (1 + a_P P - b_T (T - T_ref)) exp(-f T/(T_f - T))
@@ -18,28 +18,28 @@ WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimi
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`
 SQRT3 = 1.7320508075688772
-SCRATCH = 3  # numbers of a node and lane that an evaluation leaves behind
-SMALL = 1e-7  # change of ln(1 + beta ep) whose square is nothing
-ROUNDING = 4e-16  # of sig and of the temperature
+SCRATCH = 3  # numbers per node and lane that an evaluation stores
+SMALL = 1e-7  # change of ln(1 + beta ep) whose square is negligible
+ROUNDING = 4e-16  # relative rounding error of sig and of the temperature
 
 
 @ti.func
 def magnitude(a):
-    """|a| of lanes; vectors that stay whole know neither abs nor a sign change."""
+    """Return |a| of lanes; for vectors kept whole neither abs nor unary minus compiles."""
     return ti.max(a, 0.0 - a)
 
 
 @ti.func
 def square_root(a):
-    """sqrt(a) of lanes."""
+    """Return sqrt(a) of lanes."""
     return ti.Vector([ti.sqrt(a[lane]) for lane in range(a.n)])
 
 
 @ti.func
 def material(params: ti.template(), side: ti.template(), pressure):
-    """Constants of a side, lanes where the pressure enters.
+    """Return the constants of a side, as lanes where the pressure enters.
 
-    [Y0, n, beta, b_T, f, T_f, T_f - base, 1 + a_P P - b_T (T - T_ref) at the base temperature, highest rise with
+    [Y0, n, beta, b_T, f, T_f, T_f - base, 1 + a_P P - b_T (T - T_ref) at the base temperature, largest rise with
     strength, base, rho c, share of the plastic work that heats]
     """
     at = side * MATERIAL
@@ -66,7 +66,7 @@ def material(params: ti.template(), side: ti.template(), pressure):
 
 @ti.func
 def generated(sig, velocity, drag, cap):
-    """[W, dW/dsig]: heat of slip per area and time [W/m^2] from the transmitted traction, and its slope."""
+    """Return [W, dW/dsig]: heat of slip per area and time [W/m^2] from the transmitted traction, and its derivative."""
     traction = ti.min(sig / SQRT3, cap)
     slope = ti.select(sig < SQRT3 * cap, (velocity - 2.0 * drag * traction) / SQRT3, 0.0 * sig)
     return [traction * (velocity - drag * traction), slope]
@@ -74,16 +74,15 @@ def generated(sig, velocity, drag, cap):
 
 @functools.cache
 def make_residual(width: int, stride: int, sides: int):
-    """Plastic sum of all sides, memoised ti.func; see `residual` inside."""
+    """Return the ti.func `residual` below, memoised."""
 
     @ti.func
     def plastic_sums(nodes: ti.template(), arrays: ti.template(), base, scratch_base, side, mat, sig, heat):
-        """Over the nodes of a zone: [sum w (ep' - ep), its slope in sig, what rounding T does to it, fastest, margin].
+        """Return sums over the nodes of a zone: [sum w (ep' - ep), derivative by sig, rounding error, fastest, margin].
 
-        fastest: largest slope of ln(1 + beta ep') in sig; margin > 0: no node is as near to where flow begins as SMALL.
-        l = ln(1 + beta ep'), beta ep' and dl/dsig go to scratch.
-
-        heat: [q, dq/dsig] of the side. arrays: [rise, growth, scratch].
+        The rounding error is that by T; fastest: largest derivative of l = ln(1 + beta ep') by sig; margin > 0: no node
+        is closer than SMALL to the onset of flow. l, beta ep' and dl/dsig are stored in scratch. heat: [q, dq/dsig] of
+        the side; arrays: [rise, growth, scratch].
         """
         over_yield, over_exponent = sig / mat[0], 1.0 / mat[1]
         over_sig, steep = 1.0 / ti.max(sig, 1e-300), mat[4] * mat[5]
@@ -117,7 +116,7 @@ def make_residual(width: int, stride: int, sides: int):
 
     @ti.func
     def residual(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, sig):
-        """The sums over all sides; slip: [velocity, drag, cap], flows: per side [offset, share]."""
+        """Return these sums over all sides; slip: [velocity, drag, cap], flows: [offset, share] per side."""
         heat = generated(sig, slip[0], slip[1], slip[2])
         found = [
             plastic_sums(

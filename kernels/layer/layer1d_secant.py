@@ -1,8 +1,8 @@
-"""The paper's secants for a step of a friction layer (R of `layer1d_residual`), kept for comparison (METHOD 5).
+"""Secant methods of the paper for a layer step (R of `layer1d_residual`), kept for comparison (METHOD 5).
 
-The unknown is sig itself, or the surface's softening factor C_T = exp(f T_s/(T_f - T_s)), from which T_s, then
-q = (T_s - Tz_s)/Bq_s and sig follow. Neither has a bracket, so every node may yield on the way
-and all are visited: a lane fails that leaves 0 < sig < s_melt, or does not end.
+The unknown is sig, or the softening factor of the surface C_T = exp(f T_s/(T_f - T_s)), from which T_s, then
+q = (T_s - Tz_s)/Bq_s and sig follow. Neither has a bracket, so any node may yield during the iteration and all are
+evaluated. A lane fails if it leaves 0 < sig < s_melt or does not converge.
 """
 
 import functools
@@ -14,19 +14,19 @@ from ..language.vectors import load
 from .layer1d_residual import ROUNDING, SQRT3, WARMTH, magnitude, make_residual
 
 TOLERANCE = 1e-6  # of |R| over C sig_tr: C_T = 1.0002 at 300 K has lost four digits
-MOST = 50  # evaluations
+MAXIMUM_EVALUATIONS = 50
 
 
 @functools.cache
 def make_secant(width: int, stride: int, by_softening: bool):
-    """A secant on C_T, or on sig; memoised ti.func."""
+    """Return the ti.func `secant` below, memoised; by_softening: the unknown is C_T, else sig."""
     residual = make_residual(width, stride, 1)
 
     @ti.func
     def secant(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, compliance, bracket):
-        """[sig, plastic sum, succeeded, evaluations] of the paper's secants; bracket: [trial, melt, first, solving].
+        """Return [sig, plastic sum, succeeded, evaluations]; bracket: [trial, melt, first, solving].
 
-        The first stresses are sig_tr (on C_T: half way to melting if that melts) and 0.999 of it.
+        The first two stresses are sig_tr and 0.999 of it; with C_T the first is half way to melting if sig_tr melts.
         """
         trial, melt, solving = bracket[0], bracket[1], bracket[3]
         one, zero = 0.0 * trial + 1.0, 0.0 * trial
@@ -43,7 +43,7 @@ def make_secant(width: int, stride: int, by_softening: bool):
         before, before_residual = unknown, one
         running, succeeded, count, total = solving, zero, zero, zero
         turn = 0
-        while turn < MOST and running.max() > 0.0:
+        while turn < MAXIMUM_EVALUATIONS and running.max() > 0.0:
             valid = ti.select(sig > 0.0, one, zero) * ti.select(sig < melt, one, zero)
             running *= valid
             found = residual(nodes, arrays, bases, zones, mats, slip, flows, sig)
@@ -55,8 +55,8 @@ def make_secant(width: int, stride: int, by_softening: bool):
             if turn == 0:
                 new = unknown * (1.0 - 1e-3)
                 if ti.static(by_softening):
-                    near = surface + per_stress * (sig * (1.0 - 1e-3))
-                    new = exponential_less_one(mat[4] * (near + mat[9]) / (mat[6] - near)) + 1.0
+                    rise = surface + per_stress * (sig * (1.0 - 1e-3))
+                    new = exponential_less_one(mat[4] * (rise + mat[9]) / (mat[6] - rise)) + 1.0
             new_sig = new
             if ti.static(by_softening):
                 power = logarithm(new)

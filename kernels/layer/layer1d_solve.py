@@ -1,8 +1,8 @@
-"""The one unknown of a step of a friction layer, sig = sqrt3 tau, in a bracket (METHOD 5, R of `layer1d_residual`).
+"""Root search for the one unknown of a layer step, sig = sqrt3 tau, in a bracket (METHOD 5, R of `layer1d_residual`).
 
-R is increasing and convex below min(sig_tr, s_melt). Safeguarded Newton keeps a bracket; where the plastic sum and the
-elastic drop differ by more than a factor of 2 it works on the logarithm of their ratio (next to melting the sum is an
-exponential). The other methods try the paper's secants first (`layer1d_secant`).
+R is increasing and convex below min(sig_tr, s_melt). Safeguarded Newton keeps a bracket. Where the plastic sum and the
+elastic drop differ by more than a factor of 2, it solves for the logarithm of their ratio, since close to melting the
+sum grows exponentially. The other methods try the secants of the paper first (`layer1d_secant`).
 """
 
 import functools
@@ -15,22 +15,22 @@ from .layer1d_secant import make_secant
 
 NEWTON, THERMAL_SOFTENING, STRESS = range(3)  # methods
 TOLERANCE = 1e-13  # of |R| over C sig_tr
-MOST = 100  # evaluations
+MAXIMUM_EVALUATIONS = 100
 
 
 @functools.cache
 def make_solve(width: int, stride: int, sides: int, method: int):
-    """The solve of a step, memoised ti.func; see `solve` inside."""
+    """Return the ti.func `solve` below, memoised."""
     residual = make_residual(width, stride, sides)
     secant = make_secant(width, stride, method == THERMAL_SOFTENING)
 
     @ti.func
     def solve(nodes: ti.template(), arrays: ti.template(), bases, zones, mats, slip, flows, compliance, bracket):
-        """[sig, plastic sum, failures, evaluations, shift]; scratch holds the strains at sig - shift.
+        """Return [sig, plastic sum, failures, evaluations, shift]; scratch holds the strains at sig - shift.
 
         arrays: [rise with Tz, growth, scratch]; bases: addresses [first node of the pack, scratch];
         zones: per side [first, end] of the nodes that may yield; slip: [velocity, drag, cap]; flows: per side [offset,
-        share]; bracket: [sig_tr, s_melt, first guess, 1 where sig is wanted].
+        share]; bracket: [sig_tr, s_melt, first guess, 1 in lanes to solve].
         """
         trial, melt, solving = bracket[0], bracket[1], bracket[3]
         one, zero = 0.0 * trial + 1.0, 0.0 * trial
@@ -47,7 +47,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             total = ti.select(tried[2] > 0.0, tried[1], zero)
             count = tried[3]
         turn, shift = 0, zero
-        while turn < MOST and running.max() > 0.0:
+        while turn < MAXIMUM_EVALUATIONS and running.max() > 0.0:
             found = residual(nodes, arrays, bases, zones, mats, slip, flows, sig)
             count += running
             total = ti.select(running > 0.0, found[0], total)
@@ -62,11 +62,11 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             new = ti.select(far, ti.select(ti.min(total, drop) > 0.0, by_ratio, new), new)
             finest = TOLERANCE * compliance * trial + found[2]
             within = ti.select(magnitude(value) <= finest, running, zero)
-            # the last sig is on the side where the plastic sum is enough: what is left over lowers sig, never raises it
+            # the last sig is where the plastic sum is large enough: the remaining residual lowers sig, never raises it
             enough = ti.select(value >= 0.0 - TOLERANCE * compliance * trial, one, zero)
             settled = within * enough
             small = ti.select(magnitude(value) <= 1e-6 * compliance * trial, one, zero)
-            # a bracketed step: the trial stress itself is a candidate, the melting bound never is
+            # a step outside the bracket is replaced; the trial stress itself is allowed, the melting bound is not
             middle = 0.5 * (low + high)
             middle = ti.select(low > 0.0, middle, 0.5 * high)
             new = ti.select(new > low, new, middle)
@@ -77,7 +77,7 @@ def make_solve(width: int, stride: int, sides: int, method: int):
             up = ti.select(up < high, up, ti.select(high < melt, high, middle))
             new = ti.select(within > enough, up, new)
             stalled = ti.select(magnitude(new - sig) <= ROUNDING * sig, running * small, zero)
-            # a last step so small that the strains are linear in it needs no evaluation
+            # a last step so small that the strains change linearly needs no evaluation
             linear = ti.select(found[3] * magnitude(step) <= SMALL, ti.select(found[4] > 0.0, running, zero), zero)
             linear = linear * (1.0 - ti.max(settled, stalled))
             shift = ti.select(linear > 0.0, step, shift)

@@ -1,4 +1,4 @@
-"""Laws of materials: one file each, found by its name (law.py says what such a file has)."""
+"""Material laws, one file each; a law has the name of its file (law.py says what such a file contains)."""
 
 from importlib import import_module
 from pkgutil import iter_modules

@@ -1,18 +1,17 @@
-"""What a law consists of. Each law is one file of this package that ends with `LAW = Law(...)`; its name is the file's.
+"""Record of a material law: its functions and parameters. Each law is one file that ends with `LAW = Law(...)`.
 
-With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2 (METHOD 0) a law answers, per reference volume,
+With H = grad u, F = I + H, J = det F, E = (F^t F - I)/2 (METHOD 0) a law gives, per reference volume,
 
     update(H, parameters[, old]) -> [P, W, J - 1[, new]]      P = dW/dF [Pa], W [J/m^3]
 
 in 3x3 lists, without branches or library calls: entries are scalars or vectors of lanes (one cell or several at once).
-Everything is put together from H and J - 1, never from F - I or J minus one, so that at a strain of 1e-9 the stress
-keeps its digits and the energy is still a square. Quadrature weights are applied by the element, outside the law.
+All terms are formed from H and J - 1 directly, not from the differences F - I or J minus one, so that stress and energy
+stay accurate at a strain of 1e-9. Quadrature weights are applied by the element, outside the law.
 
 `parameters` are those of the material (tcontact/scene/materials.py), in its order. The first belongs to the volume
-change
-(mean dilatation takes it out and applies it per cell), and parameters[0] + 2 parameters[1] is lambda + 2 mu at small
-strains (hourglass stiffness). A law with `state` keeps these numbers at every quadrature point, 0 at the start: `old`
-is the list of the committed ones, `new` what they become if the step is committed.
+change (mean dilatation replaces it by 0 and applies it per cell), and parameters[0] + 2 parameters[1] is lambda + 2 mu
+at small strains (hourglass stiffness). A law with `state` has these numbers at every quadrature point, 0 at the start:
+`old` is the list of the stored values, `new` the values after the step.
 """
 
 from typing import Any, NamedTuple
@@ -21,10 +20,10 @@ import taichi as ti
 
 
 class Tangent(NamedTuple):
-    """A part of A_ab = G_a . d2W/dF dF . G_b, the stiffness between two corners with G = grad N at a point.
+    """Functions of one part of A_ab = G_a . d2W/dF dF . G_b, the stiffness between two corners with G = grad N.
 
     point(F, parameters, pressure[, old]) -> data; corner(data, G_a) -> a; pair(data, G_a, G_b, a, b) -> A_ab [3, 3].
-    pressure: with one volume change per cell that of the cell, at parameters[0] = 0; else 0.
+    pressure: of the cell if it has one volume change, with parameters[0] = 0; else 0.
     """
 
     point: Any
@@ -33,7 +32,7 @@ class Tangent(NamedTuple):
 
 
 class StepLaw(NamedTuple):
-    """What implicit schemes ask of a law (kernels/cells/implicit_rules.py), in E [3, 3] and j = J - 1, S = dW/dE.
+    """Functions of a law for implicit schemes (kernels/cells/implicit_rules.py), of E [3, 3] and j = J - 1; S = dW/dE.
 
     energy(E, j, parameters); stress(E, j, parameters) -> S; stress_change(E, j, parameters, along): the derivative of
     S along a change of E; discrete(E0, E1, dE, j0, j1, parameters) -> S* with S* : dE = W1 - W0, and its derivative
@@ -48,11 +47,11 @@ class StepLaw(NamedTuple):
 
 
 class Law(NamedTuple):
-    """A law by its functions; parameters, state: names of the numbers it takes and keeps.
+    """A material law; parameters, state: names of its parameters and of its state at a quadrature point.
 
-    tangents: parts whose sum is the second derivative; step: for implicit schemes, None = they refuse the law;
-    linear: stress and strain are those of small strains; refusal: where the law stops to be elliptic, and what to use
-    instead; "" if it does not: then an equilibrium need not be checked for a tangent that is not positive definite.
+    tangents: parts whose sum is the second derivative; step: functions for implicit schemes, None: refused there;
+    linear: stress and strain are those of small strains; refusal: message that says where the law loses ellipticity and
+    what to use instead. With "" it never does, and equilibria are not checked for a positive definite tangent.
     """
 
     parameters: tuple[str, ...]
@@ -66,11 +65,13 @@ class Law(NamedTuple):
 
 @ti.func
 def moved_corner(data, g):
+    """Return a = M G_a."""
     return data[0] @ g
 
 
 @ti.func
 def pair_of_form(data, ga, gb, a, b):
+    """Return (G_a . T G_b) I + c1 b x a + c2 a x b."""
     same = ga.dot(data[1] @ gb)
     c1, c2 = data[2], data[3]
     return ti.Matrix(
@@ -83,12 +84,13 @@ def pair_of_form(data, ga, gb, a, b):
 
 @ti.func
 def pair_with_rest(data, ga, gb, a, b):
+    """Return the form with (G_a . G_b) R added."""
     return pair_of_form(data, ga, gb, a, b) + ga.dot(gb) * data[4]
 
 
 def tangent_form(point: Any, rest: bool = False) -> Tangent:
-    """Return A_ab = (G_a . T G_b) I + c1 b x a + c2 a x b [+ (G_a . G_b) R] with a = M G_a, b = M G_b.
+    """Return the Tangent A_ab = (G_a . T G_b) I + c1 b x a + c2 a x b [+ (G_a . G_b) R], a = M G_a, b = M G_b.
 
-    point(F, parameters, pressure) -> [M, T, c1, c2[, R]]; rest: with an R.
+    point(F, parameters, pressure) -> [M, T, c1, c2[, R]]; rest: with R.
     """
     return Tangent(point, moved_corner, pair_with_rest if rest else pair_of_form)

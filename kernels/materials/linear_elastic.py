@@ -1,7 +1,7 @@
 """Linear elasticity at small strains: W = lam/2 (tr e)^2 + mu e:e,  e = (H + H^t)/2,  P = lam (tr e) I + 2 mu e.
 
 Its second derivative is A_ab = mu (G_a . G_b) I + mu G_b x G_a + lam G_a x G_b (law.py, with M = I). Implicit schemes
-have rules of their own for it (implicit_points.py).
+have separate rules for it (implicit_points.py).
 """
 
 import taichi as ti

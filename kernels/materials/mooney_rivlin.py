@@ -1,8 +1,8 @@
 """Mooney-Rivlin: W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2,  I2 = ((tr C)^2 - tr C^2)/2.
 
-I1 - 3 = 2 tr E and I2 - 3 = 4 tr E + 2 ((tr E)^2 - E:E), so this is the sum of the neo-Hookean law of bulk and
-M = 2 (c1 + 2 c2) and of St Venant-Kirchhoff's quadratic of 4 c2 and -2 c2: so are its stress, its second derivative and
-its discrete stress. parameters: bulk, M, 4 c2.
+I1 - 3 = 2 tr E and I2 - 3 = 4 tr E + 2 ((tr E)^2 - E:E), so the law is the sum of the neo-Hookean law with bulk and
+M = 2 (c1 + 2 c2), and of the St Venant-Kirchhoff law with lam = 4 c2 and mu = -2 c2. Stress, second derivative and
+discrete stress are sums too. parameters: bulk, M, 4 c2.
 """
 
 import taichi as ti
@@ -13,7 +13,7 @@ from .law import Law, StepLaw
 
 @ti.func
 def quadratic(parameters):
-    """lam and mu of St Venant-Kirchhoff's part."""
+    """Return lam and mu of the St Venant-Kirchhoff part."""
     return [parameters[2], -0.5 * parameters[2]]
 
 

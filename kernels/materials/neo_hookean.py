@@ -4,8 +4,8 @@
     S = C^-1 (2 mu E + lam J (J-1) I)
     d2W/dF dF: M = F^-t,  T = mu I,  c1 = mu - p J,  c2 = (p + lam J) J     (law.py)
 
-with p = lam (J-1) + the pressure of the cell.
-Over a step (implicit_geometry.py): S* = mu (I - s DD) + lam (J0 + J1 - 2) G,  s = 2/(J0 + J1) ln(J1/J0)/(J1 - J0).
+with p = lam (J-1) + the pressure of the cell (mean dilatation). Over a step (implicit_geometry.py):
+S* = mu (I - s DD) + lam (J0 + J1 - 2) G,  s = 2/(J0 + J1) ln(J1/J0)/(J1 - J0).
 """
 
 import taichi as ti
@@ -44,8 +44,8 @@ def update(h, parameters):
 def tangent(f, parameters, pressure):
     lam, mu = parameters[0], parameters[1]
     jacobian = f.determinant()
-    push = (lam * (jacobian - 1.0) + pressure) * jacobian
-    return [f.inverse().transpose(), mu * identity(), mu - push, push + lam * jacobian * jacobian]
+    spherical = (lam * (jacobian - 1.0) + pressure) * jacobian
+    return [f.inverse().transpose(), mu * identity(), mu - spherical, spherical + lam * jacobian * jacobian]
 
 
 @ti.func
@@ -70,7 +70,7 @@ def stress_change(e, j, parameters, along):
 
 @ti.func
 def discrete(e0, e1, de, j0, j1, parameters):
-    """S*, without subtracting I from DD."""
+    """Return S*, without the cancellation of I - s DD."""
     lam, mu = parameters[0], parameters[1]
     g = volume_slope(e0, e1, de, j0, j1)[1]
     twice = e0 + e1

@@ -1,13 +1,13 @@
 """Ogden: W = sum over p, i of mu_p/alpha_p (l_i^alpha_p - 1) - sum of mu_p ln J + lam/2 (J - 1)^2, stretches l_i.
 
 With the eigenvalues d_i and eigenvectors N_i of C - I, logarithmic strains e_i = ln(1 + d_i)/2 and
-g_i = sum over p of mu_p (l_i^alpha_p - 1), in which no digits cancel:
+g_i = sum over p of mu_p (l_i^alpha_p - 1), all without cancellation:
 
     W = sum over p, i of mu_p/alpha_p (exp(alpha_p e_i) - 1 - alpha_p e_i) + lam/2 (J - 1)^2
     S = sum over i of s_i N_i x N_i,  s_i = (g_i + q)/l_i^2,  q = J p,  p = lam (J - 1) + the pressure of the cell
 
-S does not depend on the choice of N_i where stretches coincide, and the second derivative holds divided differences
-Q_ik = (g_i - g_k)/(l_i^2 - l_k^2), which e_i - e_k gives to the last digits. In the frames n_i = F N_i / l_i, N_i
+S does not depend on the choice of N_i where stretches coincide. The second derivative contains divided differences
+Q_ik = (g_i - g_k)/(l_i^2 - l_k^2), computed from e_i - e_k without cancellation. In the frames n_i = F N_i / l_i, N_i
 (Ogden, Non-Linear Elastic Deformations, 1984, ch. 6.1), with v = lam J^2 and K_ik = l_k^2 Q_ik - g_k - q:
 
     A_iiii = (g_i' - g_i - q + q + v)/l_i^2,  A_iikk = (q + v)/(l_i l_k),  A_ikik = Q_ik,  A_ikki = K_ik/(l_i l_k)
@@ -23,19 +23,19 @@ from ..language.transcendental import exponential_less_one, exponential_split, l
 from .law import Law, StepLaw, Tangent
 
 PAIRS = 3
-SWEEPS = 5  # of Jacobi rotations; the off-diagonal parts fall below rounding in four
+SWEEPS = 5  # sweeps of Jacobi rotations; four make the off-diagonal entries smaller than rounding
 TINY = 1e-300
 
 
 @ti.func
 def magnitude(a):
-    """|a|; `ti.abs` does not compile for vectors of lanes."""
+    """Return |a|; `ti.abs` does not compile for vectors of lanes."""
     return ti.max(a, 0.0 - a)
 
 
 @ti.func
 def rotation(first, second, shared):
-    """[t, cos, sin] of the Jacobi rotation that takes out `shared` between two diagonal entries, |t| <= 1."""
+    """Return [t, cos, sin] of the Jacobi rotation that zeroes the entry `shared` of two diagonal entries, |t| <= 1."""
     x, y = second - first, 2.0 * shared
     length = ti.max(magnitude(x) + ti.sqrt(x * x + y * y), magnitude(y) + TINY)
     t = ti.select(x < 0.0, 0.0 - y, y) / length
@@ -45,7 +45,7 @@ def rotation(first, second, shared):
 
 @ti.func
 def eigen(a):
-    """[eigenvalues, eigenvectors [component][number]] of a symmetric a[i][j], without branches."""
+    """Return [eigenvalues, eigenvectors [component][number]] of a symmetric a[i][j], without branches."""
     xx, yy, zz = a[0][0], a[1][1], a[2][2]
     xy, xz, yz = a[0][1], a[0][2], a[1][2]
     zero = 0.0 * xx
@@ -77,7 +77,7 @@ def eigen(a):
 
 @ti.func
 def stretched(d, parameters):
-    """[e, g, sum over p of mu_p/alpha_p (exp(alpha_p e) - 1 - alpha_p e), 1/l^2] of d = l^2 - 1."""
+    """Return [e, g, sum over p of mu_p/alpha_p (exp(alpha_p e) - 1 - alpha_p e), 1/l^2] of d = l^2 - 1."""
     split = log_split(d)
     strain = 0.5 * (d - split[0])
     pull, energy = 0.0 * d, 0.0 * d
@@ -91,7 +91,7 @@ def stretched(d, parameters):
 
 @ti.func
 def second_piola(difference, j, parameters):
-    """[S, W] from C - I [i][j] and J - 1."""
+    """Return [S, W] from C - I [i][j] and J - 1."""
     lam = parameters[0]
     found = eigen(difference)
     n = found[1]
@@ -114,7 +114,7 @@ def update(h, parameters):
 
 @ti.func
 def divided(e1, e2, parameters):
-    """Q = (g_1 - g_2)/(l_1^2 - l_2^2) of two logarithmic strains, its limit where they are equal."""
+    """Return Q = (g_1 - g_2)/(l_1^2 - l_2^2) of two logarithmic strains, or its limit where they are equal."""
     apart = e1 - e2
     spread = exponential_less_one(2.0 * apart)
     result = 0.0
@@ -129,11 +129,11 @@ def divided(e1, e2, parameters):
 
 @ti.func
 def slopes(difference, j, parameters, pressure):
-    """[N, l^2, s l^2 = g + q, g', Q, K, q + v] from C - I [3, 3] and J - 1; Q and K without their diagonals."""
+    """Return [N, l^2, s l^2 = g + q, g', Q, K, q + v] from C - I [3, 3] and J - 1; Q and K without diagonals."""
     found = eigen([[difference[i, k] for k in range(3)] for i in range(3)])
     at = [stretched(found[0][i], parameters) for i in range(3)]
     jacobian = 1.0 + j
-    push = (parameters[0] * j + pressure) * jacobian
+    spherical = (parameters[0] * j + pressure) * jacobian
     squares = ti.Vector([1.0 / at[i][3] for i in range(3)])
     pulls = ti.Vector([at[i][1] for i in range(3)])
     steep = ti.Vector.zero(ti.f64, 3)
@@ -143,9 +143,17 @@ def slopes(difference, j, parameters, pressure):
     ratios, crosses = ti.Matrix.zero(ti.f64, 3, 3), ti.Matrix.zero(ti.f64, 3, 3)
     for i, k in ti.static(((0, 1), (0, 2), (1, 2))):
         ratios[i, k] = divided(at[i][0], at[k][0], parameters)
-        crosses[i, k] = squares[k] * ratios[i, k] - pulls[k] - push
+        crosses[i, k] = squares[k] * ratios[i, k] - pulls[k] - spherical
         ratios[k, i], crosses[k, i] = ratios[i, k], crosses[i, k]
-    return [ti.Matrix(found[1]), squares, pulls + push, steep, ratios, crosses, push + parameters[0] * jacobian**2]
+    return [
+        ti.Matrix(found[1]),
+        squares,
+        pulls + spherical,
+        steep,
+        ratios,
+        crosses,
+        spherical + parameters[0] * jacobian**2,
+    ]
 
 
 @ti.func
@@ -168,7 +176,7 @@ def point(f, parameters, pressure):
 
 @ti.func
 def corner(data, g):
-    """The gradient in the frame N."""
+    """Return the gradient in the frame N."""
     return data[0].transpose() @ g
 
 
@@ -198,7 +206,10 @@ def stress(e, j, parameters):
 
 @ti.func
 def stress_change(e, j, parameters, along):
-    """dS_ii = (g_i' de_i + (q + v) sum of de)/l_i^2 - 2 s_i de_i,  dS_ik = 2 K_ik/(l_i l_k)^2 dE_ik in the frame N."""
+    """Return the change of S along a change of E.
+
+    In the frame N: dS_ii = (g_i' de_i + (q + v) sum of de)/l_i^2 - 2 s_i de_i,  dS_ik = 2 K_ik/(l_i l_k)^2 dE_ik.
+    """
     frame, squares, pulls, steep, _ratios, crosses, volume = slopes(2.0 * e, j, parameters, 0.0)
     change = frame.transpose() @ along @ frame
     growth = change[0, 0] / squares[0] + change[1, 1] / squares[1] + change[2, 2] / squares[2]

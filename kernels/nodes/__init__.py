@@ -1,1 +1,1 @@
-"""Phases of nodes: kick, drift, supports, damping, images."""
+"""Phases of a step that work on nodes: kick, drift, supports, damping, periodic images."""

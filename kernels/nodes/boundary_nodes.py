@@ -1,9 +1,9 @@
-"""Kick and drift of the nodes that are not ordinary: tensor mass, supports, contact (METHOD 1 and 2).
+"""Kick and drift of the boundary nodes: those with tensor mass, supports or contact (METHOD 1 and 2).
 
     a = M^+ (f_ext - f),  v^n = v^{n-1/2} + k0 a,  v^{n+1/2} = v^n + k1 a,  x^{n+1} = x^n + dt v^{n+1/2}
 
-M^+ is zero in prescribed and massless components: prescribed ones keep their velocity, massless ones stay at rest here
-and are placed by the static solve. special_force is the internal force less the contact force.
+M^+ is zero in prescribed and massless components: prescribed ones keep their velocity, massless ones do not move here,
+since the static solve places them. special_force is the internal force less the contact force.
 """
 
 import taichi as ti
@@ -15,7 +15,7 @@ from .damping import damping_force
 
 @ti.func
 def symmetric(tensors: ti.template(), s):
-    """Row s of flat symmetric tensors (xx, yy, zz, xy, yz, xz) as a matrix."""
+    """Return entry s of flat symmetric tensors (xx, yy, zz, xy, yz, xz) as a matrix."""
     xx, yy, zz = tensors[6 * s], tensors[6 * s + 1], tensors[6 * s + 2]
     xy, yz, xz = tensors[6 * s + 3], tensors[6 * s + 4], tensors[6 * s + 5]
     return ti.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -23,58 +23,59 @@ def symmetric(tensors: ti.template(), s):
 
 @ti.func
 def row(values: ti.template(), s):
+    """Return entry s of flat vectors [s, 3]."""
     return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
 
 
 @ti.func
-def damp(body: ti.template(), listed: ti.template(), law: ti.template()):
-    """special_force += damping force at v^n; supports and the kick that follow take it like any force."""
-    for s in range(listed.nodes.shape[0]):
-        net = row(listed.load, s) - row(body.special_force, s)
-        mass, inverse = symmetric(listed.mass, s), symmetric(listed.inverse_mass, s)
-        force = damping_force(law, body, mass, inverse, row(body.v, listed.nodes[s]), net)
+def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
+    """Add the damping force at v^n to special_force, before support reactions and kick."""
+    for s in range(boundary.nodes.shape[0]):
+        net = row(boundary.load, s) - row(body.special_force, s)
+        mass, inverse = symmetric(boundary.mass, s), symmetric(boundary.inverse_mass, s)
+        force = damping_force(law, body, mass, inverse, row(body.v, boundary.nodes[s]), net)
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
 
 
 @ti.func
-def kick_and_drift(body: ti.template(), listed: ti.template()):
-    """u, v are advanced in place by the steps in params; sums at time level n."""
+def kick_and_drift(body: ti.template(), boundary: ti.template()):
+    """Advance u and v of the boundary nodes by the steps in `params`; sum up energy and momentum at time level n."""
     kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
-    for s in range(listed.nodes.shape[0]):
-        node = listed.nodes[s]
-        acceleration = symmetric(listed.inverse_mass, s) @ (row(listed.load, s) - row(body.special_force, s))
+    for s in range(boundary.nodes.shape[0]):
+        node = boundary.nodes[s]
+        acceleration = symmetric(boundary.inverse_mass, s) @ (row(boundary.load, s) - row(body.special_force, s))
         displacement = row(body.u, node)
         velocity = row(body.v, node) + kick_before * acceleration
-        momentum = symmetric(listed.mass, s) @ velocity
+        momentum = symmetric(boundary.mass, s) @ velocity
         spin = (row(body.position, node) + displacement).cross(momentum)
         sums[BOUNDARY.kinetic] += 0.5 * velocity.dot(momentum)
         for j in ti.static(range(3)):
             sums[BOUNDARY.momentum + j] += momentum[j]
             sums[BOUNDARY.angular_momentum + j] += spin[j]
-        sums[BOUNDARY.load_work] += row(listed.load, s).dot(displacement)
+        sums[BOUNDARY.load_work] += row(boundary.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
     for j in ti.static(range(BOUNDARY_SUMS)):
-        listed.sums[FIRST.boundary + j] = sums[j]
+        boundary.sums[FIRST.boundary + j] = sums[j]
 
 
 @ti.func
-def support_reactions(body: ti.template(), listed: ti.template(), supported: ti.template()):
-    """Reaction M a + f - f_ext of every prescribed component, summed, and its power."""
+def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
+    """Sum up the reactions M a + f - f_ext of all prescribed components, and their power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(supported.slots.shape[0]):
-        s, axis = supported.slots[i], supported.axes[i]
-        net = row(listed.load, s) - row(body.special_force, s)
-        inertia = symmetric(listed.mass, s) @ (symmetric(listed.inverse_mass, s) @ net)
+    for i in range(supports.slots.shape[0]):
+        s, axis = supports.slots[i], supports.axes[i]
+        net = row(boundary.load, s) - row(body.special_force, s)
+        inertia = symmetric(boundary.mass, s) @ (symmetric(boundary.inverse_mass, s) @ net)
         reaction = 0.0
         for j in ti.static(range(3)):
             if j == axis:
                 reaction = inertia[j] - net[j]
                 sums[SUPPORT.support_force + j] += reaction
-        sums[SUPPORT.support_power] += reaction * supported.speeds[i]
+        sums[SUPPORT.support_power] += reaction * supports.speeds[i]
     for j in ti.static(range(SUPPORT_SUMS)):
-        supported.sums[FIRST.support + j] = sums[j]
+        supports.sums[FIRST.support + j] = sums[j]

@@ -1,11 +1,11 @@
-"""Mass-proportional damping f = -rate M v, exact in the leapfrog: the velocity it acts on is that of the row.
+"""Mass-proportional damping f = -rate M v in the leapfrog, with the velocity v^n of the time level.
 
     v^n = v^{n-1/2} + k0 a,  v^{n+1/2} = v^n + k1 a,  M a = r - rate M v^n
     a = M^+ (r - rate M v^{n-1/2})/(1 + rate k0)
 
 (central: with k0 = k1 = dt/2 it is v^{n+1/2} = [(1 - rate dt/2) v^{n-1/2} + dt M^-1 r]/(1 + rate dt/2), and the stable
 step stays what it is; Belytschko, Liu and Moran, Nonlinear Finite Elements, ch. 6.)
-What has no mass has no damping. A law of damping has a name (tcontact/scene/dissipation.py), known at compile time
+Massless components have no damping. A damping law has a name (tcontact/scene/dissipation.py), known at compile time
 ("" for none), and a branch in each of these functions.
 """
 
@@ -16,7 +16,7 @@ from ..lanes import DAMPING, KICK_BEFORE
 
 @ti.func
 def damped_acceleration(law: ti.template(), body: ti.template(), undamped, old):
-    """A component of the acceleration of an ordinary node of velocity `old`, from that without damping."""
+    """Return a component of the acceleration of an ordinary node; undamped: without damping, old: its velocity."""
     acceleration = undamped
     if ti.static(law == "mass-damping"):
         rate = body.params[DAMPING]
@@ -26,7 +26,7 @@ def damped_acceleration(law: ti.template(), body: ti.template(), undamped, old):
 
 @ti.func
 def damped_response(law: ti.template(), body: ti.template(), mass, velocity, force, flexible):
-    """Force on a boundary node and the acceleration by a unit force [3, 3], from those without damping."""
+    """Return force and acceleration by a unit force [3, 3] of a boundary node, from those without damping."""
     net, response = force, flexible
     if ti.static(law == "mass-damping"):
         rate = body.params[DAMPING]
@@ -37,7 +37,7 @@ def damped_response(law: ti.template(), body: ti.template(), mass, velocity, for
 
 @ti.func
 def damping_force(law: ti.template(), body: ti.template(), mass, inverse, velocity, net):
-    """Damping force on a boundary node at v^n, from its velocity before the kick and the force without damping."""
+    """Return the damping force on a boundary node at v^n; velocity: before the kick, net: force without damping."""
     force = ti.Vector.zero(ti.f64, 3)
     if ti.static(law == "mass-damping"):
         rate, kick_before = body.params[DAMPING], body.params[KICK_BEFORE]

@@ -1,9 +1,9 @@
-"""Images of one degree of freedom on opposite sides of a periodic body (tcontact/scene/periodic.py).
+"""Periodic images: nodes on opposite sides of a periodic body that move as one (tcontact/scene/periodic.py).
 
     F_master = sum of the images' F,   u_image = u_master,  v_image = v_master
 
 `images`: flat pairs (follower, master) of places in the list of boundary nodes. A follower has no mass, no load and
-after `gather` no force: sums over the boundary nodes count every degree of freedom once.
+after `gather` no force, so that sums over the boundary nodes count every degree of freedom once.
 """
 
 import taichi as ti
@@ -11,7 +11,7 @@ import taichi as ti
 
 @ti.func
 def gather(special_force: ti.template(), images: ti.template()):
-    """The forces of the followers go to their masters."""
+    """Add the forces of the followers to those of their masters, and set them to 0."""
     for i in range(images.shape[0] // 2):
         follower, master = images[2 * i], images[2 * i + 1]
         for j in ti.static(range(3)):
@@ -21,7 +21,7 @@ def gather(special_force: ti.template(), images: ti.template()):
 
 @ti.func
 def follow(u: ti.template(), v: ti.template(), nodes: ti.template(), images: ti.template()):
-    """The followers move as their masters; nodes [s]: of the list."""
+    """Set displacement and velocity of the followers to those of their masters; nodes [s]: the boundary nodes."""
     for i in range(images.shape[0] // 2):
         follower, master = nodes[images[2 * i]], nodes[images[2 * i + 1]]
         for j in ti.static(range(3)):

@@ -1,11 +1,11 @@
-"""What follows the force pass at the nodes: their force, kick and drift.
+"""Node phase of the force pass: sum the force of every node, then kick and drift the ordinary nodes.
 
     a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
 
-Each node sums its chunk rows in chunk order, clears them for the next step and moves. A boundary node adds the corner
-rows of its contact cells, corner_rows[s] .. corner_rows[s + 1] in the same array, hands out f in special_force [3*s+c]
-and is not moved (but for products, params[FREE] = 1, where every node is an ordinary one).
-`node_sums` [ranges, NODE_SUMS] (columns.py): of the moved nodes only, at u before the drift and v_n.
+Each node sums its force rows in the order of the chunks and clears them for the next step. A boundary node also adds
+the corner forces of its contact cells, rows corner_rows[s] .. corner_rows[s + 1] of the same array; its force is stored
+in special_force [3*s+c], and it is not moved here. With params[FREE] = 1 (products) all nodes are ordinary ones.
+`node_sums` [ranges, NODE_SUMS] (columns.py) are those of the moved nodes, with u before the drift and v_n.
 """
 
 import taichi as ti
@@ -24,10 +24,10 @@ def node_phase(
     damped: ti.template(),
     cornered: ti.template(),
 ):
-    """Sum and clear the force rows of every node, then move it; stride: iterations of the outer loop per node range.
+    """Sum and clear the force rows of every node, then move it if it is an ordinary one.
 
-    kinds: how many kinds of cells chunk_table knows (cell_phase.py); damped: name of the law of damping
-    (damping.py), "" without; cornered: with contact cells.
+    stride: iterations of the outer loop per node range; kinds: number of kinds of cells in chunk_table (cell_phase.py);
+    damped: name of the damping law (damping.py), "" without; cornered: with contact cells.
     """
     for s in range(ranges * stride):
         if s % stride == 0:

@@ -1,1 +1,1 @@
-"""Pictures: triangles to pixels."""
+"""Kernels for pictures: a z-buffer that draws triangles."""

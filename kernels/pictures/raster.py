@@ -1,4 +1,4 @@
-"""Triangles to pixels: a z-buffer for surface pictures.
+"""Rasterisation of triangles with a z-buffer, for surface pictures.
 
 Edge functions E_k(p) = (b - a) x (p - a) of the edge a -> b opposite corner k; a pixel centre p is inside when all E_k
 have the sign of the area, and E_k / area are its barycentric coordinates (Pineda, SIGGRAPH 1988). The inverse depth w
@@ -13,7 +13,7 @@ import taichi as ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 
-BAND = 32  # rows of one thread
+BAND = 32  # pixel rows per thread
 TABLE = 256  # colours in one colour table
 
 Single = ti.types.ndarray(dtype=ti.f32, ndim=1)
@@ -22,7 +22,7 @@ Byte = ti.types.ndarray(dtype=ti.u8, ndim=1)
 
 @ti.func
 def span(first, last, dy, root):
-    """Columns [first, last) cut to where r - dy px may be positive (root = r / dy), one to spare for rounding."""
+    """Return columns [first, last) cut to where r - dy px may be positive (root = r/dy), plus one against rounding."""
     low, high = first, last
     if dy > 0.0:
         high = ti.min(last, ti.floor(root) + 2.0)
@@ -49,7 +49,7 @@ def draw_triangles(
     depth_out: Single,
     pixel_out: INDEX,
 ):
-    """Draw triangles into a depth and a colour buffer, on top of what the buffers hold.
+    """Draw triangles into a depth and a colour buffer, which may already hold others.
 
     in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
     depth w, value (0..1 along the colour table) and light (factor on the colour), all [3 triangles]; table [triangles]
@@ -81,7 +81,7 @@ def draw_triangles(
                     owns2 = dy2 < 0.0 or (dy2 == 0.0 and dx2 > 0.0)
                     per_area = side / area
                     w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
-                    far = 1e30  # an edge that is no line is far away from every pixel
+                    far = 1e30  # distance of an edge that is not drawn as a line
                     length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
                     length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
                     length2 = ti.select((edges[t] & 4) != 0, 1.0 / ti.sqrt(dx2 * dx2 + dy2 * dy2), far)
@@ -111,8 +111,8 @@ def draw_triangles(
                                     depth_out[here] = ti.cast(inverse, ti.f32)
                                     q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) / inverse
                                     s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) / inverse
-                                    near = ti.min(e0 * length0, e1 * length1, e2 * length2)
-                                    s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - near))
+                                    away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
+                                    s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away))
                                     step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
                                     entry = 3 * (table[t] * TABLE + step)
                                     red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
@@ -123,7 +123,7 @@ def draw_triangles(
 
 @ti.kernel
 def clear(cells: ti.i32, depth_out: Single, pixel_out: INDEX):
-    """Empty the buffers: out depth_out, pixel_out [cells] = 0."""
+    """Set the buffers depth_out and pixel_out [cells] to 0."""
     for i in range(cells):
         depth_out[i] = 0.0
         pixel_out[i] = 0
@@ -140,7 +140,7 @@ def resolve(
     shade: Single,
     image_out: Byte,
 ):
-    """Average factor x factor samples to one picture pixel.
+    """Average factor x factor samples to one pixel of the picture.
 
     in: picture size [pixel]; samples per pixel along one axis; number of the first colour table that takes shadows (all
     above do); pixel [height factor * width factor] from `draw_triangles`; background [3 height], a colour for each row;

@@ -1,35 +1,45 @@
-"""When a static solve measures, linearises, sweeps and ends: one decision after every measure of the residual.
+"""Control of the static solve: after each measured residual it decides whether to solve again, linearise, or stop.
 
-A tangent is kept, from step to step too, while each use of it makes the residual much smaller (USED_UP). A use that
-will leave too little to matter is the last and is not measured again, and no linear problem is solved much further
-than the contraction of the last use says that the law's nonlinearity is worth. Where K_KK is not definite (buckling
-under strong compression) progress is slow: below the tolerance it is enough then, above it each few sweeps get their
-own linearisation and go down in energy.
+The solve of an island is a Newton iteration: measure the residual on the contact cells, linearise (K_KK), solve the
+linear contact problem by sweeps or MPRGP, move the nodes, measure again (solve.py). The decisions save work:
+
+- The tangent is kept, also in later time steps, as long as every solve with it leaves at most RENEWAL of the residual.
+- A solve whose result is expected to be below the limit LEFT is the last one; its residual is not measured.
+- A linear problem is solved only as far as the nonlinearity of the law is worth, judged by the last contraction.
+- Where K_KK is indefinite (buckling under strong compression) the residual falls slowly. Below the tolerance the solve
+  ends then; above it the law is linearised again after every few sweeps, and the energy decreases.
+
+Residuals are relative to F_ref, the force scale of the island (solve.py).
 """
 
 import taichi as ti
 
 # numbers of `stats` [islands, STATS]
-F_REF, RESIDUAL, SWEEPS, PIVOT, STIFFEST, ROUNDING = 0, 1, 2, 3, 4, 5
-BEFORE, CONTRACTION, STALE, TODO, NEXT, CONVERGED = 6, 7, 8, 9, 10, 11
-VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent has of viscous contact cells
+F_REF, RESIDUAL, SWEEPS = 0, 1, 2  # force scale [N]; residual; sweeps (or products) so far in this solve
+PIVOT, STIFFEST = 3, 4  # smallest pivot of the diagonal blocks over their trace; largest trace [N/m]
+ROUNDING, BEFORE, CONTRACTION = 5, 6, 7  # rounding error of the residual; last residual; ratio of the last two
+STALE, TODO, NEXT, CONVERGED = 8, 9, 10, 11  # 1: renew the tangent; what to do now, and after that; 1: converged
+VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent holds for viscous contact cells
 STATS = 13
 # numbers of `settings` [islands, SETTINGS]
-MINIMUM_SWEEPS, POLISHING_SWEEPS, MAXIMUM_SWEEPS, AIM, TOLERANCE, LEFT, REACH, MINIMUM_FORCE = 0, 1, 2, 3, 4, 5, 6, 7
-LINEAR, RELAXATION, MAXIMUM_IN_ALL, STEP_LENGTH = 8, 9, 10, 11
+MINIMUM_SWEEPS, MAXIMUM_IN_ALL = 0, 10  # sweeps of a solve
+POLISHING_SWEEPS, MAXIMUM_SWEEPS = 1, 2  # largest number of sweeps of a linear problem, below and above the tolerance
+AIM, TOLERANCE, LEFT = 3, 4, 5  # residual to aim at; to accept; that the last solve with a tangent may leave
+REACH, MINIMUM_FORCE = 6, 7  # longest move of a node in one linear problem [m]; smallest F_ref [N]
+LINEAR, RELAXATION, STEP_LENGTH = 8, 9, 11  # 1: law and gaps are linear; omega of sweeps.py; step of mprgp.py
 SETTINGS = 12
-# values of stats[TODO] and stats[NEXT]
+# values of stats[TODO] and stats[NEXT]; SWEEP stands for a solve of the linear problem by either solver
 DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 
-USED_UP = 0.05  # a tangent that leaves more than this share of a residual is renewed
-FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
-FEWEST = 2  # sweeps or products of a linearisation
-SLOW = 0.5  # a linearisation that leaves more than this share of a residual below the tolerance is the last one
+RENEWAL = 0.05  # the tangent is renewed when a solve with it leaves more than this ratio of the residual
+FORCING = 0.3  # ratio of the expected nonlinear residual to which a linear problem is solved
+FEWEST = 2  # sweeps or products of a linear problem, at least
+SLOW = 0.5  # below the tolerance, the solve ends when a linear problem leaves more than this ratio of the residual
 
 
 @ti.func
 def judge(stats: ti.template(), settings: ti.template(), island, first):
-    """Decide what an island does next, stats[TODO], from the residual just measured; first: 1 at the first one."""
+    """Set stats[TODO] of an island from the residual just measured; first: 1 at the first measure of a time step."""
     at, its = island * STATS, island * SETTINGS
     residual = stats[at + RESIDUAL]
     aim, left = settings[its + AIM], settings[its + LEFT]
@@ -39,13 +49,13 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
     fine = residual <= ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
     if first == 1:
         stats[at + SWEEPS] = 0.0
-        if fine and USED_UP * residual <= left and stats[at + STALE] == 0.0:
+        if fine and RENEWAL * residual <= left and stats[at + STALE] == 0.0:
             stats[at + TODO] = LAST_SWEEP
     else:
         contraction = ti.min(1.0, residual / ti.max(stats[at + BEFORE], aim))
         if stats[at + BEFORE] > aim:
             stats[at + CONTRACTION] = contraction
-        stats[at + STALE] = ti.select(contraction > USED_UP, 1.0, 0.0)
+        stats[at + STALE] = ti.select(contraction > RENEWAL, 1.0, 0.0)
         if fine:
             enough = residual <= ti.max(aim, stats[at + ROUNDING])
             slow = contraction > SLOW and left > 0.0
@@ -58,21 +68,21 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
 
 @ti.func
 def goals(stats: ti.template(), settings: ti.template(), island):
-    """Least number of sweeps or products of a linear problem, the residual to aim at and the one that will do."""
+    """Return the minimum number of sweeps (or products) of a linear problem, the residual to aim at and to accept."""
     at, its = island * STATS, island * SETTINGS
-    least, aim = settings[its + MINIMUM_SWEEPS], settings[its + AIM]
+    minimum, aim = settings[its + MINIMUM_SWEEPS], settings[its + AIM]
     if settings[its + LINEAR] == 0.0:
         if stats[at + TODO] == LAST_SWEEP:
-            least = ti.max(FEWEST, least - stats[at + SWEEPS])
+            minimum = ti.max(FEWEST, minimum - stats[at + SWEEPS])
         else:
-            least = ti.select(stats[at + SWEEPS] == 0.0, 0.5 * least, 1.0 * FEWEST)
+            minimum = ti.select(stats[at + SWEEPS] == 0.0, 0.5 * minimum, 1.0 * FEWEST)
             aim = ti.max(aim, FORCING * stats[at + CONTRACTION] * stats[at + RESIDUAL])
-    return least, aim, ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
+    return minimum, aim, ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
 
 
 @ti.func
 def any_island(stats: ti.template(), number: ti.template(), value: ti.template()):
-    """Return 1 where a number of any island has this value, else 0."""
+    """Return 1 if this number of `stats` has this value in any island, else 0."""
     found = 0
     for island in range(stats.shape[0] // STATS):
         if stats[island * STATS + number] == value:

@@ -1,11 +1,11 @@
-"""Massless contact nodes around the static solve: their prediction, and lambda from the ordinary force pass (METHOD 2).
+"""Massless contact nodes before and after the static solve: prediction, and contact force of the step (METHOD 2).
 
-x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   moved out of what it overlaps
-lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
+    x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   then moved out of obstacles
+    lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
 
-The residual of a row is the largest force that is unbalanced or outside its friction cone, or that would undo an
-overlap, over F_ref. What the static solve left unbalanced acts, like their loads, on the nodes that carry the mass of
-the contact nodes: momentum is exact at any residual.
+The static residual in the history is, over F_ref, the largest force that is unbalanced, that exceeds the friction
+limit, or that would remove a remaining overlap. Forces that the static solve leaves unbalanced are applied to the nodes
+that carry the mass of the contact node, like its loads: momentum is conserved at any residual.
 """
 
 import taichi as ti
@@ -24,7 +24,7 @@ from .sliding import friction_limit
 def predict(body: ti.template(), contact: ti.template(), ratio, fall):
     """Predict x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components.
 
-    fall = g dt^2 makes the prediction exact in free flight; last becomes the displacement before the prediction.
+    fall = g dt^2 makes the prediction exact in free flight. `displacement_before` becomes the displacement x_K^n.
     """
     for k in range(node_count(contact)):
         predict_node(body, contact, ratio, fall, k)
@@ -32,7 +32,7 @@ def predict(body: ti.template(), contact: ti.template(), ratio, fall):
 
 @ti.func
 def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
-    """Predict node k."""
+    """Predict the massless components of node k."""
     block = ti.static(contact.options.block)
     b = basis_of(contact.basis, k, block)
     now = b.transpose() @ row(body.u, contact.nodes[k])
@@ -45,7 +45,7 @@ def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
 
 @ti.func
 def move_out(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Move predicted nodes out of what they overlap, the shortest way."""
+    """Move the predicted nodes out of the obstacles they overlap, by the shortest displacement."""
     for k in range(node_count(contact)):
         move_node_out(body, contact, rows, k)
 
@@ -75,7 +75,7 @@ def move_node(body: ti.template(), contact: ti.template(), k, step):
 def massless_load(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()
 ):
-    """Set lambda of every row from the force of the ordinary pass; sum up penalty energy, residual and sweeps."""
+    """Set the force of every row from the force pass of the step; sum up penalty energy, residual and sweeps."""
     energy, worst, sweeps = 0.0, 0.0, 0.0
     for island in range(island_count(contact)):
         residual = 0.0
@@ -94,7 +94,7 @@ def massless_load(
 def massless_load_node(
     body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template(), k
 ):
-    """Set the row forces of node k; returns the energy of its penalty [J] and its largest unbalanced force [N]."""
+    """Set the row forces of node k; return the energy of its penalty [J] and its largest unbalanced force [N]."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     b = basis_of(contact.basis, k, block)
     normals, gaps = constraints(rows, k, b, block, slots)

@@ -10,12 +10,12 @@ import taichi as ti
 from ..contact.constraint_rows import EPSILON, normal_of, number_of
 from ..contact.local_contact import multipliers
 
-SHORT = 1e-6  # a row whose normal is shorter than this in the massless components cannot push the node
+SHORT = 1e-6  # a row whose normal is shorter than this in the massless components exerts no force on the node
 
 
 @ti.func
 def basis_of(basis: ti.template(), k, block: ti.template()):
-    """Return the massless directions [3, block] of node k."""
+    """Return the basis [3, block] of node k: its massless directions as columns."""
     return ti.Matrix([[basis[(3 * k + i) * block + j] for j in ti.static(range(block))] for i in ti.static(range(3))])
 
 
@@ -49,7 +49,7 @@ def square(values: ti.template(), k, stride, block: ti.template()):
 
 @ti.func
 def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.template()):
-    """Return normals [slots, block] in massless components and gaps [slots]; rows that cannot push have gap 1."""
+    """Return normals [slots, block] in massless components and gaps [slots]; a row without force there has gap 1."""
     normals = ti.Matrix.zero(ti.f64, slots, block)
     gaps = ti.Vector.one(ti.f64, slots)
     for p in ti.static(range(slots)):
@@ -64,9 +64,9 @@ def constraints(rows: ti.template(), k, b, block: ti.template(), slots: ti.templ
 
 @ti.func
 def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.template()):
-    """Return lambda [slots] >= 0 of the active rows that balances B^t (f - f_ext) best, and the rest [block].
+    """Return lambda [slots] >= 0 of the active rows that balances B^t (f - f_ext) best, and the remainder [block].
 
-    For a penalty it equals kappa A max(0, -g) once the node is in equilibrium, without the digits a stiff gap loses.
+    With a penalty it equals kappa A max(0, -g) in equilibrium, but does not suffer from the rounding of a stiff gap.
     """
     rows = ti.Matrix.zero(ti.f64, slots, block)
     slack = ti.Vector.one(ti.f64, slots)
@@ -81,7 +81,7 @@ def balance(out_of_balance, normals, active, block: ti.template(), slots: ti.tem
 
 @ti.func
 def unbalanced(out_of_balance, normals, gaps, active, compliance, block: ti.template(), slots: ti.template()):
-    """Return what stays unbalanced [block] [N] with the contact force that the gap of a penalty really gives."""
+    """Return the unbalanced force [block] [N]; with a penalty, the contact force is that of the actual gap."""
     _pressing, rest = balance(out_of_balance, normals, active, block, slots)
     if compliance > 0.0:
         rest = out_of_balance - normals.transpose() @ (ti.max(0.0 - gaps, 0.0) / compliance)
@@ -118,7 +118,7 @@ def largest(vector: ti.template()):
 
 @ti.func
 def settle(contact: ti.template(), system: ti.template(), k, d, mask, block: ti.template()):
-    """Give node k the increment d and the active rows of the mask; returns the defect [N]: change times stiffness."""
+    """Store increment d and active rows (mask) of node k; return the defect [N]: change of d times stiffness."""
     stride = system.stiffness.shape[0]
     change = d - entries(system.increment, k, stride, 0, block)
     defect = system.stiffness[k] * largest(change)

@@ -1,15 +1,22 @@
-"""MPRGP: projected conjugate gradients for contact nodes that one obstacle each can hold (METHOD 2).
+"""MPRGP: modified proportioning with reduced gradient projections, for contact nodes with one row each (METHOD 2).
 
     min 1/2 d.K d - r.d   with   g_k + n_k.d_k >= 0
 
-Dostal and Schoberl, Comput. Optim. Appl. 30 (2005) 23-43. Conjugate gradients on the free components; a step that would
-cross a bound ends there and goes on along the projected gradient; where the bounds hold more of the gradient than is
-left at the free components, a step lets go of the nodes that are pulled. All of it in the bases of node_basis.py, where
-the nodes' own blocks are the identity: they precondition the steps and the projection at once, and K has no
-eigenvalue above the number of contact nodes of one cell, so that the length of a projected step needs no estimate.
-A direction of negative curvature ends the solve: the tangent is indefinite, and the sweeps take over.
+Dostal and Schoberl, Comput. Optim. Appl. 30 (2005) 23-43. In the bases of node_basis.py, d_k = T z_k, every diagonal
+block of K is the identity and the constraint is a bound on one component, z_k1 >= bound. The gradient K z - b
+has a free part (components above their bounds) and a chopped part (components at their bounds that pull
+away from the obstacle).
+Each iteration takes one of three steps along a direction p:
 
-Phases are functions of one pack: up to so many nodes of one colour as there are lanes. Sums have a fixed order.
+- conjugate gradient: minimise along p, the free gradient made conjugate to the last direction.
+- expansion: if that step would cross a bound, stop at the bound, then take a projected step along the free gradient.
+- proportioning: if the chopped gradient exceeds the free one, p is the chopped gradient, which releases those nodes.
+
+The bases precondition K, whose eigenvalues then do not exceed the number of contact nodes of one cell: the length of a
+projected step needs no estimate. A direction of negative curvature shows that K is indefinite; the solve then ends, and
+the sweeps take over.
+
+The phases are functions of one pack, at most LANES nodes of one colour. Sums are taken in a fixed order.
 """
 
 import taichi as ti
@@ -35,31 +42,31 @@ from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part,
 from .node_places import PLACES
 
 UNLIMITED = 1e300
-NOTHING = 1e-20  # of F_ref: a residual that changes no digit of any increment
+NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
 
 
 @ti.func
 def put_motion(system: ti.template(), node, count, vector, block: ti.template()):
-    """The increments of a pack become the motion of a vector, which its neighbours read in the next product."""
+    """Store T times a vector as the increments of a pack: its neighbours read them in the next product with K."""
     put(system, system.increment, node, count, 0, block, into_motion(system, node, vector, block))
 
 
 @ti.func
 def bound_of(system: ti.template(), node, block: ti.template()):
-    """The bounds of z_1 in a pack."""
+    """Return the lower bounds of z_1 in a pack."""
     return load(system.response, node + ti.static(PLACES[block]).bound * system.stiffness.shape[0], LANES)
 
 
 @ti.func
 def slack_of(system: ti.template(), node, block: ti.template()):
-    """How far z_1 is from its bound in a pack."""
+    """Return the distance of z_1 from its bound in a pack."""
     place = node + ti.static(PLACES[block]).position * system.stiffness.shape[0]
     return load(system.response, place, LANES) - bound_of(system, node, block)
 
 
 @ti.func
 def split(system: ti.template(), node, block: ti.template()):
-    """Free gradient of a pack, and its chopped one: the first components whose bounds pull instead of pressing."""
+    """Return the free gradient of a pack and its chopped gradient, which has first components only."""
     zero = ti.Vector([0.0 for _ in range(LANES)])
     free = part(system, system.response, node, ti.static(PLACES[block]).gradient, block)
     is_free = slack_of(system, node, block) > 0.0
@@ -70,7 +77,7 @@ def split(system: ti.template(), node, block: ti.template()):
 
 @ti.func
 def begin(system: ti.template(), node, count, step, block: ti.template()):
-    """The bases of a pack, and its projected gradient step from d = 0."""
+    """Set the bases of a pack, and z to a projected gradient step from d = 0."""
     at = ti.static(PLACES[block])
     zero = ti.Vector([0.0 for _ in range(LANES)])
     set_basis(system, node, count, block)
@@ -85,7 +92,7 @@ def begin(system: ti.template(), node, count, step, block: ti.template()):
 
 @ti.func
 def multiply(system: ti.template(), pack, node, count, block: ti.template()):
-    """The forces that the motion of their neighbours makes at the nodes of a pack, in their bases."""
+    """Set the product of a pack: the forces [in the bases of its nodes] that the motion of their neighbours causes."""
     stride = system.stiffness.shape[0]
     zero = ti.Vector([0.0 for _ in range(LANES)])
     force = [zero for _ in range(block)]
@@ -101,8 +108,8 @@ def multiply(system: ti.template(), pack, node, count, block: ti.template()):
 
 
 @ti.func
-def renew(system: ti.template(), node, count, block: ti.template()):
-    """Gradient K z - b of a pack after the product with z; the own block of a node is the identity."""
+def set_gradient(system: ti.template(), node, count, block: ti.template()):
+    """Set the gradient K z - b of a pack after the product with z; the diagonal block of a node adds z itself."""
     at = ti.static(PLACES[block])
     gradient = part(system, system.response, node, at.product, block)
     position = part(system, system.response, node, at.position, block)
@@ -113,8 +120,11 @@ def renew(system: ti.template(), node, count, block: ti.template()):
 
 
 @ti.func
-def curve(system: ti.template(), node, count, block: ti.template()):
-    """K p of a pack after the product with p; over the lanes p.K p, gradient.p and how far -p may go to a bound."""
+def measure_direction(system: ti.template(), node, count, block: ti.template()):
+    """Complete K p of a pack after the product with p; return p.K p, gradient.p and the step along -p to the bound.
+
+    Each result is a vector over the lanes.
+    """
     at = ti.static(PLACES[block])
     zero = ti.Vector([0.0 for _ in range(LANES)])
     direction = part(system, system.response, node, at.direction, block)
@@ -138,7 +148,7 @@ def curve(system: ti.template(), node, count, block: ti.template()):
 
 @ti.func
 def advance(system: ti.template(), node, count, length, block: ti.template()):
-    """z of a pack and its gradient at the end of a step along -p."""
+    """Take a step of this length along -p: update z of a pack and its gradient."""
     at = ti.static(PLACES[block])
     position = part(system, system.response, node, at.position, block)
     gradient = part(system, system.response, node, at.gradient, block)
@@ -154,7 +164,7 @@ def advance(system: ti.template(), node, count, length, block: ti.template()):
 
 @ti.func
 def expand(system: ti.template(), node, count, step, block: ti.template()):
-    """From where a step has met a bound, a pack goes on along its projected free gradient."""
+    """Take a projected step of a pack along its free gradient, from where the last step has met a bound."""
     at = ti.static(PLACES[block])
     free, _chopped = split(system, node, block)
     position = part(system, system.response, node, at.position, block)
@@ -166,9 +176,12 @@ def expand(system: ti.template(), node, count, step, block: ti.template()):
 
 
 @ti.func
-def judged(system: ti.template(), node, count, step, block: ti.template()):
-    """Over the lanes of a pack: reduced free gradient times the free one, chopped gradient squared, free gradient times
-    K p, and the largest component of the force that is not balanced [N]."""
+def measure_gradient(system: ti.template(), node, count, step, block: ti.template()):
+    """Return what decides on the next step, each a vector over the lanes of a pack.
+
+    The reduced free gradient times the free one, the square of the chopped gradient, the free gradient times K p, and
+    the largest component of the unbalanced force [N]. The reduced gradient is cut where a step would cross the bound.
+    """
     zero = ti.Vector([0.0 for _ in range(LANES)])
     product = part(system, system.response, node, ti.static(PLACES[block]).product, block)
     free, chopped = split(system, node, block)
@@ -188,13 +201,13 @@ def judged(system: ti.template(), node, count, step, block: ti.template()):
 
 
 @ti.func
-def turn(system: ti.template(), node, count, proportional, share, block: ti.template()):
-    """The next direction of a pack: its free gradient less a share of the last direction, or its chopped gradient."""
+def set_direction(system: ti.template(), node, count, proportional, factor, block: ti.template()):
+    """Set the next direction: free gradient less factor times the last one, or (proportional = 0) chopped gradient."""
     at = ti.static(PLACES[block])
     direction = part(system, system.response, node, at.direction, block)
     free, chopped = split(system, node, block)
     for i in ti.static(range(block)):
-        direction[i] = proportional * (free[i] - share * direction[i])
+        direction[i] = proportional * (free[i] - factor * direction[i])
     direction[0] = direction[0] + (1.0 - proportional) * chopped
     put(system, system.response, node, count, at.direction, block, direction)
     put_motion(system, node, count, direction, block)
@@ -202,7 +215,7 @@ def turn(system: ti.template(), node, count, proportional, share, block: ti.temp
 
 @ti.func
 def finish(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
-    """Increments of a pack, and which of its nodes their rows hold: at the bound, and pressing."""
+    """Set the increments of a pack, and as active the nodes at their bound that press on the obstacle."""
     at = ti.static(PLACES[block])
     put_motion(system, node, count, part(system, system.response, node, at.position, block), block)
     slack = slack_of(system, node, block)
@@ -214,71 +227,71 @@ def finish(contact: ti.template(), system: ti.template(), node, count, block: ti
 
 @ti.func
 def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.template()):
-    """Solve for the nodes of an island as far as it is worth; stats[SWEEPS] counts the products with K.
+    """Solve the linear problem of an island as far as `goals` asks; stats[SWEEPS] counts the products with K.
 
-    Returns 1, or 0 where K_KK turned out to be indefinite and the increments are not to be used.
+    Returns 1, or 0 if K_KK is indefinite and the increments must not be used.
     """
     stats, settings, starts = ti.static(system.stats, system.settings, system.pack_start)
     zero = ti.Vector([0.0 for _ in range(LANES)])
     first, end = first_pack(contact, island), first_pack(contact, island + 1)
     at, its = island * STATS, island * SETTINGS
-    least, aim, bound = goals(stats, settings, island)
+    minimum, aim, accepted = goals(stats, settings, island)
     step = settings[its + STEP_LENGTH]
     definite = ti.select(stats[at + PIVOT] > 0.0, 1, 0)
     if definite == 1:
         for pack in range(first, end):
             begin(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
-    going, jumped = definite, 1  # jumped: z is where a projected step has led, and the product is with z
-    done, proportional, share, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
-    while going == 1:
+    running, projected = definite, 1  # projected: z comes from a projected step, so the next product is with z, not p
+    done, proportional, factor, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
+    while running == 1:
         for pack in range(first, end):
             multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)
         done += 1.0
-        jumps = 0
-        if jumped == 1:
+        expands = 0
+        if projected == 1:
             proportional = 0.0
             for pack in range(first, end):
-                renew(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                set_gradient(system, starts[pack], starts[pack + 1] - starts[pack], block)
         else:
             sums = [zero, zero, zero + UNLIMITED]
             for pack in range(first, end):
-                own = curve(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                own = measure_direction(system, starts[pack], starts[pack + 1] - starts[pack], block)
                 sums[0] += own[0]
                 sums[1] += own[1]
                 sums[2] = ti.min(sums[2], own[2])
             curvature = sums[0].sum()
             length, reach = sums[1].sum() / curvature, sums[2].min()
             if not curvature > 0.0:
-                definite, going = 0, 0
+                definite, running = 0, 0
             else:
                 for pack in range(first, end):
                     advance(system, starts[pack], starts[pack + 1] - starts[pack], ti.min(length, reach), block)
                 if length > reach:
-                    jumps = 1
+                    expands = 1
                     for pack in range(first, end):
                         expand(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
-        jumped = jumps
-        if going == 1 and jumps == 0:
+        projected = expands
+        if running == 1 and expands == 0:
             sums = [zero, zero, zero, zero]
             for pack in range(first, end):
-                own = judged(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+                own = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
                 for i in ti.static(range(3)):
                     sums[i] += own[i]
                 sums[3] = ti.max(sums[3], own[3])
             reduced, chopped = sums[0].sum(), sums[1].sum()
             residual = sums[3].max() / stats[at + F_REF]
-            share = 0.0
+            factor = 0.0
             if proportional == 1.0:
-                share = sums[2].sum() / curvature
+                factor = sums[2].sum() / curvature
             proportional = ti.select(chopped <= reduced, 1.0, 0.0)
-            more = done < least or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
-            more = more or (done < settings[its + MAXIMUM_SWEEPS] and residual > bound)
-            going = ti.select(more and residual > NOTHING, 1, 0)
-            if not reduced + chopped < UNLIMITED:  # not a number: the sweeps shall say so
-                definite, going = 0, 0
-            if going == 1:
+            more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
+            more = more or (done < settings[its + MAXIMUM_SWEEPS] and residual > accepted)
+            running = ti.select(more and residual > NEGLIGIBLE, 1, 0)
+            if not reduced + chopped < UNLIMITED:  # not a number: the sweeps report it
+                definite, running = 0, 0
+            if running == 1:
                 for pack in range(first, end):
-                    turn(system, starts[pack], starts[pack + 1] - starts[pack], proportional, share, block)
+                    set_direction(system, starts[pack], starts[pack + 1] - starts[pack], proportional, factor, block)
     stats[at + SWEEPS] = stats[at + SWEEPS] + done
     if definite == 1:
         for pack in range(first, end):

@@ -1,12 +1,13 @@
-"""The basis of a contact node in which its block of K is the identity and its row bounds one component (METHOD 2).
+"""Bases of contact nodes in which their diagonal block of K is the identity and their row is a bound (METHOD 2).
 
     D_k^-1 = M M^t,   d_k = T z_k with T = M (1 - w w^t),   (1 - w w^t) M^t n = |M^t n| e_1:
 
     T^t D_k T = 1,   g_k + n.d_k >= 0 becomes z_k1 >= -g_k / |M^t n|,   a force f becomes T^t f
 
-M is a lower triangle whose first column has the sign that makes the first component of M^t n at most 0, so that w does
-not suffer from cancellation. A node that its row cannot push (n = 0) has no bound. All functions work on the nodes of a
-pack: their values are vectors over the lanes; lanes beyond the pack are computed too, but neither stored nor summed.
+M is lower triangular (Cholesky), 1 - w w^t with |w|^2 = 2 a Householder reflection. The sign of the first column of M
+is chosen so that the first component of M^t n is at most 0: w then does not suffer from cancellation. A node whose row
+exerts no force in its massless components (n = 0) has no bound. All functions work on the nodes of one pack: values are
+vectors over the lanes; lanes beyond the pack are computed but neither stored nor summed.
 """
 
 import taichi as ti
@@ -22,13 +23,13 @@ UNBOUNDED = -1e300
 
 @ti.func
 def part(system: ti.template(), values: ti.template(), node, first: ti.template(), block: ti.template()):
-    """Components first, first + 1, ... [block] of the pack that begins with `node`."""
+    """Return components first, first + 1, ... [block] of the pack that begins with `node`."""
     return [load(values, node + (first + i) * system.stiffness.shape[0], LANES) for i in range(block)]
 
 
 @ti.func
 def put(system: ti.template(), values: ti.template(), node, count, first: ti.template(), block: ti.template(), new):
-    """Write components first, first + 1, ... [block] of the `count` nodes of a pack."""
+    """Store components first, first + 1, ... [block] of the `count` nodes of a pack."""
     inside = ti.Vector(LANE_NUMBERS) < count
     for i in ti.static(range(block)):
         place = node + (first + i) * system.stiffness.shape[0]
@@ -37,7 +38,7 @@ def put(system: ti.template(), values: ti.template(), node, count, first: ti.tem
 
 @ti.func
 def into_motion(system: ti.template(), node, vector, block: ti.template()):
-    """d = T z."""
+    """Return the displacement d = T z."""
     at = ti.static(PLACES[block])
     basis = part(system, system.response, node, at.basis, block * block)
     return combined(basis, 1, block, vector, block)
@@ -45,7 +46,7 @@ def into_motion(system: ti.template(), node, vector, block: ti.template()):
 
 @ti.func
 def into_basis(system: ti.template(), node, force, block: ti.template()):
-    """T^t f."""
+    """Return the force T^t f in the basis."""
     at = ti.static(PLACES[block])
     basis = part(system, system.response, node, at.basis, block * block)
     return combined(basis, block, 1, force, block)
@@ -53,7 +54,7 @@ def into_basis(system: ti.template(), node, force, block: ti.template()):
 
 @ti.func
 def into_force(system: ti.template(), node, gradient, block: ti.template()):
-    """f = T^-t gradient [N]."""
+    """Return the force f = T^-t gradient [N]."""
     at = ti.static(PLACES[block])
     inverse = part(system, system.response, node, at.inverse, block * block)
     return combined(inverse, 1, block, gradient, block)
@@ -61,7 +62,10 @@ def into_force(system: ti.template(), node, gradient, block: ti.template()):
 
 @ti.func
 def combined(matrix, along: ti.template(), across: ti.template(), vector, block: ti.template()):
-    """Matrix times vector, or transposed with the strides exchanged: entry (i, j) at i * across + j * along."""
+    """Return the product of a matrix and a vector; entry (i, j) stands at i * across + j * along.
+
+    The strides (along, across) are (1, block) for the matrix and (block, 1) for its transpose.
+    """
     result = [matrix[i * across] * vector[0] for i in range(block)]
     for i in ti.static(range(block)):
         for j in ti.static(range(1, block)):
@@ -71,7 +75,7 @@ def combined(matrix, along: ti.template(), across: ti.template(), vector, block:
 
 @ti.func
 def lower_triangle(matrix, block: ti.template()):
-    """M of M M^t = matrix, row by row (Cholesky)."""
+    """Return the lower triangle M of M M^t = matrix, row by row (Cholesky)."""
     zero = ti.Vector([0.0 for _ in range(LANES)])
     result = [zero for _ in range(block * block)]
     for j in ti.static(range(block)):
@@ -88,7 +92,7 @@ def lower_triangle(matrix, block: ti.template()):
 
 @ti.func
 def inverse_transposed(a, block: ti.template()):
-    """a^-t, row by row."""
+    """Return a^-t, row by row."""
     result = [1.0 / a[0] for _ in range(block * block)]
     if ti.static(block == 3):
         rows = [[a[3 * i + j] for j in range(3)] for i in range(3)]
@@ -100,7 +104,7 @@ def inverse_transposed(a, block: ti.template()):
 
 @ti.func
 def set_basis(system: ti.template(), node, count, block: ti.template()):
-    """T, T^-t and the bounds of a pack of nodes, from D_k^-1, n and g."""
+    """Set T, T^-t and the bounds of a pack of nodes from D_k^-1, n and g."""
     at = ti.static(PLACES[block])
     zero = ti.Vector([0.0 for _ in range(LANES)])
     basis = lower_triangle(part(system, system.inverse, node, 0, block * block), block)

@@ -1,15 +1,16 @@
-"""Where the data of MPRGP stand in `System.push`, component by component (node_basis.py, mprgp.py).
+"""Table of places: where the data of MPRGP stand in `System.response` (node_basis.py, mprgp.py).
 
-Host and kernels agree on them; a solve by sweeps has the components before them alone.
+Host and kernels share the table. A solve by sweeps needs only the components before these.
 """
 
 from typing import NamedTuple
 
 
 class Places(NamedTuple):
-    """First components in `System.push` of the data of MPRGP; `end` is the number of all components.
+    """First component in `System.response` of each vector or matrix of MPRGP; `end`: number of components.
 
-    basis: T row by row; inverse: T^-t; bound: of z_1; position: z; gradient, direction, product: see mprgp.py.
+    basis: T row by row; inverse: T^-t; bound: lower bound of z_1; position: z; gradient: K z - b; direction: p;
+    product: K z or K p.
     """
 
     basis: int
@@ -23,7 +24,7 @@ class Places(NamedTuple):
 
 
 def places(block: int) -> Places:
-    """Places behind the components that the sweeps have in `System.push`."""
+    """Return the places of nodes with `block` components, behind those of the sweeps."""
     basis = block + 1
     inverse = basis + block * block
     bound = inverse + block * block

@@ -3,8 +3,9 @@
     A_ab = V (A_ab of surface_tangent with the mean gradients G) + kappa (sum over modes h of gamma_ha gamma_hb) I
     G_a = 1/V int grad N_a dV,   gamma_ha = h_a - sum over k of (h_k x_k) . G_a
 
-From the definitions, by quadrature, since only contact cells need it. Without the second part K_KK would be singular:
-a one-point hex does not feel its contact nodes move against each other in an hourglass pattern.
+h are the four hourglass vectors, kappa the hourglass stiffness (elements/hex8_reduced.py). The mean gradients are
+integrated by quadrature, which is fast enough for contact cells. Without the second part K_KK would be singular: the
+mean gradient of a hex does not change when its contact nodes move in an hourglass pattern.
 """
 
 import functools
@@ -34,14 +35,14 @@ CORNERS = 8
 
 @ti.func
 def hourglass_modes(a):
-    """(r1 r2, r1 r3, r2 r3, r1 r2 r3) at corner a in VTK order."""
+    """Return (r1 r2, r1 r3, r2 r3, r1 r2 r3) at corner a in VTK order."""
     r1, r2, r3 = 2.0 * (((a + 1) >> 1) & 1) - 1.0, 2.0 * ((a >> 1) & 1) - 1.0, 2.0 * (a >> 2) - 1.0
     return ti.Vector([r1 * r2, r1 * r3, r2 * r3, r1 * r2 * r3])
 
 
 @functools.cache
 def make_reduced_tangent(kind: str, law: str, block: int):
-    """reduced_tangent(body, basis, pairs, number) fills pairs.values as `surface_tangent` does."""
+    """Return reduced_tangent(body, basis, pairs, number), which fills pairs.values as `surface_tangent` does."""
     parts, count, size = LAWS[law].tangents, len(LAWS[law].parameters), len(LAWS[law].state)
     width, cell_memory = WIDTH, FUNCTIONS[kind].points * size
 

@@ -1,8 +1,9 @@
-"""Friction in the massless components of contact nodes: part of the static solve (METHOD 3).
+"""Friction in the massless components of contact nodes, solved within the static solve (METHOD 3).
 
-    slip s = T (x^{n+1} - x^n - step of the partner),   t = -c s/|s| where s is not 0,  |t| <= c = mu lambda
+    slip s = T (x^{n+1} - x^n - displacement of the partner),   t = -c s/|s| where s is not 0,   |t| <= c = mu lambda
 
-The friction of a row works on the slip of the step that led to it: -(t^n + t^{n+1}).s/2, as the ledger sums forces.
+T: the two tangents of the contact. The work of friction over a step is -(t^n + t^{n+1}).s/2, the trapezoidal rule that
+the energy balance uses for all forces.
 """
 
 import taichi as ti
@@ -16,9 +17,9 @@ from ..contact.friction import (
     SLIP_SPEED,
     STEP,
     WORK,
+    friction_force,
     node_place,
     put_three,
-    resist,
     tangents,
     three,
 )
@@ -27,30 +28,30 @@ from ..contact.local_contact import multipliers
 from ..nodes.boundary_nodes import row
 from .massless_node import basis_of, entries, largest, settle, square, violated
 
-SEVERAL = 10  # rounds over the rows of a node that has more than one, until its move agrees to
-AGREED = 1e-14  # of itself
-ROUNDS = 2  # between normal and tangential force of one contact in a sweep; the sweeps go on until nothing changes
-SEARCH = 100  # most trials of a pressing force where these rounds would not converge, until the gap is closed to
-CLOSED = 1e-12  # of what it would be without the contact
+NODE_ROUNDS = 10  # iterations over the rows of a node with several rows, at most
+NODE_CHANGE = 1e-14  # relative change of its increment at which they end
+ROUNDS = 2  # iterations between normal and tangential force of one row in a sweep; the sweeps converge them
+SEARCH = 100  # trials of the pressing force where these iterations diverge, at most
+CLOSED = 1e-12  # gap over the gap without contact at which the search ends
 
 
 @ti.func
 def slip_since_last_row(body: ti.template(), contact: ti.template(), rows: ti.template(), k, r):
-    """Return the displacement [3] [m] of node k against the partner of its row r since slip was last restarted."""
+    """Return the displacement [3] [m] of node k relative to the partner of its row r since `restart_slip`."""
     step = row(body.u, contact.nodes[k]) - three(contact.friction, node_place(k, ORIGIN))
     return step - contact.friction[STEP] * velocity_of(rows, r, rows.at.mean_velocity)
 
 
 @ti.func
 def restart_slip(body: ti.template(), contact: ti.template()):
-    """Let slip count from the present displacement."""
+    """Measure slip from the present displacement on."""
     for k in range(node_count(contact)):
         put_three(contact.friction, node_place(k, ORIGIN), row(body.u, contact.nodes[k]))
 
 
 @ti.func
 def sliding_work(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Add the work that friction did in the step that ends here; slip counts from here on."""
+    """Add the work of friction in the step that ends here, and restart the slip."""
     work = 0.0
     for k in range(node_count(contact)):
         work += sliding_work_node(body, contact, rows, k)
@@ -60,7 +61,7 @@ def sliding_work(body: ti.template(), contact: ti.template(), rows: ti.template(
 
 @ti.func
 def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
-    """Return the work [J] of the friction on node k, and keep it with the friction now for the next step."""
+    """Return the work [J] done by the friction on node k in the step, and store the friction for the next."""
     slots = ti.static(contact.options.slots)
     own, strongest = 0.0, 0.0
     for p in ti.static(range(slots)):
@@ -78,15 +79,15 @@ def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.temp
 @ti.func
 def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
     """Return the largest friction force [N] that row r of node k can transmit."""
-    most = number_of(rows, r, rows.at.coefficient) * pressing
+    limit = number_of(rows, r, rows.at.coefficient) * pressing
     if ti.static(contact.options.layered):
-        most = ti.min(most, contact.friction[node_place(k, LIMIT)])
-    return most
+        limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
+    return limit
 
 
 @ti.func
 def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(), k, pressing):
-    """Measure the slip of the rows of node k for the sweeps; returns by how much [N] friction exceeds its law."""
+    """Set the slip of the rows of node k for the sweeps; return by how much [N] friction exceeds its limit."""
     slots = ti.static(contact.options.slots)
     excess = 0.0
     for p in ti.static(range(slots)):
@@ -101,23 +102,24 @@ def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(
 def solve_single_row(
     contact: ti.template(), rows: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()
 ):
-    """Solve for a node with one row; returns increment, active mask and violation [m]. d: with the old forces.
+    """Solve the contact problem of a node with one row; return increment, active mask and violation [m].
 
-    Normal and tangential force answer each other, which converges where mu |coupling| < compliance. Beyond that the
-    pressing force is searched for between one that leaves an overlap and one that opens the contact.
+    d: increment with the forces of the last sweep. Normal and tangential force are iterated in turn, which converges
+    where mu |coupling| < compliance. Elsewhere the pressing force is bisected between a value that leaves an overlap
+    and one that opens the contact.
     """
     normal = entries(system.normals, k, system.stiffness.shape[0], 0, block)
     across = tangents(normal_of(rows, k))
     there = across @ b
-    push = flexible @ normal
-    compliance = normal.dot(push) + contact.compliance[k]
+    response = flexible @ normal
+    compliance = normal.dot(response) + contact.compliance[k]
     friction = across @ vector_of(rows, k, rows.at.traction)
     pressing = number_of(rows, k, rows.at.pressing)
-    d = d - (pressing * push + flexible @ (there.transpose() @ friction))
+    d = d - (pressing * response + flexible @ (there.transpose() @ friction))
     off = 0.0
     if compliance > 0.0:
         mobility = there @ flexible @ there.transpose()
-        coupling = there @ push
+        coupling = there @ response
         gap = system.gaps[k] + normal.dot(d)
         slip = across @ vector_of(rows, k, rows.at.slip) + there @ d
         steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
@@ -129,8 +131,8 @@ def solve_single_row(
                 pressing = 0.5 * (low + high)
             else:
                 pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
-            most = friction_limit(contact, rows, k, k, pressing)
-            friction = resist(contact.options.friction, mobility, slip + pressing * coupling, most, scale)
+            limit = friction_limit(contact, rows, k, k, pressing)
+            friction = friction_force(contact.options.friction, mobility, slip + pressing * coupling, limit, scale)
             after = gap + coupling.dot(friction) + compliance * pressing
             off = violated(after, pressing)
             if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
@@ -142,7 +144,7 @@ def solve_single_row(
     else:
         pressing = 0.0
         friction = ti.Vector([0.0, 0.0])
-    d += pressing * push + flexible @ (there.transpose() @ friction)
+    d += pressing * response + flexible @ (there.transpose() @ friction)
     set_number(rows, k, rows.at.pressing, pressing)
     set_vector(rows, k, rows.at.traction, across.transpose() @ friction)
     return d, ti.select(pressing > 0.0, 1, 0), off
@@ -161,10 +163,10 @@ def solve_several_rows(
     block: ti.template(),
     slots: ti.template(),
 ):
-    """Solve for a node with several rows; returns increment, active mask and violation [m]. d: with the old forces.
+    """Solve the contact problem of a node with several rows; return increment, active mask and violation [m].
 
-    In turns: the pressing forces of all of them at once, so that dependent normals share them as they do in
-    `balance`; then the friction of one after another.
+    d: increment with the forces of the last sweep. Each iteration solves for the pressing forces of all rows at once,
+    so that dependent normals share them as in `balance`, then for the friction of one row after another.
     """
     stride = system.stiffness.shape[0]
     normals = ti.Matrix(
@@ -175,7 +177,7 @@ def solve_several_rows(
     )
     gaps = entries(system.gaps, k, stride, 0, slots)
     pressing = ti.Vector([number_of(rows, k * slots + p, rows.at.pressing) for p in ti.static(range(slots))])
-    for _ in range(SEVERAL):
+    for _ in range(NODE_ROUNDS):
         before = d
         d = d - flexible @ (normals.transpose() @ pressing)
         pressing = multipliers(d, normals, gaps, flexible, contact.compliance[k], slots)
@@ -187,11 +189,11 @@ def solve_several_rows(
             d = d - flexible @ (there.transpose() @ friction)
             slip = across @ vector_of(rows, k * slots + p, rows.at.slip) + there @ d
             mobility = there @ flexible @ there.transpose()
-            most = friction_limit(contact, rows, k, k * slots + p, pressing[p])
-            friction = resist(contact.options.friction, mobility, slip, most, scale)
+            limit = friction_limit(contact, rows, k, k * slots + p, pressing[p])
+            friction = friction_force(contact.options.friction, mobility, slip, limit, scale)
             d += flexible @ (there.transpose() @ friction)
             set_vector(rows, k * slots + p, rows.at.traction, across.transpose() @ friction)
-        if largest(d - before) <= AGREED * largest(d):
+        if largest(d - before) <= NODE_CHANGE * largest(d):
             break
     mask, off = 0, 0.0
     after = gaps + normals @ d + contact.compliance[k] * pressing
@@ -213,7 +215,7 @@ def update_with_friction(
     block: ti.template(),
     slots: ti.template(),
 ):
-    """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; returns the defect [N]."""
+    """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; return the defect [N]."""
     stride = system.stiffness.shape[0]
     flexible = square(system.inverse, k, stride, block)
     b = basis_of(contact.basis, k, block)

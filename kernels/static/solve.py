@@ -2,12 +2,12 @@
 
     f_K(x_J, x_K) - f_ext,K = lambda nu,   g(x_K) >= 0,  lambda >= 0,  lambda g = 0
 
-A measure of the contact cells gives f_K at the present state (`assemble`); `judge` (static_control.py) says what is
-left to do; a linearisation K_KK d = f_ext - f + lambda nu is solved for the increment d by `sweep` (sweeps.py) or
-`mprgp` (mprgp.py), and x_K += B d.
-What g is the gap to does not matter here: constraint rows hold g and nu at the present state. Islands
-(islands.py) are solved one by one, each as often as it needs. Residuals are relative to F_ref, the largest sum over the
-cells of a node of |f_cell,k|.
+The force pass over the contact cells gives f_K at the present state. `assemble` measures the residual, `judge`
+(control.py) decides what is left to do, and the linearised problem K_KK d = f_ext - f + lambda nu is solved for the
+increment d by `sweep` (sweeps.py) or `mprgp` (mprgp.py); then x_K += B d, with B the massless directions of a node.
+Constraint rows hold g and nu at the present state; the solve does not know what the gap is measured to. Islands
+(islands.py) are solved one after another, each as often as it needs. Residuals are relative to F_ref, the largest over
+the nodes of the sum of |f_cell,k| over the cells of node k.
 """
 
 import functools
@@ -69,7 +69,7 @@ def assemble(
     viscous: ti.template(),
     island,
 ):
-    """Set right sides and constraints of an island and measure its static residual."""
+    """Set the right sides and constraints of the linear problem of an island, and measure its static residual."""
     stats = ti.static(system.stats)
     at = island * STATS
     scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
@@ -99,7 +99,7 @@ def assemble_node(
     viscous: ti.template(),
     k,
 ):
-    """Set right side B^t (f_ext - f) and constraints of node k; returns its unbalanced force and sum |f_cell|."""
+    """Set right side B^t (f_ext - f) and constraints of node k; return its residual [N] and the sum of |f_cell| [N]."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     force, magnitude = collect(body, k)
@@ -116,7 +116,7 @@ def assemble_node(
         residual = measure_slip(body, contact, rows, k, pressing)
     rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
     residual = ti.max(residual, largest(rest))
-    # a linearised gap is not yet the gap, and a wall may have left the node it was predicted to take along
+    # a linearised gap is not the gap, and a wall may have moved away from a node that was predicted to move with it
     closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
     residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
     for j in ti.static(range(block)):
@@ -130,7 +130,7 @@ def assemble_node(
 
 @ti.func
 def collect(body: ti.template(), k):
-    """Return the force of the contact cells on node k and the sum of their magnitudes [N]."""
+    """Return the sum of the forces of the contact cells at node k [3], and the sum of their magnitudes [N]."""
     force = ti.Vector.zero(ti.f64, 3)
     magnitude = 0.0
     for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
@@ -142,7 +142,7 @@ def collect(body: ti.template(), k):
 
 @ti.func
 def summed(pairs: ti.template(), e, block: ti.template()):
-    """Sum up entry e of K_KK [block, block] over the cells that share it."""
+    """Return entry e of K_KK [block, block], summed over the cells that contribute to it."""
     total = ti.Matrix.zero(ti.f64, block, block)
     for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
         pair = pairs.entry_pairs[i]
@@ -155,7 +155,7 @@ def summed(pairs: ti.template(), e, block: ti.template()):
 
 @ti.func
 def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()):
-    """Assemble K_KK of an island from the stiffnesses of its cells, in the order of the sweeps."""
+    """Assemble K_KK of an island from the stiffness of its contact cells, in the order of the sweeps."""
     weakest = 1.0
     stiffest = 0.0
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
@@ -168,9 +168,9 @@ def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), 
 
 @ti.func
 def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.template()):
-    """Assemble the row of node k and invert its diagonal block; returns trace and smallest pivot of that block.
+    """Assemble the row of node k in K_KK and invert its diagonal block; return trace and smallest pivot of the block.
 
-    The first entry of a row is the diagonal; an unused component gets the trace as its stiffness.
+    The first entry of a row is the diagonal block. A component that B does not use gets the trace as its stiffness.
     """
     stride = system.stiffness.shape[0]
     for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
@@ -198,10 +198,11 @@ def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.tem
 
 @functools.cache
 def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
-    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first), to be called after every measure.
+    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first): one iteration of every island.
 
-    The rows are those of the present state; stats[NEXT] asks for more; viscous: data of viscous contact cells
-    (cell_viscosity.py).
+    It is called after each force pass over the contact cells, with the rows filled at the present state; stats[NEXT]
+    says which islands need another pass. first: 1 at the first call of a time step; viscous: data of viscous contact
+    cells (cell_viscosity.py); plain: every basis is the identity.
     """
     tangents = [
         make_reduced_tangent(kind, law, block)
@@ -253,7 +254,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 stats[at + NEXT] = MEASURE
         stats[at + CONVERGED] = 0.0
         if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
-            # beyond the limit of a law a node's own tangent is not positive definite
+            # beyond the limit of a law the diagonal block of some node is not positive definite
             if not refuses or stats[at + PIVOT] > 0.0:
                 stats[at + CONVERGED] = 1.0
 

@@ -1,8 +1,9 @@
 """Stiffness between the contact nodes of a cell: B_a^t A_ab B_b with A_ab = int grad N_a . d2W/dF dF . grad N_b dX.
 
-A sum over the parts of the law (`Tangent` of materials/law.py). Only contact cells and only pairs of their corners in
-K, each once: A_ba = A_ab^t. With one volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p,
-volumes V at rest and v now) the points have p in place of k (J - 1), and there is the stiffness of the change itself,
+B_a is the basis of contact node a, G_a = grad N_a; the integrand is a sum over the parts of the law (`Tangent` of
+materials/law.py). Only contact cells enter, and each pair of their contact nodes once, since A_ba = A_ab^t. With one
+volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p, volumes V at rest and v now) p replaces
+k (J - 1) at the points, and the volume change of the cell adds the stiffness
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 """
@@ -28,11 +29,12 @@ from ..language.point_memory import tangent_at
 from ..materials import LAWS
 from .massless_node import basis_of
 
-MOST_CORNERS = 8
+MAXIMUM_CORNERS = 8
 
 
 @ti.func
 def corner(values: ti.template(), a):
+    """Return the vector of corner a out of values [corner, 3]."""
     return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
 
 
@@ -40,7 +42,7 @@ def corner(values: ti.template(), a):
 def gradients_at(body: ti.template(), pairs: ti.template(), first, gradients, corners, q):
     """Return dX/dr and du/dr at Gauss point q of the cell whose corners start at first.
 
-    gradients: where the shape gradients of its kind of cells begin.
+    gradients: start of the shape gradients of its kind of cells.
     """
     jacobian = ti.Matrix.zero(ti.f64, 3, 3)
     slope = ti.Matrix.zero(ti.f64, 3, 3)
@@ -55,13 +57,13 @@ def gradients_at(body: ti.template(), pairs: ti.template(), first, gradients, co
 
 @ti.func
 def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, linear: ti.template()):
-    """Return V, v/V - 1 and dv/du of every corner; for the linear law 0 for the second, and dv/du at rest.
+    """Return V, v/V - 1 and dv/du of every corner; for the linear law 0 as the second, and dv/du at rest.
 
-    at: numbers of the contact block of the cell; first: where its corners start.
+    at: start of the numbers of the contact block of the cell; first: start of its corners.
     """
     gradients = pairs.blocks[at + GRADIENTS_AT]
     volume, change = 0.0, 0.0
-    spread = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)
+    spread = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)
     for q in range(pairs.blocks[at + POINTS]):
         jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
         volume += pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
@@ -78,7 +80,7 @@ def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, l
 
 @ti.func
 def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.template(), plain: ti.template()):
-    """Add a stiffness [3, 3] to that of pair p, in the bases of its two nodes; plain: they are the identity."""
+    """Add a stiffness [3, 3] to pair p in the bases of its two nodes; plain: the bases are the identity."""
     if ti.static(plain):
         add_block(pairs, p, value, block)
     else:
@@ -88,6 +90,7 @@ def add_pair(pairs: ti.template(), basis: ti.template(), p, value, block: ti.tem
 
 @ti.func
 def add_block(pairs: ti.template(), p, value, block: ti.template()):
+    """Add a stiffness [block, block] to pair p."""
     for i, j in ti.static(ti.ndrange(block, block)):
         place = (p * block + i) * block + j
         pairs.values[place] = pairs.values[place] + value[i, j]  # "+=" would be an atomic
@@ -95,9 +98,9 @@ def add_block(pairs: ti.template(), p, value, block: ti.template()):
 
 @functools.cache
 def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
-    """surface_tangent(body, basis, pairs, number) fills pairs.values of the cells of a contact block of that kind.
+    """Return surface_tangent(body, basis, pairs, number), which fills pairs.values of contact block `number`.
 
-    plain: every basis is the identity.
+    kind, law: of the cells of the block; plain: every basis is the identity.
     """
     parts, linear = LAWS[law].tangents, LAWS[law].linear
     count, size = len(LAWS[law].parameters), len(LAWS[law].state)
@@ -111,8 +114,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
         parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
         at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-            slopes = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # G of every corner
-            moved = ti.Vector.zero(ti.f64, 3 * MOST_CORNERS)  # M G of every corner
+            slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
+            moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
             own = cell - first_cell
             first = pairs.blocks[at + NODES_AT] + own * corners
             place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width

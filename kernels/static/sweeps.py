@@ -1,16 +1,19 @@
 """Projected block Gauss-Seidel over the contact nodes, several nodes of one colour at a time (METHOD 2).
 
-    d_k <- d_k + omega (D_k^-1 (r_k - sum_j K_kj d_j) - d_k),  then onto  g_k + n_k . d_k + e lambda_k >= 0
-    in the norm of D_k
+    d_k <- d_k + omega (D_k^-1 (r_k - sum_j K_kj d_j) - d_k),   j not k,
+    then projected onto  g_k + n_k . d_k + e lambda_k >= 0  in the norm of D_k
 
-Over-relaxation omega in [1, 2) keeps the convergence of the projected method for symmetric positive K (Cryer 1971).
-Where a soft mode of the whole contact makes them slow (cells much taller than wide that lift off), they are
-accelerated (Nesterov 1983): a sweep and another one in the opposite order start further on along the last step, by a
-share of it that grows from pair to pair, and from nothing again when a pair goes back (O'Donoghue and Candes 2015).
-Both orders together damp every mode without turning it, which the acceleration needs. Whatever it starts from, a sweep
-ends with all constraints met.
-The defect of a sweep is the largest change of a node times its stiffness: the residual before its update, so it is on
-the safe side of the residual that is left.
+D_k is the diagonal block of K_KK at node k, r_k the right side, e the compliance of a penalty (0: exact constraint).
+The projected method converges for symmetric positive definite K and omega in (0, 2) (Cryer 1971). Every sweep ends with
+all constraints satisfied.
+
+A soft mode of the whole contact (cells much taller than wide that lift off) makes the sweeps slow. They are then
+accelerated (Nesterov 1983): each pair of a forward and a backward sweep starts from d extrapolated along its last
+change. The factor of the extrapolation grows from pair to pair and restarts from 0 when a pair goes back (O'Donoghue
+and Candes 2015). A symmetric pair damps every mode without rotating it, which the acceleration needs.
+
+The defect of a sweep is the largest change of a node times its stiffness. It is the residual of the node before its
+update, so it estimates the remaining residual from above.
 """
 
 import taichi as ti
@@ -39,35 +42,33 @@ from .control import (
 from .massless_node import basis_of, entries, settle, square
 from .sliding import update_with_friction
 
-STALLED = 0.7  # sweeps that leave more than this share of a residual that may be rounding have met it
-FORCING = 0.3  # of the residual that the law's nonlinearity will leave anyway
-PLAIN = 10.0  # sweeps between two looks at what they gained
-LITTLE = 0.1  # of the residual: sweeps that leave more of it are accelerated from then on
-FURTHER = 50.0  # accelerated sweeps that may follow ten that lowered the residual
-INCREMENTS = 3  # d, d after the sweep before, d where the last accelerated sweep started
-FEWEST = 2  # sweeps of a linearisation
+STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
+INTERVAL = 10.0  # sweeps between two checks of their progress
+SLOW = 0.1  # sweeps that leave more than this ratio of the residual over one interval are accelerated from then on
+EXTENSION = 50.0  # accelerated sweeps that are allowed after an interval that reduced the residual
+INCREMENTS = 3  # vectors kept: d, d after the pair of sweeps before, d where the last pair started
 LANE_NUMBERS = list(range(LANES))
 
 
 @ti.func
 def prepare(contact: ti.template(), system: ti.template(), island, block: ti.template()):
-    """Set `response` of every node of an island, for a single row: D^-1 n and 1/(n D^-1 n + e)."""
+    """Set `response` of every node of an island with a single row per node: D^-1 n and 1/(n D^-1 n + e)."""
     stride = system.stiffness.shape[0]
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
         normal = entries(system.normals, k, stride, 0, block)
-        push = square(system.inverse, k, stride, block) @ normal
-        compliance = normal.dot(push) + contact.compliance[k]
+        response = square(system.inverse, k, stride, block) @ normal
+        compliance = normal.dot(response) + contact.compliance[k]
         for j in ti.static(range(block)):
-            system.response[j * stride + k] = push[j]
+            system.response[j * stride + k] = response[j]
         system.response[block * stride + k] = ti.select(compliance > 0.0, 1.0 / ti.max(compliance, 1e-300), 0.0)
 
 
 @ti.func
 def update_pack(contact: ti.template(), system: ti.template(), first, count, rest, relaxation, block: ti.template()):
-    """Solve the contact problems of nodes first .. first + count, each with a single row, in the lanes of a vector.
+    """Solve the contact problems of nodes first .. first + count, each with a single row, one node per lane.
 
-    rest: sum_j K_kj d_j, a vector over the lanes for each component; returns the largest defect. The lanes beyond the
-    pack are computed too and stay as they are.
+    rest: sum_j K_kj d_j, a vector over the lanes for each component. Lanes beyond the pack are computed but not stored.
+    Returns the largest defect [N].
     """
     stride = system.stiffness.shape[0]
     zero = ti.Vector([0.0 for _ in range(LANES)])
@@ -107,7 +108,7 @@ def update_pack(contact: ti.template(), system: ti.template(), first, count, res
 def update(
     contact: ti.template(), system: ti.template(), k, rest, relaxation, block: ti.template(), slots: ti.template()
 ):
-    """Solve the contact problem of node k exactly for rest = r_k - sum_j K_kj d_j; returns the defect [N]."""
+    """Solve the contact problem of node k exactly for rest = r_k - sum_j K_kj d_j; return the defect [N]."""
     stride = system.stiffness.shape[0]
     old = entries(system.increment, k, stride, 0, block)
     flexible = square(system.inverse, k, stride, block)
@@ -128,14 +129,14 @@ def update(
         for p in ti.static(range(slots)):
             if pressing[p] > 0.0:
                 mask += 1 << p
-            if contact.compliance[k] == 0.0:  # rows that leave no room between them
+            if contact.compliance[k] == 0.0:  # no position satisfies all rows
                 off = ti.max(off, 0.0 - after[p] - EPSILON * ti.abs(gaps[p]))
     return ti.max(settle(contact, system, k, d, mask, block), system.stiffness[k] * off)
 
 
 @ti.func
 def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
-    """Update every node of an island once, colour by colour; returns the largest defect [N]."""
+    """Update every node of an island once, colour by colour; return the largest defect [N]. backward: 1 to reverse."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     defect = 0.0
@@ -155,7 +156,7 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
         count = system.pack_start[pack + 1] - first
         if ti.static(slots == 1 and not contact.options.static_friction):
             defect = ti.max(defect, update_pack(contact, system, first, count, rest, relaxation, block))
-        else:  # too much code for lanes
+        else:  # the solve of such a node is too long to be compiled for lanes
             for i in ti.static(range(block)):
                 own = load(system.right, first + i * stride, LANES) - rest[i]
                 for lane in ti.static(range(LANES)):
@@ -172,7 +173,7 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
 
 @ti.func
 def clear(contact: ti.template(), system: ti.template(), island):
-    """Set d = 0 in an island, and in what is kept of its earlier sweeps."""
+    """Set d and the vectors kept for the acceleration to 0 in an island."""
     stride = system.stiffness.shape[0]
     for component in range(ti.static(INCREMENTS * contact.options.block)):
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
@@ -180,8 +181,8 @@ def clear(contact: ti.template(), system: ti.template(), island):
 
 
 @ti.func
-def go_on(contact: ti.template(), system: ti.template(), island, share):
-    """Let d go on along its last step, before an accelerated pair of sweeps."""
+def extrapolate(contact: ti.template(), system: ti.template(), island, factor):
+    """Extrapolate d along its last change, before an accelerated pair of sweeps."""
     stride = system.stiffness.shape[0]
     size = stride * ti.static(contact.options.block)
     for component in range(ti.static(contact.options.block)):
@@ -189,16 +190,16 @@ def go_on(contact: ti.template(), system: ti.template(), island, share):
             i = component * stride + k
             now = system.increment[i]
             further = now
-            if share > 0.0:
-                further = now + share * (now - system.increment[size + i])
+            if factor > 0.0:
+                further = now + factor * (now - system.increment[size + i])
             system.increment[size + i] = now
             system.increment[2 * size + i] = further
             system.increment[i] = further
 
 
 @ti.func
-def turned(contact: ti.template(), system: ti.template(), island):
-    """Return whether the last pair of sweeps went back against the step before."""
+def reversed_direction(contact: ti.template(), system: ti.template(), island):
+    """Return whether the last pair of sweeps moved d against the change of the pair before."""
     stride = system.stiffness.shape[0]
     size = stride * ti.static(contact.options.block)
     total = 0.0
@@ -212,43 +213,45 @@ def turned(contact: ti.template(), system: ti.template(), island):
 
 @ti.func
 def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), island):
-    """Sweep over an island until its linear problem is solved as far as it is worth; stats[SWEEPS] counts sweeps.
+    """Sweep over an island until its linear problem is solved as far as `goals` asks; stats[SWEEPS] counts the sweeps.
 
-    Down to the tolerance a solve may take MAXIMUM_SWEEPS, on to the smaller aim only POLISHING_SWEEPS: where
-    compression makes K_KK lose definiteness, endless sweeps would follow the unstable mode. Accelerated sweeps may go
-    on as long as they lower the residual: no unstable mode lets them.
+    Above the tolerance MAXIMUM_SWEEPS are allowed, from there to the smaller aim POLISHING_SWEEPS: where compression
+    makes K_KK indefinite, more sweeps would only follow the unstable mode. Accelerated sweeps may continue as long as
+    they reduce the residual, which they cannot do when a mode is unstable.
     """
     stats, settings = ti.static(system.stats, system.settings)
     at, its = island * STATS, island * SETTINGS
     clear(contact, system, island)
     if ti.static(contact.options.slots == 1 and not contact.options.static_friction):
         prepare(contact, system, island, contact.options.block)
-    least, aim, bound = goals(stats, settings, island)
+    minimum, aim, accepted = goals(stats, settings, island)
     done, residual, stalled = 0.0, 1e300, 0
     relaxation = settings[its + RELAXATION]
-    most = settings[its + MAXIMUM_SWEEPS]
-    slow, marked, mark, backward, share, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
+    maximum = settings[its + MAXIMUM_SWEEPS]
+    # accelerated: whether sweeps are; checked, mark: sweeps done and residual at the last check; straight: pairs of
+    # sweeps since the extrapolation restarted
+    accelerated, checked, mark, backward, factor, straight = 0, 0.0, 1e300, 0, 0.0, 0.0
     while (
-        done < least
+        done < minimum
         or (done < settings[its + POLISHING_SWEEPS] and residual > aim and stalled == 0)
-        or (done < most and residual > bound)
+        or (done < maximum and residual > accepted)
     ):
         before = residual
-        if done == marked + PLAIN:
-            if slow == 0 and done > PLAIN and residual > ti.max(aim, LITTLE * mark):
-                slow = 1
-                relaxation = 1.0  # over-relaxed sweeps turn about the solution: no direction to go on along
-            if slow == 1 and residual < mark:
-                most = ti.min(ti.max(most, done + FURTHER), settings[its + MAXIMUM_IN_ALL])
-            marked, mark = done, residual
-        if slow == 1 and backward == 0:
-            go_on(contact, system, island, share)
+        if done == checked + INTERVAL:
+            if accelerated == 0 and done > INTERVAL and residual > ti.max(aim, SLOW * mark):
+                accelerated = 1
+                relaxation = 1.0  # over-relaxed sweeps circle about the solution: their change gives no direction
+            if accelerated == 1 and residual < mark:
+                maximum = ti.min(ti.max(maximum, done + EXTENSION), settings[its + MAXIMUM_IN_ALL])
+            checked, mark = done, residual
+        if accelerated == 1 and backward == 0:
+            extrapolate(contact, system, island, factor)
         residual = sweep_once(contact, rows, system, island, relaxation, backward) / stats[at + F_REF]
         done += 1.0
-        if slow == 1:
+        if accelerated == 1:
             if backward == 1:
-                straight = ti.select(turned(contact, system, island), 0.0, straight + 1.0)
-                share = straight / (straight + 3.0)
+                straight = ti.select(reversed_direction(contact, system, island), 0.0, straight + 1.0)
+                factor = straight / (straight + 3.0)
             backward = 1 - backward
         if residual > STALLED * before and residual <= stats[at + ROUNDING]:
             stalled = 1
@@ -259,7 +262,10 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
 
 @ti.func
 def move(u: ti.template(), contact: ti.template(), system: ti.template(), island):
-    """Move x_K += B d in an island, no node beyond the reach: a part of a feasible d is feasible from gaps >= 0."""
+    """Move x_K += B d in an island; d is scaled down so that no node moves further than REACH.
+
+    The scaled step stays feasible where the gaps are not negative, since the constraints are convex.
+    """
     block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
     longest = 0.0

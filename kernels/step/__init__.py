@@ -1,1 +1,1 @@
-"""Whole steps: the force pass with the motion of the nodes, and steps of small bodies in one launch."""
+"""Kernels of whole steps: the parallel force pass with the motion of the nodes, and the serial kernel."""

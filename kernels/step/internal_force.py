@@ -3,12 +3,10 @@
     f_i = dW/du_i,   a = g - f/m,   v_n = v + kick_before a,   v <- v_n + kick_after a,   u <- u + drift v
 
 (METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new.)
-With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the same kernel gives v = -f/m and leaves u alone.
+With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the kernel gives v = -f/m and does not change u.
 
-First the cells (cell_phase.py), then the nodes (node_phase.py). Chunks and node ranges are fixed in number: same bits
-on any number of threads.
-
-`params`: lanes.py.
+The cells come first (cell_phase.py), then the nodes (node_phase.py). The numbers of chunks and node ranges are fixed,
+so that the result has the same bits on any number of threads. `params`: lanes.py.
 """
 
 import functools
@@ -31,12 +29,12 @@ def make_step(
     viscous: bool = False,
     cornered: bool = False,
 ):
-    """Step kernel of kinds of cells (element, law), memoised; every array flat, u and v [3n], rows zero at the start.
+    """Return the step kernel for kinds of cells (element, law), memoised.
 
-    step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature): the cells of chunks
-    first..end, then the nodes in `ranges` parts (0: none); index arrays from `packing.pack_cells`. With laws that have
-    state `commit` comes after `ranges`: whether the points keep what it becomes.
-    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
+    step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature) takes the cells of chunks
+    first..end, then the nodes in `ranges` parts (0: none). All arrays are flat; `rows` is zero at the start. For laws
+    with state, `commit` follows `ranges`: 1 if the points store their new state.
+    damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
     """
     cell_phase = make_cell_phase(kinds, viscous)
     count = len(kinds)

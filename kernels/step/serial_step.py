@@ -1,16 +1,19 @@
-"""What a step does beside the parallel force pass, and whole steps of small bodies, in one launch on one thread.
+"""The serial kernel: boundary nodes, contact and static solve of a step, and whole steps of small bodies.
 
-    pass       cells and ordinary nodes: kick, drift            (cell_phase.py, node_phase.py)
-    boundary   contact load; then friction, reactions, kick and drift of the boundary nodes, a raw row of sums
-    place      massless nodes: predicted, then measured and solved until they are in equilibrium
+It runs on one thread, in one launch, as a loop over the phases of a step:
 
-A large body starts at `boundary` after its parallel pass and does one row. Its contact cells are measured here too
-where they are few; where they are many it ends at a measure, and starts again at `measured` after one more parallel
-pass, over them. A small body starts at `pass` and does many rows: one loop over cells serves passes and measures, every
-turn of the outer loop is one of the two and what follows it. The loop ends early at a row that a guard has to look at.
-With friction layers it also ends after the contact load, for them to take their step, and starts again at `kick`.
-Viscous contact cells (cell_viscosity.py) take their force where contact measures it: before a row and in every measure,
-here or, where they are many, in a parallel pass before the launch; started at `viscous` the kernel does that alone.
+    pass       force pass over all cells; kick and drift of ordinary nodes         (cell_phase.py, node_phase.py)
+    boundary   contact load; friction, support reactions, kick and drift of the boundary nodes; raw row of sums
+    place      prediction of the massless nodes; then force passes over the contact cells ("measures"), each followed by
+               an iteration of the static solve, until the nodes are in equilibrium
+
+A large body starts at `boundary` after its parallel force pass and does one row (one time level). Few contact cells are
+measured here. If they are many, the kernel ends where a measure is needed and is started again at `measured` after a
+parallel pass over them. A small body starts at `pass` and does many rows; one loop over cells serves force passes and
+measures. The kernel ends early at a row that the host must check (`suspicious`). With friction layers it ends after the
+contact load, so that the layers take their step, and is started again at `kick`. The force of viscous contact cells
+(cell_viscosity.py) is computed before each row and in each measure, here or, if they are many, in a parallel pass
+before the launch; started at `viscous`, the kernel does only that.
 
 `control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
@@ -21,28 +24,30 @@ import taichi as ti
 
 from ..cells.cell_phase import make_cell_phase
 from ..columns import raw_places
-from ..lanes import CHUNK_COUNT, GRAVITY, MOST_SLOTS
+from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
 from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..nodes.node_phase import node_phase
 from .raw_rows import log_row, row_width
 
-# numbers of `control`
+# numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
+# limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
+# measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
 RATE_LIMIT = 11
 CONTROL = 12
-# values of control[START]
+# states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS = 6, 7
 
 
 @ti.func
-def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.template(), viscous: ti.template()):
-    """1 at a row that a guard has to look at: not finite, an inverted cell, much energy, too viscous for the step."""
-    place = number * row_width(touching, viscous)
-    places = ti.static(raw_places(viscous or touching.options.viscous))
+def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template()):
+    """Return 1 if the host must check a row: not finite, inverted cell, too much energy, too viscous for the step."""
+    place = number * row_width(contact, viscous)
+    places = ti.static(raw_places(viscous or contact.options.viscous))
     energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
     energy += raw[place + places.shared.kinetic]
     calm = energy <= control[ENERGY_LIMIT] and raw[place + places.cells.jacobian_min] > control[JACOBIAN_LIMIT]
@@ -55,61 +60,61 @@ def suspicious(raw: ti.template(), number, control: ti.template(), touching: ti.
 def make_serial_step(
     signature: Signature,
     cells: tuple[tuple[str, str], ...],
-    contact: str | None,
-    kinds: ContactOptions,
+    contact_model: str | None,
+    options: ContactOptions,
     plain: bool,
-    listed_nodes: bool,
-    supports: bool,
+    has_boundary: bool,
+    has_supports: bool,
     passes: bool,
     measures: bool,
     damped: str = "",
     viscous: bool = False,
     tied: bool = False,
 ):
-    """Kernel for kinds of cells (element, law) with these terms, memoised.
+    """Return the serial kernel for a scene with these terms, memoised.
 
-    signature: of the bundles of `serial_step` in order, each with what the scene has of it.
-    contact: "massless", "penalty", "impulse", "gaps" or None; kinds, plain: of contact (bundles.py); listed_nodes,
-    supports: whether there are any; passes: with the loop over cells, for small bodies; measures: with that over the
-    contact cells, where they are few;
-    damped: name of the law of damping (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
+    signature: of the bundles of `serial_step`; cells: kinds of cells (element, law); contact_model: "massless",
+    "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
+    contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
+    force pass, for small bodies; measures: includes that over the contact cells, if they are few; damped: name of the
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
     """
-    touches = contact is not None
-    block, slots, loads = kinds.block, kinds.slots, contact not in (None, "gaps")
-    rubs = loads and kinds.friction != ""
-    kicked = rubs and kinds.kicked
-    sticks_still = contact == "massless" and kinds.static_friction
-    resists = contact == "massless" and kinds.viscous
+    has_contact = contact_model is not None
+    block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
+    has_friction = has_load and options.friction != ""
+    kick_has_friction = has_friction and options.kick_friction
+    solve_has_friction = contact_model == "massless" and options.static_friction
+    has_viscous_cells = contact_model == "massless" and options.viscous
     cell_phase = make_cell_phase(cells, viscous) if passes or measures else None
-    cell_kinds, cornered = len(cells), contact == "massless"
-    # only what the scene needs is imported; Taichi wants the other names too
+    cell_kinds, cornered = len(cells), contact_model == "massless"
+    # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
-    if listed_nodes:
+    if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from ..nodes.images import follow, gather
-    if touches:
+    if has_contact:
         from ..contact.constraint_rows import hand_over, hand_over_friction
         from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
         from ..contact.obstacles import set_pose
-    if rubs:
+    if has_friction:
         from ..contact.friction import clear_work
-    if kicked:
+    if kick_has_friction:
         from ..contact.kick_friction import kick_friction, layer_slip
-    if sticks_still:
+    if solve_has_friction:
         from ..contact.friction import STEP
         from ..static.sliding import restart_slip, sliding_work
-    if contact in ("penalty", "impulse"):
+    if contact_model in ("penalty", "impulse"):
         from ..contact.contact_load import impulse_load, penalty_load
-    if resists:
+    if has_viscous_cells:
         from ..contact.cell_viscosity import POWER, RATE, make_viscous_phase, viscous_load
 
         viscous_phase = make_viscous_phase(cells) if passes or measures else None
-    if contact == "massless":
+    if contact_model == "massless":
         from ..static.control import CONVERGED, MEASURE, NEXT, any_island
         from ..static.massless_contact import massless_load, move_out, predict
         from ..static.solve import make_resolve
@@ -117,88 +122,88 @@ def make_serial_step(
         resolve = make_resolve(cells, block, plain)
 
     @ti.func
-    def push_back(body: ti.template(), listed: ti.template(), obstacles: ti.template(), rows: ti.template(),
-                  touching: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
-        if ti.static(contact in ("penalty", "impulse") and slots == MOST_SLOTS):
-            choose_candidates(obstacles, touching, body.u)
-        if ti.static(loads):
-            fill_rows(obstacles, rows, touching, body.u)
-        if ti.static(touches):
-            smallest_gap(obstacles, rows, touching, body.u)
-        if ti.static(contact == "massless"):
-            massless_load(body, listed, touching, rows, system)
-        if ti.static(contact == "penalty"):
-            penalty_load(touching, rows)
-        if ti.static(contact == "impulse"):
+    def contact_load(body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
+                     contact: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
+        if ti.static(contact_model in ("penalty", "impulse") and slots == MAXIMUM_SLOTS):
+            choose_candidates(obstacles, contact, body.u)
+        if ti.static(has_load):
+            fill_rows(obstacles, rows, contact, body.u)
+        if ti.static(has_contact):
+            smallest_gap(obstacles, rows, contact, body.u)
+        if ti.static(contact_model == "massless"):
+            massless_load(body, boundary, contact, rows, system)
+        if ti.static(contact_model == "penalty"):
+            penalty_load(contact, rows)
+        if ti.static(contact_model == "impulse"):
             before, after = control[BEFORE], control[AFTER]
             span = ti.select(after > 0.0, 0.5 * (before + after), before)
-            impulse_load(body, listed, touching, rows, span)
-        if ti.static(loads):
-            hand_over(body, touching, rows)
-        if ti.static(rubs):
-            clear_work(touching)
-        if ti.static(sticks_still):
-            sliding_work(body, touching, rows)
-        if ti.static(kicked and kinds.layered and not sticks_still):
-            layer_slip(body, listed, touching, rows, damped)
+            impulse_load(body, boundary, contact, rows, span)
+        if ti.static(has_load):
+            hand_over(body, contact, rows)
+        if ti.static(has_friction):
+            clear_work(contact)
+        if ti.static(solve_has_friction):
+            sliding_work(body, contact, rows)
+        if ti.static(kick_has_friction and options.layered and not solve_has_friction):
+            layer_slip(body, boundary, contact, rows, damped)
 
     @ti.func
     def kick(
         body: ti.template(),
-        listed: ti.template(),
-        supported: ti.template(),
+        boundary: ti.template(),
+        supports: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
-        touching: ti.template(),
+        contact: ti.template(),
     ):
-        if ti.static(kicked):
-            kick_friction(body, listed, touching, rows, damped)
-            hand_over_friction(body, touching, rows)
-        if ti.static(touches and kinds.tracked):
-            obstacle_loads(obstacles, rows, touching, body.u)
-        if ti.static(listed_nodes and damped != ""):
-            damp(body, listed, damped)
-        if ti.static(supports):
-            support_reactions(body, listed, supported)
-        if ti.static(listed_nodes):
-            kick_and_drift(body, listed)
+        if ti.static(kick_has_friction):
+            kick_friction(body, boundary, contact, rows, damped)
+            hand_over_friction(body, contact, rows)
+        if ti.static(has_contact and options.tracked):
+            obstacle_loads(obstacles, rows, contact, body.u)
+        if ti.static(has_boundary and damped != ""):
+            damp(body, boundary, damped)
+        if ti.static(has_supports):
+            support_reactions(body, boundary, supports)
+        if ti.static(has_boundary):
+            kick_and_drift(body, boundary)
 
     @ti.func
     def place(
         body: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
-        touching: ti.template(),
+        contact: ti.template(),
         viscous_cells: ti.template(),
         control: ti.template(),
         start,
     ):
-        if ti.static(slots == MOST_SLOTS):
-            choose_candidates(obstacles, touching, body.u)
+        if ti.static(slots == MAXIMUM_SLOTS):
+            choose_candidates(obstacles, contact, body.u)
         before, after = control[BEFORE], control[AFTER]
         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
         time = 0.5 * after * (before + after)
         if start == PLACE:
             ratio, time = 0.0, 0.0
-        if ti.static(resists):
+        if ti.static(has_viscous_cells):
             viscous_cells[RATE] = ti.select(start == PLACE, 0.0, 1.0 / ti.max(after, 1e-300))
-        if ti.static(sticks_still):
-            touching.friction[STEP] = ti.select(start == PLACE, 0.0, after)
+        if ti.static(solve_has_friction):
+            contact.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
-                restart_slip(body, touching)
-        predict(body, touching, ratio, time * ti.Vector([body.params[GRAVITY + j] for j in range(3)]))
+                restart_slip(body, contact)
+        predict(body, contact, ratio, time * ti.Vector([body.params[GRAVITY + j] for j in range(3)]))
         if control[EXACT] == 1.0:
-            fill_rows(obstacles, rows, touching, body.u)
-            move_out(body, touching, rows)
+            fill_rows(obstacles, rows, contact, body.u)
+            move_out(body, contact, rows)
 
     @ti.func
     def serial_step(
         body: ti.template(),
-        listed: ti.template(),
-        supported: ti.template(),
+        boundary: ti.template(),
+        supports: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
-        touching: ti.template(),
+        contact: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         launch: ti.template(),
@@ -223,7 +228,7 @@ def make_serial_step(
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
                         node_phase(body, ordinary, cell_kinds, 1, damped, cornered)
-                if ti.static(resists):
+                if ti.static(has_viscous_cells):
                     if state == PASS or state == BOUNDARY:
                         past = control[BEFORE]
                         viscous_cells[RATE] = ti.select(past > 0.0, 1.0 / ti.max(past, 1e-300), 0.0)
@@ -231,41 +236,41 @@ def make_serial_step(
                         if state == PASS or state == BOUNDARY or state == MEASURED or state == VISCOUS:
                             viscous_phase(body, viscous_cells, 1)
                     if state == PASS or state == BOUNDARY:
-                        viscous_load(body, listed, viscous_cells)
+                        viscous_load(body, boundary, viscous_cells)
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(body.special_force, images)
-                    push_back(body, listed, obstacles, rows, touching, system, control)
-                    if ti.static(kinds.layered):
+                    contact_load(body, boundary, obstacles, rows, contact, system, control)
+                    if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, listed, supported, obstacles, rows, touching)
+                    kick(body, boundary, supports, obstacles, rows, contact)
                     cell_power = 0.0
-                    if ti.static(resists):
+                    if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
-                    log_row(raw_out, number, body, touching, viscous, cell_power)
-                    stop = suspicious(raw_out, number, control, touching, viscous)
+                    log_row(raw_out, number, body, contact, viscous, cell_power)
+                    stop = suspicious(raw_out, number, control, contact, viscous)
                     number += 1
-                    if ti.static(touches and kinds.moving):
+                    if ti.static(has_contact and options.moving):
                         if control[AFTER] > 0.0:
                             set_pose(obstacles, number)
-                again = 0  # go on with a measure
-                if ti.static(contact == "massless"):
+                again = 0  # 1: a measure is next
+                if ti.static(contact_model == "massless"):
                     if state == MEASURED:
-                        fill_rows(obstacles, rows, touching, body.u)
-                        resolve(body, listed, touching, rows, pairs, system, viscous_cells, first)
+                        fill_rows(obstacles, rows, contact, body.u)
+                        resolve(body, boundary, contact, rows, pairs, system, viscous_cells, first)
                         first = 0
                         if any_island(stats, NEXT, MEASURE) == 1:
                             again = 1
                         elif any_island(stats, CONVERGED, 0.0) == 1:
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
-                        place(body, obstacles, rows, touching, viscous_cells, control, state)
+                        place(body, obstacles, rows, contact, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
-                        follow(body.u, body.v, listed.nodes, images)
+                        follow(body.u, body.v, boundary.nodes, images)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not measures):
@@ -278,6 +283,7 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles or MPRGP compiling would outlast many a run; else the loop over cells is worth it
-    hasty = LEAVE_TO_LLVM if rubs or slots > 1 or kinds.projected or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, options=kinds), **KEEP_VECTORS, **hasty)
+    # with friction, several obstacles or MPRGP, optimised compilation takes longer than many runs; without them it pays
+    # in the loop over cells
+    optimisation = LEAVE_TO_LLVM if has_friction or slots > 1 or options.projected or not passes else {}
+    return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..device import arrays
-from ..kernels.lanes import MOST_ROWS, MOST_SLOTS
+from ..kernels.lanes import MAXIMUM_ROWS, MAXIMUM_SLOTS
 from ..planning.body_plan import ContactPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
@@ -42,9 +42,9 @@ class ContactTerm:
         assert domain.contact is not None
         contact: ContactPlan = domain.contact
         count = len(contact.nodes)
-        self.slots = min(len(scene.obstacles), MOST_SLOTS)
+        self.slots = min(len(scene.obstacles), MAXIMUM_SLOTS)
         centre = domain.reference[contact.all_nodes].mean(axis=0)
-        self.obstacles = Obstacles(scene, centre, MOST_ROWS if domain.small else 1)
+        self.obstacles = Obstacles(scene, centre, MAXIMUM_ROWS if domain.small else 1)
         self.islands = islands_of(domain)
         self.others = nodes_without_rows(domain, self.islands, len(scene.obstacles))
         nodes = np.concatenate([contact.nodes, *self.others])

@@ -28,7 +28,7 @@ class BoundaryNodes:
         self.load = arrays.put(domain.loads)
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Listed."""
+        """Arrays by the names of kernels/language/bundles.Boundary."""
         return {"nodes": self.nodes, "mass": self.mass, "inverse_mass": self.inverse_mass, "load": self.load}
 
     def owned(self) -> list[arrays.Array]:
@@ -47,7 +47,7 @@ class Supports:
         self.speeds = arrays.put(domain.speeds)
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Supported."""
+        """Arrays by the names of kernels/language/bundles.Supports."""
         return {"slots": self.rows, "axes": self.axes, "speeds": self.speeds}
 
     def owned(self) -> list[arrays.Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from ..kernels.columns import cell_groups, group_size
-from ..kernels.lanes import FRICTION_NODE, ISLAND, MOST_ROWS, MOST_SLOTS, OBSTACLE
+from ..kernels.lanes import FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.static.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
 from ..scene.friction_models import FrictionLayer, FrictionModel
@@ -114,10 +114,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact
     if contact is not None:
-        slots, count = min(len(plan.scene.obstacles), MOST_SLOTS), len(contact.nodes)
-        known = (
-            count if len(plan.scene.obstacles) <= slots else 0
-        )  # nodes whose smallest gap stands in a constraint row
+        slots, count = min(len(plan.scene.obstacles), MAXIMUM_SLOTS), len(contact.nodes)
+        known = count if len(plan.scene.obstacles) <= slots else 0  # nodes whose smallest gap a row holds
         bodies = sum(body.contact is not None for body in domain.bodies)
         size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + (bodies + 1) * ISLAND * WHOLE
         size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, domain)
@@ -168,7 +166,7 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
     obstacles = plan.scene.obstacles
     rows = 1
     if plan.scene.moving:
-        rows += (MOST_ROWS if domain.small else 1) + 1
+        rows += (MAXIMUM_ROWS if domain.small else 1) + 1
     grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 
@@ -186,7 +184,7 @@ def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:
     nodes, boundary = len(domain.reference), len(domain.boundary)
     rows = 0
     if domain.small or boundary:
-        rows = MOST_ROWS if domain.small and not _layered(plan, domain) else 1
+        rows = MAXIMUM_ROWS if domain.small and not _layered(plan, domain) else 1
     viscous = 0
     if domain.viscosity is not None:
         viscous = packs.all_chunks * group_size(*cell_groups(True)) + packs.lanes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.lanes import ISLAND, MOST_SLOTS
+from ..kernels.lanes import ISLAND, MAXIMUM_SLOTS
 from .body_plan import BodyPlan
 from .domain import Domain
 from .sweep_order import SweepOrder
@@ -57,7 +57,7 @@ def nodes_without_rows(domain: Domain, islands: Sequence[Island], obstacles: int
     """Return per island the contact nodes whose smallest gap stands in no row: all, if rows leave obstacles out."""
     contact = domain.contact
     assert contact is not None
-    known = contact.nodes if obstacles <= MOST_SLOTS else contact.nodes[:0]
+    known = contact.nodes if obstacles <= MAXIMUM_SLOTS else contact.nodes[:0]
     return [np.setdiff1d(contact.all_nodes[island.all_nodes], known) for island in islands]
 
 

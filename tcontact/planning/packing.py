@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.errors import InputError
-from ..kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MOST_CHUNKS, WIDTH
+from ..kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MAXIMUM_CHUNKS, WIDTH
 from ..mesh.geometry import grid_planes
 
 __all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
@@ -104,7 +104,7 @@ class CellPacks:
 
 def chunks_for(threads: int) -> int:
     """Return the number of chunks for so many threads: one for each thread, but at least `CHUNKS`."""
-    return min(MOST_CHUNKS, max(CHUNKS, threads))
+    return min(MAXIMUM_CHUNKS, max(CHUNKS, threads))
 
 
 def pack_cells(
@@ -123,8 +123,8 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     """
     for block in blocks:
         _check(block, node_count)
-    if not 1 <= chunks <= MOST_CHUNKS:
-        raise InputError("chunks", chunks, f"use 1 to {MOST_CHUNKS} ({CHUNK_BITS} bits in node_info)")
+    if not 1 <= chunks <= MAXIMUM_CHUNKS:
+        raise InputError("chunks", chunks, f"use 1 to {MAXIMUM_CHUNKS} ({CHUNK_BITS} bits in node_info)")
     ordinary = [_padded(block.cells[: len(block.cells) - block.contact], block.width) for block in blocks]
     contact_parts = [_padded(block.cells[len(block.cells) - block.contact :], block.width) for block in blocks]
     parts = [*ordinary, *contact_parts]

@@ -11,7 +11,7 @@ from ...contact.term import ContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
 from ...kernels.columns import group_size
-from ...kernels.lanes import MOST_ROWS
+from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
 from ...planning.domain import Domain
@@ -28,22 +28,22 @@ class SerialStep:
         domain: Domain,
         groups: tuple[str, ...],
         force: InternalForce,
-        listed: BoundaryNodes | None,
+        boundary: BoundaryNodes | None,
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
+            Boundary,
             Contact,
             ContactOptions,
             Launch,
-            Listed,
             Obstacles,
             Pairs,
             Rows,
-            Supported,
             System,
         )
+        from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import serial_step as kernels
 
@@ -54,14 +54,16 @@ class SerialStep:
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
-        self.rows_at_once = MOST_ROWS if domain.small and not self.kinds.layered else 1
+        self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
             "body": force.bundle(),
-            "listed": Listed(sums=self.sums) if listed is None else Listed(**listed.arguments(), sums=self.sums),
-            "supported": Supported() if supports is None else Supported(**supports.arguments(), sums=self.sums),
+            "boundary": Boundary(sums=self.sums)
+            if boundary is None
+            else Boundary(**boundary.arguments(), sums=self.sums),
+            "supports": SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=self.sums),
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
@@ -81,7 +83,7 @@ class SerialStep:
             None if contact is None else contact.kernel,
             self.kinds,
             contact is not None and contact.plain,
-            listed is not None,
+            boundary is not None,
             supports is not None,
             domain.small,
             domain.few_contact_cells,
