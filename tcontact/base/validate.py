@@ -12,7 +12,7 @@ import numpy as np
 
 from .errors import InputError
 
-MOST_STEPS = 1e10  # steps of a run, days even for the smallest scene
+MAXIMUM_STEPS = 1e10  # steps of a run, days even for the smallest scene
 
 
 def number(
@@ -45,8 +45,10 @@ def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
 
 def step_count(field: str, dt: float, duration: float) -> None:
     """Refuse a step so small that a run would never end."""
-    if not duration / dt <= MOST_STEPS:  # inf too
-        raise InputError(field, dt, f"takes more than {MOST_STEPS:.0e} steps for {duration:g} s; shorten the duration")
+    if not duration / dt <= MAXIMUM_STEPS:  # inf too
+        raise InputError(
+            field, dt, f"takes more than {MAXIMUM_STEPS:.0e} steps for {duration:g} s; shorten the duration"
+        )
 
 
 def vector(field: str, value: Any) -> np.ndarray:

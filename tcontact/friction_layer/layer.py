@@ -15,7 +15,7 @@ from .grid import Column, column, depths
 from .metals import Metal
 
 METHODS = ("bracketed-newton", "thermal-softening-secant", "stress-secant")
-MOST_NUMBERS = 2**30  # in an array: kernels count them in 32 bits
+MAXIMUM_NUMBERS = 2**30  # in an array: kernels count them in 32 bits
 CHUNKS_PER_THREAD = 8
 LAYOUTS = {"cpu": (8, 8), "cuda": (1, 32)}  # lanes of a thread, lanes of a pack in memory
 
@@ -74,7 +74,7 @@ class Layer:
         packs = -(-cells // self._stride)
         self.padded = packs * self._stride
         nodes = len(metals) * points
-        if packs * nodes * self._stride >= MOST_NUMBERS:
+        if packs * nodes * self._stride >= MAXIMUM_NUMBERS:
             raise InputError("cells", cells, f"times {nodes} points are too many for one batch; split it")
         runtime.start(arch, threads)
         self._units = self.padded // width

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..base import validate
 from ..base.errors import InputError
 from ..device import arrays, runtime
-from .layer import MOST_NUMBERS, Layer
+from .layer import MAXIMUM_NUMBERS, Layer
 from .metals import STAINLESS_304, Metal
 from .result import LayerResult, Side
 
@@ -90,7 +90,7 @@ def solve(
         arch=arch,
     )
     rows = steps // history_every + 1
-    if max(rows, len(speeds), len(pressures)) * layer.padded >= MOST_NUMBERS:
+    if max(rows, len(speeds), len(pressures)) * layer.padded >= MAXIMUM_NUMBERS:
         raise InputError("history_every", history_every, f"leaves {rows} rows of {cells} cells; take it larger")
     spread, pushed = _on_device(speeds, layer), _on_device(pressures, layer)
     surface, stress = arrays.zeros(rows * layer.padded), arrays.zeros(rows * layer.padded)

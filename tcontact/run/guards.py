@@ -41,8 +41,8 @@ class Guards:
         """
         if history.steps == 0:
             return {}
-        least = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
-        return {"jacobian": least, "energy": GROWTH * history.budget() + self.floor}
+        minimum = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
+        return {"jacobian": minimum, "energy": GROWTH * history.budget() + self.floor}
 
     def check(self, row: np.ndarray, history: History, over_limit: bool, step: float = 0.0) -> Stop | None:
         """Return the stop that the last row requires, or None.

@@ -33,7 +33,7 @@ from .recorder import Recorder
 from .snapshot import Snapshot
 from .watches.looks import Looks
 
-FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear body; doubled while it stays the same
+FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear body; doubled while it does not change
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it

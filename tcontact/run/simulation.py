@@ -68,7 +68,7 @@ def simulate(
     `history_every` doubles (sums over time still include every step; a message before the run says so).
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
-    program that makes several looks at the reason "interrupted" before the next one.
+    program with several runs checks the reason "interrupted" before the next one.
 
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).

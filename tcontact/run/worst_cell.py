@@ -30,15 +30,15 @@ def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") 
             found = np.linalg.det(np.eye(3) + _mean_gradient(mesh, displacement))
         return _smallest(np.where(np.isfinite(found), found, -np.inf))
     _values, gradients, _weights = shape_functions(mesh.kind)
-    least = np.full(mesh.cell_count, np.inf)
+    smallest = np.full(mesh.cell_count, np.inf)
     moved = displacement[mesh.cells]
     for gradient in gradients:
         jacobian = np.einsum("mad,ac->mdc", mesh.nodes[mesh.cells], gradient, optimize=True)
         slope = np.einsum("mad,ac->mdc", moved - moved[:, :1], gradient, optimize=True)
         with np.errstate(all="ignore"):
             here = np.linalg.det(jacobian + slope) / np.linalg.det(jacobian)
-        least = np.fmin(least, np.where(np.isfinite(here), here, -np.inf))
-    return _smallest(least)
+        smallest = np.fmin(smallest, np.where(np.isfinite(here), here, -np.inf))
+    return _smallest(smallest)
 
 
 def _smallest(values: np.ndarray) -> tuple[int, float]:

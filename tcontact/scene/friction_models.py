@@ -48,8 +48,7 @@ class RegularizedCoulomb:
 
 @dataclass(frozen=True)
 class FrictionLayer:
-    """A thermo-plastic layer under every contact node gives the traction (METHOD 5, paper 2): |t| = min(stick, layer,
-    mu P).
+    """Friction by a thermo-plastic layer under every contact node, |t| = min(stick, layer, mu P) (METHOD 5, paper 2).
 
     material: the metal of the layer; coefficient: mu [-], the limit of dry friction; points, grading,
     thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in

@@ -32,12 +32,12 @@ class Images:
 
     @cached_property
     def followers(self) -> np.ndarray:
-        """All images but the masters."""
+        """Images other than the masters."""
         return np.flatnonzero(self.master != np.arange(len(self.master)))
 
     @cached_property
     def members(self) -> np.ndarray:
-        """All masters and followers."""
+        """Masters and followers."""
         return np.unique(np.concatenate([self.followers, self.master[self.followers]]))
 
     @cached_property

@@ -37,10 +37,10 @@ def with_reached_faces(body: Body, obstacles: Sequence[Obstacle], duration: floa
     if len(obstacles) == 0 or len(faces) == 0:
         faces = faces[:0]
     else:
-        near = np.zeros(len(faces), dtype=bool)
+        reached = np.zeros(len(faces), dtype=bool)
         for obstacle in obstacles:
-            near |= _meets(body, faces, obstacle, duration, gravity)
-        faces = faces[near]
+            reached |= _meets(body, faces, obstacle, duration, gravity)
+        faces = faces[reached]
     result = copy.copy(body)
     result.__dict__.pop("contact_nodes", None)
     result.__dict__["contact_faces"] = faces
@@ -58,8 +58,8 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
-    near = obstacle.gap(centre) - radius <= way + shift + shortest_edge(body.mesh.nodes, body.mesh.cells)
-    return np.asarray(facing & near)
+    close = obstacle.gap(centre) - radius <= way + shift + shortest_edge(body.mesh.nodes, body.mesh.cells)
+    return np.asarray(facing & close)
 
 
 def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
@@ -85,5 +85,5 @@ def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gra
     except FunctionError:  # no bound of the motion; a run stops where the function fails
         pushed = np.inf
     way = OUT_OF_REACH * ((own + fall + pushed) * duration + edge)
-    near = [number for number, obstacle in enumerate(obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way]
-    return near or list(range(len(obstacles)))
+    within = [number for number, obstacle in enumerate(obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way]
+    return within or list(range(len(obstacles)))

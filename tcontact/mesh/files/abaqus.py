@@ -29,7 +29,7 @@ _TYPES = [
 ]
 _FACES = {element.meshio: element.abaqus_faces for element in ELEMENTS.values()}
 _SOLIDS = ", ".join(sorted(element.abaqus for element in ELEMENTS.values()))
-MOST_IDS = 2**28  # in a generated set
+MAXIMUM_IDS = 2**28  # in a generated set
 _UNKNOWN = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE"}
 
 
@@ -43,7 +43,7 @@ class _Section:
         """Return the ids of a set's data lines: numbers, ranges (GENERATE) or names of earlier sets."""
         if "GENERATE" in self.options:
             ranges = [[int(word) for word in row if word] for row in self.rows]
-            if any(abs(end) > MOST_IDS or r[2:3] == [0] for r in ranges for end in r[:2]):
+            if any(abs(end) > MAXIMUM_IDS or r[2:3] == [0] for r in ranges for end in r[:2]):
                 raise MeshFileError("a generated set runs over more ids than a mesh has; export it anew")
             return _joined([np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in ranges])
         words = [word for row in self.rows for word in row if word]

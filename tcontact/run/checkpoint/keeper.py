@@ -74,7 +74,7 @@ class Keeper:
             self._next_row = row + self.every_steps
 
     def save(self, run: Run, row: int) -> None:
-        """Write one; a run goes on without it where that is impossible, with a warning."""
+        """Write a checkpoint; if that fails, warn and let the run continue."""
         began = perf_counter()
         found, values = contents.collect(run, self.new)
         head = self.head | {"row": row, "frames": len(self.recorder.file), "new": self.new}

@@ -27,7 +27,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
-MOST_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
+MAXIMUM_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
 BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
 FILE = {"file": "path", "scale": "scale", "kind": "kind"}
 ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets")}
@@ -52,7 +52,7 @@ def _toml(file: Path) -> dict[str, Any]:
     try:
         if not file.is_file():
             raise InputError("path", str(file), "no such file; give a scene as TOML")
-        if file.stat().st_size > MOST_BYTES:
+        if file.stat().st_size > MAXIMUM_BYTES:
             raise InputError("path", str(file), "is too large for a scene; put long arrays into an .npz file beside it")
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, RecursionError) as error:

@@ -24,7 +24,7 @@ RARELY = 64  # rows between looks at bodies that are far apart
 SOON = 16  # rows until the next look for which a clearance is measured
 TOUCH = 1e-6  # distance over the shortest edge of both surfaces below which they meet
 AHEAD = 2.0  # speed until the next look over the present speed
-MOST_PLACES = 1000  # maximum number of places on the way of one step
+MAXIMUM_PLACES = 1000  # maximum number of places on the way of one step
 
 
 class Surface:
@@ -113,7 +113,7 @@ class BodyMeeting:
         if outside > reach:
             self._clearance[pair] = outside
             return None
-        places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MOST_PLACES))
+        places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MAXIMUM_PLACES))
 
         def distance(part: float) -> float:
             there = [before + part * (after - before) for before, after in ways]

@@ -52,18 +52,18 @@ def _portion(
     found, owner = np.zeros_like(positions), np.zeros(len(positions), dtype=np.int64)
     rows = np.arange(len(positions))
     before = 0
-    for most in (FEW, MANY):
-        most = min(most, tree.n)
-        away, near = (np.reshape(part, (len(rows), most)) for part in tree.query(positions[rows], k=most))
-        for rank in range(before, most):
-            worth = away[:, rank] - radius[near[:, rank]] < best[rows]
-            who, piece = rows[worth], near[worth, rank]
+    for count in (FEW, MANY):
+        count = min(count, tree.n)
+        away, pieces = (np.reshape(part, (len(rows), count)) for part in tree.query(positions[rows], k=count))
+        for rank in range(before, count):
+            worth = away[:, rank] - radius[pieces[:, rank]] < best[rows]
+            who, piece = rows[worth], pieces[worth, rank]
             point = closest_on_triangles(corners[piece], positions[who])
             distance = np.linalg.norm(positions[who] - point, axis=1)
             nearer = distance < best[who]
             who, piece = who[nearer], piece[nearer]
             best[who], found[who], owner[who] = distance[nearer], point[nearer], piece
-        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], most
+        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], count
         if before == tree.n or not len(rows):
             break
     return found, owner
@@ -101,14 +101,14 @@ def closest_on_triangles(corners: np.ndarray, positions: np.ndarray) -> np.ndarr
     third = np.einsum("ni,ni->n", np.cross(b - a, from_a), normal) / safe
     result = a + second[:, None] * (b - a) + third[:, None] * (c - a)
     off = np.flatnonzero(~((second >= 0.0) & (third >= 0.0) & (second + third <= 1.0) & (square > 0.0)))
-    least = np.full(len(off), np.inf)
+    smallest = np.full(len(off), np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
         origin, along, here = start[off], end[off] - start[off], positions[off]
         length = np.einsum("ni,ni->n", along, along)
         part = np.einsum("ni,ni->n", here - origin, along) / np.where(length > 0.0, length, 1.0)
         point = origin + np.clip(part, 0.0, 1.0)[:, None] * along
         distance = np.einsum("ni,ni->n", here - point, here - point)
-        nearer = distance < least
-        least[nearer] = distance[nearer]
+        nearer = distance < smallest
+        smallest[nearer] = distance[nearer]
         result[off[nearer]] = point[nearer]
     return result

@@ -17,7 +17,7 @@ from .surface_distance import sample_surface
 from .thin_parts import check_thickness
 
 NODES = 4  # minimum number of nodes along an axis
-MOST = 2**26  # maximum number of nodes: 2 GiB of distance and gradient
+MAXIMUM_NODES = 2**26  # maximum number of nodes: 2 GiB of distance and gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +81,8 @@ class Sdf(Obstacle):
         if validate.shape_of("Sdf.nodes", count, remedy) != (3,):
             raise InputError("Sdf.nodes", count, remedy)
         x, y, z = (validate.whole("Sdf.nodes", n, NODES) for n in count)
-        if x * y * z > MOST:
-            raise InputError("Sdf.nodes", (x, y, z), f"more than {MOST} nodes; take a larger spacing")
+        if x * y * z > MAXIMUM_NODES:
+            raise InputError("Sdf.nodes", (x, y, z), f"more than {MAXIMUM_NODES} nodes; take a larger spacing")
         return x, y, z
 
     @classmethod

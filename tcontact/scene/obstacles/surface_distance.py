@@ -12,10 +12,10 @@ from .nearest import ask_neighbours, nearest_points, pieces_of
 from .surface import FIELD, closed_surface
 from .winding import winding_numbers
 
-MOST = 2**26  # maximum number of nodes of the grid
+MAXIMUM_NODES = 2**26  # maximum number of nodes of the grid
 MARGIN = 4  # default number of cells around the solid
 PIECE = 2.0  # longest edge of the pieces, in cells
-NEAR = 4.0  # cells from the surface within which distances are exact
+EXACT_WITHIN = 4.0  # cells from the surface within which distances are exact
 SWEEPS = 2  # over the grid, for distances further off
 
 
@@ -34,8 +34,10 @@ def sample_surface(
     spacing = float((high - low).max()) / cells
     around = MARGIN * spacing if margin is None else margin
     wide = (high - low + 2.0 * around) / spacing + 2.0
-    if not np.prod(wide) <= MOST:
-        raise InputError("cells, margin", (cells, margin), f"the grid has more than {MOST} nodes; take fewer cells")
+    if not np.prod(wide) <= MAXIMUM_NODES:
+        raise InputError(
+            "cells, margin", (cells, margin), f"the grid has more than {MAXIMUM_NODES} nodes; take fewer cells"
+        )
     count = np.ceil((high - low + 2.0 * around) / spacing - 1e-9).astype(np.int64) + 1
     count = np.maximum(count, MARGIN)
     nx, ny, nz = (int(n) for n in count)
@@ -45,7 +47,7 @@ def sample_surface(
 
     corners = pieces_of(points[triangles], PIECE * spacing)
     shape = (nx, ny, nz)
-    found, piece = nearest_points(corners, positions, NEAR * spacing)
+    found, piece = nearest_points(corners, positions, EXACT_WITHIN * spacing)
     for _ in range(SWEEPS):
         ask_neighbours(corners, positions.reshape(*shape, 3), found.reshape(*shape, 3), piece.reshape(shape), spacing)
     away = positions - found

@@ -17,7 +17,7 @@ def half_thickness_of_grid(grid: np.ndarray, spacing: float) -> float:
 
     grid [nx, ny, nz, 4]: distance [m], negative inside, and its gradient.
     """
-    least = np.inf
+    smallest = np.inf
     for axis in range(3):
         along = np.moveaxis(grid, axis, 0)
         distance = along[..., 0]
@@ -27,5 +27,5 @@ def half_thickness_of_grid(grid: np.ndarray, spacing: float) -> float:
         depth, before, after = -distance[places[1]], along[places[0]][:, 1:], along[places[2]][:, 1:]
         lengths = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
         opposite = np.einsum("ni,ni->n", before, after) < OPPOSITE * lengths
-        least = min(least, float(depth[opposite].min(initial=np.inf)))
-    return max(least, 0.5 * spacing)
+        smallest = min(smallest, float(depth[opposite].min(initial=np.inf)))
+    return max(smallest, 0.5 * spacing)

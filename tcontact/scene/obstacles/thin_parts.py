@@ -15,7 +15,7 @@ from ...base.errors import InputError
 from .interpolation import interpolate
 from .nearest import nearest_points, pieces_of
 
-MOST = 2**26  # maximum number of nodes of a grid
+MAXIMUM_NODES = 2**26  # maximum number of nodes of a grid
 PIECE = 1.0  # longest edge of the pieces whose centres are checked, in spacings
 ROUNDS = 12  # maximum number of shrinking steps; wedges converge by a factor in each
 PARALLEL = np.cos(np.radians(8.0))  # angle of two sides below which they belong to a plate
@@ -96,7 +96,7 @@ def _remedy(thickness: float, place: np.ndarray, nodes: tuple[int, ...], spacing
     where = ", ".join(f"{x:.3g}" for x in place)
     text = f"the surface is {thickness:.3g} m thick near ({where}), and the grid has a node every {spacing:.3g} m only"
     finer = ENOUGH * spacing / max(thickness, 1e-9 * spacing)
-    if np.prod(np.array(nodes) * finer) > MOST:
+    if np.prod(np.array(nodes) * finer) > MAXIMUM_NODES:
         return f"{text}: bodies would pass through it; thicken the part, or use a Box or Cylinder for it"
     return (
         f"{text}: bodies would pass through it; take cells={int(np.ceil(finer * cells))} or more, or thicken the part"

@@ -158,7 +158,7 @@ class StableStep:
         return self._unit(found)
 
     def _unit(self, vector: np.ndarray) -> np.ndarray:
-        """Scale a vector to a kinetic energy of 1/2; one without energy stays."""
+        """Scale a vector to a kinetic energy of 1/2; one without energy is not changed."""
         length = np.sqrt(dot(vector, self.mass, vector))
         return vector / length if length > 0.0 else vector
 

@@ -14,7 +14,7 @@ from .sparsity import Sparsity
 
 DIRECT = 900  # unknowns up to which a factorisation is cheaper
 STIFF = 100.0  # lam/mu from which Krylov methods need too many products
-MOST = 500  # maximum number of products of BiCGStab
+MAXIMUM_PRODUCTS = 500  # maximum number of products of BiCGStab
 
 
 class NoSolution(ArithmeticError):
@@ -101,7 +101,7 @@ class Krylov:
         shadow, goal = r.copy(), tolerance * norm(r)
         rho = alpha = omega = 1.0
         v = p = np.zeros_like(r)
-        for _ in range(MOST):
+        for _ in range(MAXIMUM_PRODUCTS):
             if norm(r) <= goal:
                 return x.reshape(right.shape)
             before, rho = rho, inner(shadow, r)
