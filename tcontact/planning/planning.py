@@ -105,7 +105,7 @@ def plan(scene: Scene) -> Plan:
     asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else None
     massless = any(body.contact is not None and body.contact.graph is not None for body in planned.bodies)
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
-        remedy = "contact cells are viscous where friction meets removal='normal' alone; leave it at None"
+        remedy = "contact cells are viscous only where friction meets removal='normal'; leave it at None"
         raise InputError("MasslessContact.cell_viscosity", asked, remedy)
     if isinstance(scene.contact, MasslessContact) and scene.contact.solver != "auto":
         for body in planned.bodies:

@@ -243,8 +243,8 @@ class Run:
             self._may_flutter = False
             assert self.scene.friction is not None
             self.warn(
-                f"flutter: what slides on nodes that keep their tangential mass with a friction coefficient of"
-                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) loses some of its friction; compare with"
+                f"flutter: nodes that keep their tangential mass and slide with a friction coefficient of"
+                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) lose some of their friction; compare with"
                 " MasslessContact(removal='full')"
             )
 

@@ -167,7 +167,7 @@ def check_contact(images: Images | None, mesh: Mesh, faces: np.ndarray, contact:
     """Refuse a contact set with faces on a periodic side, which is no surface. Raises `InputError`."""
     if images is not None and repeated_faces(images, mesh, faces).any():
         axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(images.period))
-        remedy = f"it has faces on the periodic sides along {axes}; name the faces that can touch alone"
+        remedy = f"it has faces on the periodic sides along {axes}; name only the faces that can touch"
         raise InputError("Body.contact", contact, remedy)
 
 

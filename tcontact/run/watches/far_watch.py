@@ -54,7 +54,7 @@ class FarWatch:
                 where = f"{state.plan.label} comes to obstacle {name} at t = {time + step:.6g} s"
                 return Stop(
                     "missed-contact",
-                    f"{where}, which was out of its reach at the start, and removal='normal' left its nodes their mass"
+                    f"{where}, which was out of its reach at the start, and removal='normal' kept the mass of its nodes"
                     " along that normal: use MasslessContact(removal='full')",
                 )
             travel = float(np.linalg.norm(now - crossing.before, axis=1).max())

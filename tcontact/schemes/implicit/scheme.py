@@ -43,12 +43,12 @@ class ImplicitScheme(ImplicitRule):
             remedy = f"{self.name} needs a force at every gap: use MasslessContact or PenaltyContact"
             raise InputError("Scene.contact", scene.contact, remedy)
         if self.mass == "consistent" and getattr(scene.contact, "depth", 1) > 1:
-            remedy = "the consistent mass is handed over inside the cells alone: use depth=1 or mass='lumped'"
+            remedy = "the consistent mass is redistributed within cells only: use depth=1 or mass='lumped'"
             raise InputError("MasslessContact.depth", getattr(scene.contact, "depth", 1), remedy)
         for one in planned.bodies if self.mass == "consistent" else ():
             contact = one.contact
             if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
-                remedy = "a cell has contact nodes alone and no node to hand their mass to; use mass='lumped'"
+                remedy = "a cell has contact nodes only, and none to take their mass; use mass='lumped'"
                 raise InputError("mass", self.mass, remedy)
         for index, body in enumerate(scene.bodies):
             if body.periodic is not None:

@@ -44,7 +44,7 @@ class ImplicitRule:
             raise InputError(
                 "dt",
                 None,
-                f"{type(self).__name__} is not bound by the stable step: give dt [s], or cfl as its multiple",
+                f"{type(self).__name__} is not bounded by the stable step: give dt [s], or cfl as its multiple",
             )
         for field in ("dt", "cfl", "rtol"):
             if getattr(self, field) is not None:

@@ -118,7 +118,7 @@ class ImplicitState:
         try:
             level, taken = self.body.advance(self.level, dt)
         except NotConverged as error:
-            self.contact.trouble = f"Newton's method found no end of the step: {error}; {REMEDY}"
+            self.contact.trouble = f"Newton's method did not converge in the step: {error}; {REMEDY}"
             return 1
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
