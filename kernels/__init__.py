@@ -1,19 +1,23 @@
-"""Taichi kernels: all work per cell, node or pixel. They hold no state and no Python objects, and import relatively.
+"""Taichi kernels: all that is computed for each cell, node or pixel. They hold no state and import relatively.
 
-Kernels take flat one-dimensional arrays and are compiled once per kind of cell, law and options (memoised factories
-such as `internal_force.make_step`), never per scene. The rooms:
+How it works. Kernels take flat one-dimensional arrays and are compiled once for every combination of element, law and
+options (memoised factories such as `step.internal_force.make_step`), never per scene. Their signatures are made from
+bundles of named arrays (`language.bundles`, `language.signatures`). Each file opens with its formula and its source.
+The rooms, from top to bottom; each imports only what stands below it:
 
-    language    3x3 tensors, lanes, bundles of arrays and the kernel signatures made from them
-    materials   laws, one file each: stress, energy, stiffness
-    elements    elements, one file each: corner forces from the displacements of one cell
-    cells       force pass over packs of cells, one lane per cell; points and tangents of implicit steps
-    nodes       sum of forces, kick and drift of nodes; supports, damping, periodic images
-    contact     constraint rows, obstacles, friction, penalty and impulse
-    static      static solve that places the massless contact nodes
-    step        whole steps: the parallel force pass and the serial kernel
-    layer       friction layers
-    pictures    z-buffer pictures
+    pictures    triangles to pixels
+    step        whole steps: the parallel force pass with the motion of the nodes, and everything else in one launch
+    layer       the implicit step of many friction layers
+    static      the static solve of the massless contact nodes: measure, tangent, sweeps or MPRGP, and what surrounds it
+    contact     constraint rows, the obstacles that fill them, contact loads, friction, viscosity of contact cells
+    cells       passes over packs of cells, points and tangents of the implicit schemes, von Mises stress
+    nodes       sum of the forces, kick and drift of the nodes, supports, damping, periodic images
+    elements    one file for every element: the force of one cell from its corners
+    materials   one file for every law: stress, energy, stiffness
+    language    tensors, vectors of lanes, bundles, signatures, options of the compiler
+    columns     the table of all numbers that a step measures and of all columns of the history
+    lanes       sizes and places that the host and the kernels agree on
 
-Cells add their forces to rows of their own chunk of nodes only: no atomics, and the same bits with any number of
-threads. Each file opens with its formula and its source.
+`cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and
+`nodes.node_phase` sums the rows of all chunks in order, so that any number of threads gives the same bits.
 """

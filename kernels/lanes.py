@@ -12,8 +12,8 @@ WIDTH = 8  # lanes of a pack
 SEGMENT = 8
 FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = range(SEGMENT)
 # numbers of a contact block, the contact cells of one block: first and end cell among all contact cells; start of its
-# nodes in `cell_nodes` and of its quadrature points in `shape_gradients` and `weights`, number of points per cell;
-# start of its material in `params`; start of its cell 0 in `memory`; number of its kind of cells
+# nodes in `cell_nodes`, of the gradients and of the weights of its quadrature points in `shape_gradients`; number of
+# points per cell; start of its material in `params`; start of its cell 0 in `memory`; number of its kind of cells
 CONTACT_BLOCK = 9
 FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)

@@ -11,7 +11,7 @@ from tcontact.contact.static_solve import contact_blocks
 from tcontact.device import arrays
 
 Bodies = namedtuple("Bodies", "params position u memory")
-Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients weights start corners nodes values")
+Pairs = namedtuple("Pairs", "blocks cell_nodes shape_gradients start corners nodes values")
 
 
 @cache
@@ -32,10 +32,10 @@ def tangent_kernel(kind, law, block, plain):
     @ti.kernel
     def kernel(
         params: ARRAY, position: ARRAY, u: ARRAY, blocks: INDEX, cell_nodes: INDEX, shape_gradients: ARRAY,
-        weights: ARRAY, start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
+        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
     ):  # fmt: skip
         body = ti.static(Bodies(params, position, u, None))
-        lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, weights, start, corners, nodes, values))
+        lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, start, corners, nodes, values))
         tangent(body, basis, lists, 0)
 
     return kernel
@@ -52,7 +52,7 @@ def contact_stiffness(body, removal, u):
     lists = contact_blocks(domain_of(plan), force)
     plain = bool((basis == np.eye(3)[:, :block]).all()) and block == 3
     kernel = tangent_kernel(plan.variant, body.material.law, block, plain)
-    points = [lists[name] for name in ("blocks", "cell_nodes", "shape_gradients", "weights")]
+    points = [lists[name] for name in ("blocks", "cell_nodes", "shape_gradients")]
     before = (plan.reference, u[plan.node_order], *points, graph.pair_start, graph.pair_corners, graph.pair_nodes)
     kernel(force.parameters, *map(arrays.put, before), values, arrays.put(basis))
     matrix = np.zeros((count, block, count, block))

@@ -72,18 +72,6 @@ def test_entries_add_up_to_the_dense_matrix(kind, names):
     assert len(graph.entry_pairs) == 2 * len(pairs) - alone
 
 
-@pytest.mark.parametrize(("kind", "names"), SETS)
-def test_every_corner_of_a_contact_node_is_listed_once(kind, names):
-    graph, cells, nodes, _ = graph_of(kind, names)
-    width = cells.shape[1]
-    flat = cells[graph.cells].reshape(-1)
-    for number, node in enumerate(graph.nodes):
-        mine = graph.corners[graph.corner_start[number] : graph.corner_start[number + 1]]
-        assert sorted(mine) == list(np.flatnonzero(flat == node))
-    assert graph.corner_start[-1] == np.isin(flat, nodes).sum()
-    assert graph.corners.max() < len(graph.cells) * width
-
-
 def test_structured_faces_need_few_colours():
     """A flat face of hexes is a grid with diagonals: four colours."""
     mesh = block("hex8", 6, shake=0.0, turn=meshes.rotation(1))

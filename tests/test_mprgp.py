@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 import tcontact as tc
 from tcontact.cases import cube_impact
-from tcontact.kernels.lanes import SWEEP_LANES
+from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from tcontact.kernels.static import control as names
@@ -21,31 +21,31 @@ from tcontact.kernels.static.node_places import PLACES
 from tcontact.planning.static_solver import FULL_POISSON, TALL, height_over_width, static_solver
 from tcontact.planning.sweep_order import sweep_order
 
-ARRAYS = "lane_start pack_start column values inverse stiffness right gaps normals push increment settings stats"
+ARRAYS = "lane_start pack_start column values inverse stiffness right gaps normals response increment settings stats"
 System = namedtuple("System", ARRAYS)
-Touching = namedtuple("Touching", "active")
+Contact = namedtuple("Contact", "active islands")
 Solved = namedtuple("Solved", "definite motion active products")
 
 
 @functools.cache
 def make_solve(size):
-    """Kernel of one solve for the packs begin .. end, with `size` components a node."""
+    """Kernel that solves for island 0, with `size` components a node."""
 
     @ti.kernel
     def solve(
-        begin: ti.i32, end: ti.i32, lane_start: INDEX, pack_start: INDEX, column: INDEX, values: ARRAY, inverse: ARRAY,
-        stiffness: ARRAY, right: ARRAY, gaps: ARRAY, normals: ARRAY, push: ARRAY, increment: ARRAY, settings: ARRAY,
+        islands: INDEX, lane_start: INDEX, pack_start: INDEX, column: INDEX, values: ARRAY, inverse: ARRAY,
+        stiffness: ARRAY, right: ARRAY, gaps: ARRAY, normals: ARRAY, response: ARRAY, increment: ARRAY, settings: ARRAY,
         stats: ARRAY, active: INDEX, answer: INDEX,
     ):  # fmt: skip
         system = ti.static(
             System(
-                lane_start, pack_start, column, values, inverse, stiffness, right, gaps, normals, push, increment,
+                lane_start, pack_start, column, values, inverse, stiffness, right, gaps, normals, response, increment,
                 settings, stats,
             )
         )  # fmt: skip
         ti.loop_config(serialize=True)
         for _ in range(1):
-            answer[0] = mprgp(ti.static(Touching(active)), system, begin, end, size)
+            answer[0] = mprgp(ti.static(Contact(active, islands)), system, 0, size)
 
     return compiled_with(solve, **KEEP_VECTORS, **LEAVE_TO_LLVM)
 
@@ -99,13 +99,15 @@ def solved(graph, matrix, right, normals, gaps, tolerance=1e-12, pivot=1.0):
     settings[[names.POLISHING_SWEEPS, names.MAXIMUM_SWEEPS]] = 2000.0
     settings[names.STEP_LENGTH] = 1.9 / graph.corners_together
     stats[names.F_REF], stats[names.PIVOT] = np.abs(right).max(), pivot
-    push, increment = np.full(room * PLACES[size].end, np.nan), np.full(3 * room * size, np.nan)
+    response, increment = np.full(room * PLACES[size].end, np.nan), np.full(3 * room * size, np.nan)
     active, answer = np.zeros(count, dtype=np.int32), np.zeros(1, dtype=np.int32)
+    islands = np.zeros((2, ISLAND), dtype=np.int32)
+    islands[1] = len(order.pack_start) - 1  # the solver asks for the packs only
     lists = [a.astype(np.int32).ravel() for a in (order.lane_start, order.pack_start, order.column)]
     inverse, stiffness = np.linalg.inv(diagonal), np.trace(diagonal, axis1=1, axis2=2)
     make_solve(size)(
-        0, len(order.pack_start) - 1, *lists, values, last(inverse), last(stiffness), last(right), last(gaps),
-        last(normals), push, increment, settings, stats, active, answer,
+        islands.ravel(), *lists, values, last(inverse), last(stiffness), last(right), last(gaps),
+        last(normals), response, increment, settings, stats, active, answer,
     )  # fmt: skip
     motion = increment[: room * size].reshape(size, room)[:, :count].T
     return Solved(answer[0], motion, active.astype(bool), stats[names.SWEEPS])

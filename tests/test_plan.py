@@ -95,10 +95,10 @@ def test_terms_and_memory_are_those_of_the_scene(name):
 
 
 def test_memory_counts_what_the_terms_own():
-    """State: two float64 vectors a node; a support term: two int32 and one float64 a component."""
+    """State: two float64 vectors a node; a support term: an int32 and a float64 a component."""
     result = simulate(SCENES["supports"][0])
     assert result.memory["state"] == 27 * 3 * 8 * 2
-    assert result.memory["supports"] == 9 * (4 + 4 + 8)
+    assert result.memory["supports"] == 9 * (4 + 8)
     more = tc.Scene(bodies=[tc.Body(block(cells=4), material())], duration=1e-5, contact=None)
     assert simulate(more).memory["state"] == 125 * 3 * 8 * 2
 
@@ -179,3 +179,12 @@ def test_the_plan_names_its_terms_and_foresees_the_memory(name):
     assert set(foreseen) == set(taken)
     for term, size in taken.items():
         assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term
+
+
+def test_describing_a_plan_is_light():
+    """It needs no Taichi: `describe` says what a run would take before anything is started."""
+    code = "import sys, tcontact as tc; from tcontact.cases import cube_impact; "
+    code += "tc.plan(cube_impact.scene(cells=2)).describe(); print('taichi' in sys.modules)"
+    done = python(code)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.split()[-1] == "False"

@@ -1,1 +1,1 @@
-"""Passes over cells: forces, stresses, points of implicit schemes."""
+"""Passes over cells: the force pass of the explicit step, points and tangents of implicit steps, von Mises stress."""

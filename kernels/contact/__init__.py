@@ -1,1 +1,5 @@
-"""Contact of nodes: gaps to obstacles, loads, friction, viscosity of contact cells."""
+"""Contact of nodes: constraint rows, the obstacles that fill them, loads, friction, the viscosity of contact cells.
+
+`obstacle_rows` fills the rows from `obstacles` and `obstacle_shapes`; `contact_load` and `friction` read rows alone.
+`islands` tells where the contact nodes of every body stand.
+"""

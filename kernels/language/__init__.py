@@ -1,1 +1,1 @@
-"""Tools that all kernels are written with: 3x3 tensors, lanes, bundles of arrays, compiler options."""
+"""The language of the kernels: tensors of scalars, vectors of lanes, bundles of arrays, options of the compiler."""

@@ -51,10 +51,9 @@ class Boundary(NamedTuple):
 
 
 class Supports(NamedTuple):
-    """Prescribed components: boundary node (slots), axis, velocity [m/s]; sums: reaction and power."""
+    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction and power."""
 
-    slots: Index = None
-    axes: Index = None
+    components: Index = None
     speeds: Array = None
     sums: Shared = None
 
@@ -220,15 +219,14 @@ class Pairs(NamedTuple):
     """Stiffness between pairs of contact nodes of a cell, and its assembly (tcontact/planning/contact_graph.py).
 
     blocks: contact blocks, numbers as in lanes.py; for each cell_nodes [c, corners], shape_gradients [q, corners, 3],
-    weights [q]; start [c+1]: first pair of a cell; corners, nodes [p, 2] and values [p, block, block] of a pair.
-    row_start [k+1]: first entry of a row of K_KK; entry_start [e+1]: first pair of an entry in entry_pairs (-1 - p: the
-    transpose of pair p); entry_place [e]: where the entry stands in System.values.
+    with the weights [q] behind those of all blocks; start [c+1]: first pair of a cell; corners, nodes [p, 2] and values
+    [p, block, block] of a pair. row_start [k+1]: first entry of a row of K_KK; entry_start [e+1]: first pair of an
+    entry in entry_pairs (-1 - p: the transpose of pair p); entry_place [e]: place of the entry in System.values.
     """
 
     blocks: Index = None
     cell_nodes: Index = None
     shape_gradients: Array = None
-    weights: Array = None
     start: Index = None
     corners: Index = None
     nodes: Index = None

@@ -1,4 +1,4 @@
-"""Material laws, one file each; a law has the name of its file (law.py says what such a file contains)."""
+"""The laws of materials: one file for every law, found by its name (`law` says what such a file has)."""
 
 from importlib import import_module
 from pkgutil import iter_modules

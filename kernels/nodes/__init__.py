@@ -1,1 +1,1 @@
-"""Phases of a step that work on nodes: kick, drift, supports, damping, periodic images."""
+"""The phases of nodes: sum of the forces, kick and drift, supports, damping, periodic images."""

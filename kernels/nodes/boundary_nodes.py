@@ -67,8 +67,8 @@ def kick_and_drift(body: ti.template(), boundary: ti.template()):
 def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
     """Sum up the reactions M a + f - f_ext of all prescribed components, and their power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(supports.slots.shape[0]):
-        s, axis = supports.slots[i], supports.axes[i]
+    for i in range(supports.components.shape[0]):
+        s, axis = supports.components[i] // 3, supports.components[i] % 3
         net = row(boundary.load, s) - row(body.special_force, s)
         inertia = symmetric(boundary.mass, s) @ (symmetric(boundary.inverse_mass, s) @ net)
         reaction = 0.0

@@ -1,1 +1,1 @@
-"""Kernels for pictures: a z-buffer that draws triangles."""
+"""Kernels of the pictures: they turn triangles into pixels."""

@@ -1,5 +1,7 @@
-"""Static solve that places the massless contact nodes in every step.
+"""The static solve, which places the massless contact nodes (METHOD 2). It reads constraint rows, not obstacles.
 
-Read control.py (when to solve), solve.py (one iteration), then the two linear solvers sweeps.py and mprgp.py, and
-massless_contact.py (prediction before the solve, contact forces after it).
+`massless_contact` predicts the nodes and takes their contact force from the force pass; `solve` measures the contact
+cells and linearises (`surface_tangent`, `reduced_tangent`); `control` decides what follows; `sweeps` (projected
+Gauss-Seidel, with `massless_node` and `sliding`) or `mprgp` (conjugate gradients with bounds, in a `node_basis`) solve
+the linear problem.
 """

@@ -68,7 +68,7 @@ def make_reduced_tangent(kind: str, law: str, block: int):
                 for a in range(CORNERS):
                     x = corner(body.position, pairs.cell_nodes[first + a])
                     jacobian += x.outer_product(corner(pairs.shape_gradients, gradients + q * CORNERS + a))
-                weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
                 volume += weight
                 turned = weight * jacobian.inverse().transpose()
                 for a in range(CORNERS):

@@ -66,9 +66,9 @@ def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, l
     spread = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)
     for q in range(pairs.blocks[at + POINTS]):
         jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
-        volume += pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+        volume += pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
         now = jacobian if ti.static(linear) else jacobian + slope
-        weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * now.determinant()
+        weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * now.determinant()
         change += weight
         turned = weight * now.inverse().transpose()
         for a in range(corners):
@@ -135,7 +135,7 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                 jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
                 inverse = jacobian.inverse()
                 # A_ab is linear in G_a and in G_b: each takes the root of the weight
-                weight = pairs.weights[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+                weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
                 turned = ti.sqrt(weight) * inverse.transpose()
                 f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
                 for part in ti.static(parts):

@@ -1,1 +1,1 @@
-"""Kernels of whole steps: the parallel force pass with the motion of the nodes, and the serial kernel."""
+"""Whole steps: the force pass with the motion of the nodes, and everything else of a step in one launch."""

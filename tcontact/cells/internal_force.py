@@ -30,10 +30,13 @@ class InternalForce:
     name = "internal-force"
 
     def __init__(self, domain: Domain) -> None:
+        from ..kernels.elements import FUNCTIONS
         from ..kernels.language.signatures import signature_of
+        from ..kernels.materials import LAWS
         from ..kernels.step.internal_force import make_step
 
-        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()))
+        kept = {kind: FUNCTIONS[kind[0]].points * len(LAWS[kind[1]].state) for kind in domain.kinds}
+        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()), kept)
         self.chunks = packs.chunks
         self.gravity = domain.gravity
         self.connectivity = arrays.put(packs.connectivity)

@@ -173,9 +173,9 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
             nodes.append(block.contact_cells.reshape(-1))
             gradients.append(slopes.reshape(-1, 3))
             weights.append(own)
+    behind = sum(part.size for part in gradients)
     return {
-        "blocks": np.array(blocks),
+        "blocks": np.array([(*one[:4], behind + one[4], *one[5:]) for one in blocks]),
         "cell_nodes": np.concatenate(nodes),
-        "shape_gradients": np.concatenate(gradients),
-        "weights": np.concatenate(weights),
+        "shape_gradients": np.concatenate([*(part.reshape(-1) for part in gradients), *weights]),
     }

@@ -42,14 +42,13 @@ class Supports:
     name = "supports"
 
     def __init__(self, domain: Domain) -> None:
-        self.rows = arrays.put(domain.support_rows.astype(np.int32))
-        self.axes = arrays.put(domain.support_axes.astype(np.int32))
+        self.components = arrays.put((3 * domain.support_rows + domain.support_axes).astype(np.int32))
         self.speeds = arrays.put(domain.speeds)
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/language/bundles.Supports."""
-        return {"slots": self.rows, "axes": self.axes, "speeds": self.speeds}
+        return {"components": self.components, "speeds": self.speeds}
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""
-        return [self.rows, self.axes, self.speeds]
+        return [self.components, self.speeds]

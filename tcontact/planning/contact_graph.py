@@ -6,7 +6,7 @@ They are built once per body with numpy; the kernels only read them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -18,8 +18,7 @@ class ContactGraph:
     nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: cells with contact nodes;
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: pairs of contact corners of each cell, the lower one
     first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start
-    [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p; corner_start
-    [k+1], corners: the cell corners (cell * width + corner) of a node.
+    [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p.
     """
 
     nodes: np.ndarray
@@ -32,8 +31,6 @@ class ContactGraph:
     column: np.ndarray
     entry_start: np.ndarray
     entry_pairs: np.ndarray
-    corner_start: np.ndarray
-    corners: np.ndarray
 
     @property
     def colours(self) -> int:
@@ -69,9 +66,6 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     key = ends[:, 0] * (len(nodes) + 1) + np.where(ends[:, 0] == ends[:, 1], 0, ends[:, 1] + 1)
     unique, entry = np.unique(key, return_inverse=True)
     row, shifted = np.divmod(unique, len(nodes) + 1)
-    corner_cell, corner = np.nonzero(local >= 0)
-    corner_node = local[corner_cell, corner]
-    by_node = np.argsort(corner_node, kind="stable")
     return ContactGraph(
         nodes=nodes,
         colour_start=_starts(colour, int(colour.max(initial=0)) + 1)[:-1],
@@ -83,47 +77,27 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
         column=np.where(shifted == 0, row, shifted - 1),
         entry_start=_starts(entry.reshape(-1), len(unique)),
         entry_pairs=source[np.argsort(entry.reshape(-1), kind="stable")],
-        corner_start=_starts(corner_node, len(nodes)),
-        corners=(corner_cell * width + corner)[by_node],
     )
 
 
-def joined(
-    graphs: Sequence[ContactGraph], first_nodes: Sequence[int], first_cells: Sequence[int], width: int
-) -> ContactGraph:
+def joined(graphs: Sequence[ContactGraph], first_nodes: Sequence[int]) -> ContactGraph:
     """Join graphs that do not couple into one, one after another; each is an island of it.
 
-    first_nodes, first_cells: first node and cell of each graph in the common numbering; width: corners of a cell.
+    first_nodes: first node of each graph in the common numbering; cells keep their numbers.
     """
-    whole = graphs[0]
-    for number, (graph, node_id, cell_id) in enumerate(zip(graphs, first_nodes, first_cells, strict=True)):
-        before = len(whole.nodes) if number else 0
-        pairs, cells = (len(whole.pair_nodes), len(whole.cells)) if number else (0, 0)
-        moved = ContactGraph(
-            nodes=graph.nodes + node_id,
-            colour_start=graph.colour_start + before,
-            cells=graph.cells + cell_id,
-            pair_start=graph.pair_start + pairs,
-            pair_corners=graph.pair_corners,
-            pair_nodes=graph.pair_nodes + before,
-            row_start=graph.row_start + (len(whole.column) if number else 0),
-            column=graph.column + before,
-            entry_start=graph.entry_start + (len(whole.entry_pairs) if number else 0),
-            entry_pairs=graph.entry_pairs + np.where(graph.entry_pairs < 0, -pairs, pairs),
-            corner_start=graph.corner_start + (len(whole.corners) if number else 0),
-            corners=graph.corners + cells * width,
-        )
-        whole = moved if number == 0 else _appended(whole, moved)
-    return whole
-
-
-def _appended(first: ContactGraph, second: ContactGraph) -> ContactGraph:
-    """Append a graph to another; in lists of n + 1 starts the last of one is the first of the other."""
-    shared = ("pair_start", "row_start", "entry_start", "corner_start")
-    parts = {
-        name: (values[:-1] if name in shared else values, vars(second)[name]) for name, values in vars(first).items()
-    }
-    return ContactGraph(**{name: np.concatenate(both) for name, both in parts.items()})
+    total: dict[str, list[np.ndarray]] = {field.name: [] for field in fields(ContactGraph)}
+    nodes = pairs = entries = sources = 0
+    for graph, first in zip(graphs, first_nodes, strict=True):
+        shifts = {"nodes": first, "colour_start": nodes, "pair_nodes": nodes, "column": nodes}
+        shifts |= {"pair_start": pairs, "row_start": entries, "entry_start": sources}
+        for name, parts in total.items():
+            parts.append(getattr(graph, name) + shifts.get(name, 0))
+        total["entry_pairs"][-1] += np.where(graph.entry_pairs < 0, -pairs, pairs)
+        nodes, pairs = nodes + len(graph.nodes), pairs + len(graph.pair_nodes)
+        entries, sources = entries + len(graph.column), sources + len(graph.entry_pairs)
+    for name in ("pair_start", "row_start", "entry_start"):  # where one ends the next one begins
+        total[name] = [part[:-1] for part in total[name][:-1]] + total[name][-1:]
+    return ContactGraph(**{name: np.concatenate(parts) for name, parts in total.items()})
 
 
 def residual_receivers(

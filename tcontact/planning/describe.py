@@ -109,7 +109,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     if boundary:
         result["boundary-nodes"] = boundary * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(domain.support_rows):
-        result["supports"] = len(domain.support_rows) * (2 * WHOLE + REAL)
+        result["supports"] = len(domain.support_rows) * (WHOLE + REAL)
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact

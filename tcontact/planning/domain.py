@@ -8,7 +8,7 @@ A domain of one body has the arrays of its plan.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from ..scene.materials import Material
 from ..scene.periodic import Images
 from ..scene.scene import Scene
 from .body_plan import SMALL, BodyPlan, ContactPlan
-from .contact_graph import ContactGraph
+from .contact_graph import joined
 from .static_solver import static_solver
 
 
@@ -203,7 +203,7 @@ class Domain:
         if not there:
             return None
         bases = [plan.basis for plan, _ in there if plan.basis is not None]
-        graphs = [(number, plan.graph) for number, plan in enumerate(plans) if plan is not None and plan.graph]
+        graphs = [plan.graph for plan, _ in there if plan.graph is not None]
         removals = {plan.removal for plan, _ in there}
         return ContactPlan(
             nodes=np.concatenate([plan.nodes + start for plan, start in there]),
@@ -212,42 +212,9 @@ class Domain:
             removal=removals.pop() if len(removals) == 1 else "mixed",
             basis=np.concatenate(bases) if bases else None,
             block=max((plan.block for plan, _ in there if plan.graph is not None), default=3),
-            graph=self._graph(graphs) if graphs else None,
+            graph=joined(graphs, [first for plan, first in there if plan.graph is not None]) if graphs else None,
             viscosity=max(plan.viscosity for plan, _ in there),
         )
-
-    def _graph(self, graphs: list[tuple[int, ContactGraph]]) -> ContactGraph:
-        """Join the contact graphs of all bodies."""
-        total = {field.name: [] for field in fields(ContactGraph)}  # type: ignore[var-annotated]
-        pairs = entries = corners = sources = 0
-        for number, graph in graphs:
-            nodes = int(self.contact_start[number])
-            last = number == graphs[-1][0]
-            shifts = {
-                "nodes": self.node_start[number],
-                "colour_start": nodes,
-                "cells": 0,  # numbered in each body
-                "pair_start": pairs,
-                "pair_corners": 0,
-                "pair_nodes": nodes,
-                "row_start": entries,
-                "column": nodes,
-                "entry_start": sources,
-                "corner_start": corners,
-                "corners": 0,  # cell * width + corner, numbered in each body
-            }
-            for name, shift in shifts.items():
-                values = getattr(graph, name)
-                if name.endswith("_start") and name != "colour_start" and not last:
-                    values = values[:-1]
-                total[name].append(values + shift)
-            own = graph.entry_pairs
-            total["entry_pairs"].append(np.where(own >= 0, own + pairs, own - pairs))
-            pairs += len(graph.pair_nodes)
-            entries += len(graph.column)
-            sources += len(graph.entry_pairs)
-            corners += len(graph.corners)
-        return ContactGraph(**{name: np.concatenate(parts) for name, parts in total.items()})
 
     @cached_property
     def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..kernels import lanes
@@ -10,12 +12,12 @@ from .lumped_mass import cell_masses
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 
-def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
-    """Pack the cells of a domain."""
-    from ..kernels.elements import FUNCTIONS
-    from ..kernels.materials import LAWS
+def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, str], int] | None = None) -> CellPacks:
+    """Pack the cells of a domain.
 
-    size = len(material_numbers(domain, domain.blocks[0]))
+    kept: numbers of state of the quadrature points of a cell, by element and law; None: no law has state.
+    """
+    size, kept = len(material_numbers(domain, domain.blocks[0])), kept or {}
     blocks = [
         Block(
             block.cells,
@@ -23,7 +25,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS) -> CellPacks:
             domain.kinds.index(block.kind),
             lanes.MATERIALS + number * size,
             len(block.contact),
-            FUNCTIONS[block.variant].points * len(LAWS[block.material.law].state),
+            kept.get(block.kind, 0),
         )
         for number, block in enumerate(domain.blocks)
     ]

@@ -118,7 +118,7 @@ class BodyView:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
         if self.state.contact is None or self.plan.contact is None:
             return np.zeros((0, 3))
-        count = 3 * len(self.state.contact.nodes)
+        count = 3 * int(self.state.domain.contact_start[-1])
         return arrays.get(self.state.contact.contact_force)[:count].reshape(-1, 3)[self._contact]
 
     def pressure_record(self) -> PressureRecord | None:
