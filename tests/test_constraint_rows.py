@@ -18,7 +18,7 @@ def resolve_once(state):
     term, solve = state.contact, state.contact.static_solve
     bundles = {
         "body": state.internal_force.bundle()._replace(u=state.u, v=state.v),
-        "boundary": Boundary(**state.listed.arguments()),
+        "boundary": Boundary(**state.boundary_nodes.arguments()),
         "contact": Contact(**term.arguments(), sums=state.serial.sums),
         "rows": Rows(**term.row_arguments()),
         "pairs": Pairs(**solve.pairs),

@@ -66,7 +66,7 @@ def test_a_domain_of_one_body_has_the_arrays_of_its_plan(number):
             assert np.array_equal(getattr(domain, name), getattr(body, name)), name
     assert domain.kinds == ((body.variant, body.body.material.law),)
     if body.contact is not None:
-        for mine, own in zip(domain.residual_receivers, body.heirs, strict=True):
+        for mine, own in zip(domain.residual_receivers, body.residual_receivers, strict=True):
             assert np.array_equal(mine, own)
 
 
@@ -189,7 +189,7 @@ def test_what_is_left_unbalanced_goes_to_nodes_of_the_same_body(model):
     assert starts[-1] == len(rows)
     for body, first, contact, _place in each(domain):
         if body.contact is not None:
-            own_starts, own_rows = body.heirs
+            own_starts, own_rows = body.residual_receivers
             for node, (start, end) in enumerate(pairwise(own_starts)):
                 mine = rows[starts[contact + node] : starts[contact + node + 1]]
                 assert np.array_equal(domain.boundary[mine], body.boundary[own_rows[start:end]] + first)

@@ -16,7 +16,7 @@ from tcontact.run.checkpoint import fingerprint as module
 from tcontact.run.checkpoint import store
 from tcontact.run.checkpoint.fingerprint import compare, fingerprint
 from tcontact.run.scene_files.classes import CLASSES
-from tcontact.scene.obstacles.call_record import MOST, CallRecord
+from tcontact.scene.obstacles.call_record import MAXIMUM_CALLS, CallRecord
 from tcontact.scene.obstacles.motion import Motion
 from tcontact.schemes.implicit.scheme import ImplicitScheme
 
@@ -286,12 +286,12 @@ def interrupted_run(physics, scheme, folder):
 
 def test_a_record_keeps_all_calls_and_of_very_many_an_even_share():
     record = CallRecord()
-    times = np.arange(5.0 * MOST)
+    times = np.arange(5.0 * MAXIMUM_CALLS)
     for start in range(0, len(times), 3):
         record.add(times[start : start + 3], np.repeat(times[start : start + 3, None], 3, axis=1))
-        if start + 3 <= MOST:
+        if start + 3 <= MAXIMUM_CALLS:
             assert len(record.times) == start + 3
-    assert MOST / 2 <= len(record.times) <= MOST
+    assert MAXIMUM_CALLS / 2 <= len(record.times) <= MAXIMUM_CALLS
     np.testing.assert_array_equal(np.diff(record.times), np.full(len(record.times) - 1, 8.0))
     np.testing.assert_array_equal(record.values[:, 2], record.times)
     again = CallRecord()

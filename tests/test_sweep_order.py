@@ -1,4 +1,4 @@
-"""Index lists of the sweeps: lanes never couple, every matrix entry has its place, heirs carry what is left over."""
+"""Index lists of the sweeps: lanes never couple, every matrix entry has its place, residuals go to nodes with mass."""
 
 from itertools import pairwise
 
@@ -9,7 +9,7 @@ from scenes import block, domain_of, material
 import tcontact as tc
 from tcontact.cells.internal_force import corner_lists, pack_domain
 from tcontact.kernels.lanes import SWEEP_LANES
-from tcontact.planning.contact_graph import heirs
+from tcontact.planning.contact_graph import residual_receivers
 from tcontact.planning.sweep_order import sweep_order
 
 
@@ -58,10 +58,10 @@ def test_a_dense_matrix_survives_the_lanes(block_size):
 
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4"])
-def test_every_contact_node_has_heirs_with_mass(kind):
+def test_every_contact_node_has_residual_receivers_with_mass(kind):
     body = planned(kind)
     count = len(body.contact.nodes)
-    start, rows = heirs(body.cells, body.reference, body.boundary, count)
+    start, rows = residual_receivers(body.cells, body.reference, body.boundary, count)
     assert (np.diff(start) >= 1).all()
     assert rows.min() >= count
     assert (np.abs(body.tensors[rows]).max(axis=(1, 2)) > 0.0).all()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 LONGEST_PATH = 1024
-NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]*)\)|(True|False)_)")  # how its numbers name their type: np.float64(0.5)
+NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]*)\)|(True|False)_)")  # prefix of NumPy's numbers in text: np.float64(0.5)
 
 
 class InputError(ValueError):
@@ -25,26 +25,26 @@ class InputError(ValueError):
 
 
 class FunctionError(InputError):
-    """A function that the user handed in failed, or gave something else than numbers of the shape asked for.
+    """A function of the user failed, or returned anything but numbers of the right shape.
 
-    A run in which this happens stops before the step that asked, with the reason "function-failed".
+    The run stops before the step that called it, with the reason "function-failed".
     """
 
 
 class OutputError(OSError):
-    """A run could not write its output: what it could not write, why, what is kept and how to go on.
+    """A run could not write its output; the text says what, why, what is kept and how to go on.
 
-    result: the `Result` of the run up to where it stopped, or None if it has none.
+    result: the `Result` of the run up to its stop, or None.
     """
 
     result: Any = None
 
 
 def _short(value: Any, limit: int = 80) -> str:
-    """The value as text; a longer one is cut, but for paths, which are there to be found."""
+    """Return the value as text, cut if it is long and not a path."""
     try:
         text = repr(value)
-    except Exception:  # of an object that cannot say what it is, or of a number with too many digits
+    except Exception:  # repr of the object fails, or a number has too many digits
         text = f"<{type(value).__name__}>"
     text = NUMPY.sub(lambda found: found[1] or found[2] or "", text)
     if len(text) <= limit:

@@ -1,6 +1,6 @@
-"""Old names of modules lead to where the modules stand now, with a warning, for one version.
+"""Import modules by their old names, with a warning, for one version.
 
-`tcontact.checks`, `tcontact.errors`, `tcontact.render` and `tcontact.obstacles` stay, without a warning.
+`tcontact.checks`, `tcontact.errors`, `tcontact.render` and `tcontact.obstacles` remain valid and do not warn.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 PACKAGE = __name__.partition(".")[0]
 KEPT = {"errors": "base.errors", "checks": "results.checks", "obstacles": "scene.obstacles", "render": "show.render"}
-# room: the modules that moved into it, as old=new where the name has changed too
+# package: the modules that moved into it, as old=new where the name has changed too
 ROOMS = {
     "commands": "cli commands.resume=resuming",
     "friction_layer": "friction_layer.solve=solution",
@@ -59,11 +59,11 @@ MOVED = {
     for room, names in ROOMS.items()
     for old, _, new in (name.partition("=") for name in names.split())
 } | {"terms": "contact"}
-FUNCTIONS = ("plan", "resume", "simulate")  # modules once, and functions of the package
+FUNCTIONS = ("plan", "resume", "simulate")  # former modules whose names are functions of the package now
 
 
 def destination(name: str) -> str | None:
-    """The present name of a module by an old one, both below `tcontact`; None if it has not moved."""
+    """Return the present name of a module by its old one, both below `tcontact`; None if it has not moved."""
     parts = name.split(".")
     for count in range(len(parts), 0, -1):
         head = ".".join(parts[:count])
@@ -74,17 +74,17 @@ def destination(name: str) -> str | None:
 
 
 def warn(name: str, new: str) -> None:
-    """Warn of an old name, unless it is one that stays."""
+    """Warn of an old name, unless it remains valid."""
     if name.split(".")[0] not in KEPT:
         text = f"tcontact.{name} is tcontact.{new} now; the old name goes with the next version"
         warnings.warn(text, DeprecationWarning, stacklevel=3)
 
 
 class OldNames(MetaPathFinder, Loader):
-    """Finds a module by its old name: it is the same object as by the new one."""
+    """Finds a module by its old name; the module object is that of the new name."""
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
-        """Return a spec for what has moved, None for all else."""
+        """Return a spec for a module that has moved, None for all others."""
         package, _, rest = name.partition(".")
         return ModuleSpec(name, self) if package == PACKAGE and destination(rest) else None
 
@@ -99,16 +99,16 @@ class OldNames(MetaPathFinder, Loader):
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        """Leave the module as it is, with the spec of its own."""
+        """Do not execute the module again; restore its own spec."""
         if module.__spec__ is not None:
             module.__spec__ = module.__spec__.loader_state
 
 
 class OldModule(ModuleType):
-    """Stands for a module whose name is a function of the package now, which an import must not replace."""
+    """Stand-in for a module whose name is a function of the package now, which an import must not replace."""
 
     def __getattr__(self, name: str) -> Any:
-        """Take a name of the module from where it stands now."""
+        """Return a name of the module from its present place."""
         if name.startswith("__"):
             raise AttributeError(name)
         old = self.__name__.partition(".")[2]

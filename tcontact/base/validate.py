@@ -1,4 +1,4 @@
-"""Checks shared by everything a user hands in; each raises `InputError` naming field, value and remedy."""
+"""Checks of input; each raises `InputError` naming field, value and remedy."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 
 from .errors import InputError
 
-MOST_STEPS = 1e10  # of a run: days of the smallest scene
+MAXIMUM_STEPS = 1e10  # steps of a run, days even for the smallest scene
 
 
 def number(
     field: str, value: Any, *, low: float | None = None, high: float | None = None, strict: bool = True
 ) -> float:
-    """A finite real number, above `low` and below `high` (strictly, or inclusive with strict=False)."""
+    """Return a finite real number, above `low` and below `high` (strictly, or inclusive with strict=False)."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(field, value, "give a finite number")
     try:
@@ -35,7 +35,7 @@ def number(
 
 
 def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
-    """A whole number from `low` to `high`."""
+    """Return a whole number from `low` to `high`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < low:
         raise InputError(field, value, f"give a whole number of at least {low}")
     if int(value) > high:
@@ -45,24 +45,26 @@ def whole(field: str, value: Any, low: int, high: int = 2**31 - 1) -> int:
 
 def step_count(field: str, dt: float, duration: float) -> None:
     """Refuse a step so small that a run would never end."""
-    if not duration / dt <= MOST_STEPS:  # inf too
-        raise InputError(field, dt, f"takes more than {MOST_STEPS:.0e} steps for {duration:g} s; shorten the duration")
+    if not duration / dt <= MAXIMUM_STEPS:  # inf too
+        raise InputError(
+            field, dt, f"takes more than {MAXIMUM_STEPS:.0e} steps for {duration:g} s; shorten the duration"
+        )
 
 
 def vector(field: str, value: Any) -> np.ndarray:
-    """Three finite numbers, as a read-only float array [3]."""
+    """Return three finite numbers as a read-only float array [3]."""
     return floats(field, value, (3,))
 
 
 def floats(field: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Finite numbers of the given shape, as a read-only copy."""
+    """Return finite numbers of this shape as a read-only copy."""
     wanted = f"give finite numbers of shape {list(shape)}"
     try:
         given = np.asarray(value)
-        if given.dtype.kind not in "iufO":  # text, truth values, dates and complex numbers would be turned into others
+        if given.dtype.kind not in "iufO":  # text, truth values, dates and complex numbers would be converted
             raise TypeError(given.dtype)
         result = np.array(given, dtype=np.float64)
-    except Exception as error:  # whatever an object's own conversion raises
+    except Exception as error:  # the object's conversion may raise anything
         raise InputError(field, value, wanted) from error
     if result.shape != shape or not np.isfinite(result).all():
         raise InputError(field, value, wanted)
@@ -71,10 +73,10 @@ def floats(field: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def shape_of(field: str, value: Any, remedy: str) -> tuple[int, ...]:
-    """Shape of what numpy can make an array of."""
+    """Return the shape of a value as NumPy sees it."""
     try:
         return np.shape(value)
-    except Exception as error:  # ragged lists, objects that refuse
+    except Exception as error:  # ragged lists, objects without conversion
         raise InputError(field, value, remedy) from error
 
 
@@ -89,7 +91,7 @@ def file_exists(field: str, path: Path, remedy: str) -> None:
 
 
 def path(field: str, value: Any, remedy: str) -> Path:
-    """A name that a file or folder can have, and that says which."""
+    """Return a valid path of a file or folder."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputError(field, value, remedy)
     try:
@@ -102,14 +104,14 @@ def path(field: str, value: Any, remedy: str) -> Path:
 
 
 def flag(field: str, value: Any) -> bool:
-    """True or False."""
+    """Return True or False."""
     if not isinstance(value, bool):
         raise InputError(field, value, "use True or False")
     return value
 
 
 def words(field: str, value: Any, known: Iterable[str]) -> tuple[str, ...]:
-    """A list of known words."""
+    """Return a list of known words."""
     there = tuple(known)
     remedy = f"give a list of names out of {', '.join(there)}"
     if isinstance(value, str) or not isinstance(value, Sequence):
@@ -121,7 +123,7 @@ def words(field: str, value: Any, known: Iterable[str]) -> tuple[str, ...]:
 
 
 def is_folder(given: Path) -> bool:
-    """Whether there is a folder of this name; no for names that nothing can have."""
+    """Return whether a folder of this name exists; False for invalid names."""
     try:
         return given.is_dir()
     except (OSError, ValueError):
@@ -129,7 +131,7 @@ def is_folder(given: Path) -> bool:
 
 
 def choice(field: str, value: Any, known: Iterable[str]) -> str:
-    """One of the known words."""
+    """Return one of the known words."""
     words = tuple(known)
     if not isinstance(value, str) or value not in words:
         raise InputError(field, value, "use one of " + ", ".join(repr(word) for word in words))

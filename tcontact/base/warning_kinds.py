@@ -1,8 +1,8 @@
-"""Named warnings about a run, so that a script can ask for one, silence it or turn it into an error."""
+"""Classes of warnings about a run, so that a script can select, silence or raise each."""
 
 
 class RotationWarning(RuntimeWarning):
-    """A body or a wall turns so far that removal="normal" takes mass in directions that are normal no more."""
+    """A body or a wall turns so far that removal="normal" removes mass in directions that are no longer normal."""
 
 
 class LockingWarning(RuntimeWarning):

@@ -1,4 +1,4 @@
-"""Viscosity of the contact cells: its arrays, and its force for any small step of the body (METHOD 3)."""
+"""Viscosity of the contact cells: its arrays, and its force for a small step of the body (METHOD 3)."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ if TYPE_CHECKING:
 
 
 class CellViscosity:
-    """sigma_v = eta (lambda tr D I + 2 mu D) in the contact cells of a body, eta = beta h/c.
+    """Viscous stress sigma_v = eta (lambda tr D I + 2 mu D) in the contact cells, eta = beta h/c.
 
-    h: shortest height times `Element.spacing`, so that a hex cut into other cells keeps its eta.
-
-    data: as in kernels/contact/cell_viscosity.py; what it holds of a row goes on to the next one.
+    h: shortest height times `Element.spacing`, so that a hex cut into other cells keeps its eta; data: numbers
+    placed as in kernels/contact/cell_viscosity.py, kept from row to row.
     """
 
     name = "cell-viscosity"
@@ -59,28 +58,28 @@ class CellViscosity:
         self._before = slice(names.NUMBERS, names.NUMBERS + 3 * nodes)
         start = names.NUMBERS + 6 * nodes + len(lanes)
         self._rows = slice(start, start + len(rows))
-        touching = [block.contact_cells.reshape(-1) for block in domain.blocks]
-        self._nodes, self._places = np.concatenate(touching), packs.corners - packs.first_corner_row
+        corner_nodes = [block.contact_cells.reshape(-1) for block in domain.blocks]
+        self._nodes, self._places = np.concatenate(corner_nodes), packs.corners - packs.first_corner_row
         self.launch: Callable[..., None] | None = None
         if not domain.few_contact_cells:
             signature = signature_of({"body": force.bundle(), "launch": Launch(viscous_cells=self.data)})
             self.launch = Prepared(names.make_viscous_pass(domain.kinds, signature))
 
     def set_rate(self, rate: float) -> None:
-        """1/dt [1/s] of the strain rates of the next pass."""
+        """Set the factor 1/dt [1/s] of the strain rates of the next pass."""
         numbers = arrays.get(self.data)[: self.names.NUMBERS].copy()
         numbers[self.names.RATE] = rate
         arrays.set_values(self.data, numbers)
 
     def measure(self, u: arrays.Array, v: arrays.Array) -> None:
-        """Corner forces at u [3n] of the step since the last row, in a pass of its own: where the cells are many."""
+        """Compute the corner forces at u [3n] of the step since the last row, in a pass of their own."""
         assert self.launch is not None
         self.launch(*self.internal_force.arguments(u, v), self.data)
 
     def product(self, u: np.ndarray, step: np.ndarray, measure: Callable[[arrays.Array], None]) -> np.ndarray:
-        """Viscous force [3n] of a small step [3n] to u [3n] times its length in time; measure: does the pass at u.
+        """Return the viscous force [3n] of a small step [3n] to u [3n] times its duration; measure: does the pass at u.
 
-        It may be taken between the steps of a run, whose data are as they were afterwards.
+        The data of a run are restored afterwards.
         """
         kept = arrays.get(self.data).copy()
         data = kept.copy()
@@ -96,5 +95,5 @@ class CellViscosity:
         return total.reshape(-1)
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         return [self.data]

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 class InternalForce:
-    """Force pass over the cells of a domain; its boundary nodes hand out their force instead of being moved.
+    """Force pass over the cells of a domain; it moves ordinary nodes and only sums the force of boundary nodes.
 
-    packs: how the cells are packed; corner_rows: the force rows of the corners of contact cells, by boundary node.
+    packs: the packed cells; corner_rows: force rows of the corners of contact cells, by boundary node.
     """
 
     name = "internal-force"
@@ -60,9 +60,7 @@ class InternalForce:
             self.material_at.append(lanes.DAMPING + len(self.constants))
             self.constants += material_numbers(domain, block)
         self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING + self.constants))
-        self.memory = (
-            arrays.zeros(packs.memory) if packs.memory else None
-        )  # of the quadrature points of laws with state
+        self.memory = arrays.zeros(packs.memory) if packs.memory else None  # state of the quadrature points
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -78,25 +76,25 @@ class InternalForce:
         *,
         loaded: bool = True,
     ) -> None:
-        """One pass at the present u: v^n = v + kick_before a, v = v^n + kick_after a, u += drift v; sums at level n."""
+        """Launch a pass at u: v^n = v + kick_before a, sums of level n, v = v^n + kick_after a, u += drift v."""
         self.set_steps(kick_before, kick_after, drift, loaded=loaded)
         self.kernel(0, self.packs.all_chunks, self.chunks, *self._commit(loaded), *self.arguments(u, v))
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
-        """Corner forces dW/du of the contact cells at u, into their own rows; nothing moves."""
+        """Compute the corner forces dW/du of the contact cells at u into their rows; nothing moves."""
         self._measure(self.chunks, 2 * self.chunks, 0, *self._commit(False), *self.arguments(u, v))
 
     def _commit(self, commits: bool) -> tuple[int, ...]:
-        """Whether the points keep what their state becomes; no argument without laws that have state."""
+        """Return the argument that commits the new state of the points; empty without laws that have state."""
         return () if self.memory is None else (int(commits),)
 
     def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
-        """The parameters of the next pass."""
+        """Set the parameters of the next pass."""
         gravity = self.gravity if loaded else np.zeros(3)
         arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
-        """The arrays of the pass, as in kernels/language/bundles.Body."""
+        """Return the arrays of the pass in the order of kernels/language/bundles.Body."""
         return (u, v, *self._arrays)
 
     @property
@@ -109,7 +107,7 @@ class InternalForce:
         return (*cells, *nodes, *sums) if self.memory is None else (*cells, *nodes, *sums, self.memory)
 
     def bundle(self) -> Body:
-        """The arrays under their names; the positions stand for the state."""
+        """Return the arrays by name; the positions take the places of u and v."""
         from ..kernels.language.bundles import Body
 
         return Body(
@@ -131,22 +129,22 @@ class InternalForce:
         )
 
     def without_boundary(self) -> InternalForce:
-        """The same pass over the same arrays, with every node an ordinary one: for products with the whole body."""
+        """Return a pass over these arrays with every node an ordinary one, for products with the whole body."""
         other = copy(self)
         values = np.array(arrays.get(self.parameters))
         values[lanes.FREE] = 1.0
         other.parameters = arrays.put(values)
-        if self.viscous:  # products leave the pressures alone
+        if self.viscous:  # products must not change the pressures
             other.cell_sums = arrays.put(arrays.get(self.cell_sums))
         other.kernel = Prepared(self.kernel.kernel) if isinstance(self.kernel, Prepared) else self.kernel
         return other
 
     def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
-        """out += -f(u) / mass at ordinary nodes; u stays as it is."""
+        """Add -f(u) / mass to out at ordinary nodes; u does not change."""
         self.advance(u, out, 0.0, 1.0, 0.0, loaded=False)
 
     def sums(self) -> np.ndarray:
-        """Sums of the last pass over all chunks, as a raw row begins: those of ordinary nodes, then those of cells."""
+        """Return the sums of the last pass over all chunks, in the order of a raw row: ordinary nodes, then cells."""
         columns = group_columns(*cell_groups(self.viscous))
         combine = [COMBINE[column.combine] for column in columns for _ in range(column.size)]
         nodes, count = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self.packs.all_chunks
@@ -154,11 +152,11 @@ class InternalForce:
         return np.array([*nodes.sum(axis=0), *(pick(cells[:, j]) for j, pick in enumerate(combine))])
 
     def sum_of(self, name: str) -> float:
-        """One number of the cells of the last pass, by the name of its column."""
+        """Return a sum over the cells of the last pass by the name of its column."""
         return float(self.sums()[getattr(raw_places(self.viscous).cells, name)])
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
         shared += [part for part in (self.corner_rows, self.memory) if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared

@@ -1,4 +1,4 @@
-"""Von Mises stress of a body, one value a cell: at its centre, in one-point hexes of the mean gradient."""
+"""Von Mises stress of a body, one value per cell: at its centre, in one-point hexes from the mean gradient."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..scene.body import Body
 
 
 class VonMises:
-    """Von Mises norm of the Cauchy stress of a body, as often as its displacement is handed in.
+    """Computes the von Mises norm of the Cauchy stress of a body for any displacement.
 
-    Made only where somebody wants to see it: it compiles a kernel of its own and keeps the connectivity, the
-    positions, the displacement and the answer, 24 (tet4) or 40 (hex8) bytes a cell and 48 a node. Taichi must be
-    running (`runtime.start`). Raises `InputError` for a law that the kernels do not have.
+    It is made only where it is shown: it compiles its own kernel and keeps connectivity, positions, displacement and
+    result, 24 (tet4) or 40 (hex8) bytes a cell and 48 a node. Taichi must be running (`runtime.start`). Raises
+    `InputError` for a law that the kernels do not have.
     """
 
     def __init__(self, body: Body) -> None:
@@ -39,7 +39,7 @@ class VonMises:
         self._stress = arrays.zeros(packs.lanes)
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
-        """Stress [m] [Pa] at a displacement [n, 3] [m], both as the user numbers them; the next call overwrites it."""
+        """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it."""
         arrays.set_values(self._u, displacement)
         self._kernel(self._connectivity, self._position, self._parameters, self._u, self._stress)
         return arrays.get(self._stress)[: self._count]

@@ -1,4 +1,4 @@
-"""The constraint rows of the contact nodes: what a search fills and every kind of contact reads."""
+"""The constraint rows of the contact nodes, which the search fills and every contact term reads."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 
 class ConstraintRows:
-    """values [k * slots, width]: the numbers of the rows, as kernels/language/bundles.RowPlaces places them.
+    """Constraint rows of k contact nodes, `slots` rows each.
 
-    coefficient: of friction, of every row; without friction it has no place.
+    values [k * slots, width]: numbers of the rows, placed as in kernels/language/bundles.RowPlaces; coefficient: that
+    of friction in every row, which has no place without friction.
     """
 
     def __init__(self, nodes: int, slots: int, places: RowPlaces, coefficient: float) -> None:
@@ -26,6 +27,6 @@ class ConstraintRows:
         self.values = arrays.put(values)
 
     def pressing(self) -> np.ndarray:
-        """lambda [k] [N] of every contact node, all its rows together; only with friction."""
+        """Return the normal force lambda [k] [N] of every contact node, summed over its rows; only with friction."""
         values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
         return np.asarray(values[:, :, self.places.pressing].sum(axis=1))

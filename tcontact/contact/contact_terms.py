@@ -1,26 +1,21 @@
-"""The registry of contact terms."""
+"""The choice of the contact term of a scene."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 from ..base.errors import InputError
 from ..cells.internal_force import InternalForce
 from ..nodes.boundary_nodes import BoundaryNodes
 from ..planning.domain import Domain
-from ..scene.scene import Scene
-
-if TYPE_CHECKING:
-    pass
 from ..scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
+from ..scene.scene import Scene
 from .massless_contact import MasslessContactTerm
 from .term import ContactTerm, ImpulseContactTerm, PenaltyContactTerm
 
 
 def make_contact(
-    scene: Scene, domain: Domain, listed: BoundaryNodes | None, force: InternalForce
+    scene: Scene, domain: Domain, boundary_nodes: BoundaryNodes | None, force: InternalForce
 ) -> ContactTerm | None:
-    """The contact term of a body, or None if it can touch nothing. The registry of contact terms."""
+    """Make the contact term of a domain; None if its bodies can touch nothing."""
     if domain.contact is None:
         return None
     term: ContactTerm

@@ -1,4 +1,4 @@
-"""Friction of the contact nodes: what the kernels keep for it (METHOD 3)."""
+"""Friction of the contact nodes: its arrays (METHOD 3)."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from .constraint_rows import ConstraintRows
 
 
 class Friction:
-    """Arrays of the friction of one body; `stays`: it acts in massless components too.
+    """Arrays of the friction of a domain; static_friction: friction acts in massless components too.
 
-    With friction layers they also limit it: `contact/layered_friction.py`.
+    The subclass in `contact/layered_friction.py` also limits it by friction layers.
     """
 
-    def __init__(self, model: FrictionModel, nodes: int, stays: bool) -> None:
+    def __init__(self, model: FrictionModel, nodes: int, static_friction: bool) -> None:
         from ..kernels.contact import friction as names
 
         self.law = law_of(model)
         self.name = FRICTION_TERMS[type(model)]
         speed = model.slip_speed if isinstance(model, RegularizedCoulomb) else 1.0
-        self.names, self.stays = names, stays
+        self.names, self.static_friction = names, static_friction
         rows = np.zeros((nodes, names.NODE))
         rows[:, names.LIMIT] = 1e300
         self.data = arrays.put(np.concatenate([[speed, 0.0], rows.ravel()]))
         self.rows: ConstraintRows
 
     def node(self, number: int) -> np.ndarray:
-        """A number of every node [k], as placed in kernels/contact/friction.py."""
+        """Return one number of every node [k], placed as in kernels/contact/friction.py."""
         rows = arrays.get(self.data)[self.names.FIRST :].reshape(-1, self.names.NODE)
         return rows[:, number].copy()
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         return [item for item in vars(self).values() if hasattr(item, "shape")]

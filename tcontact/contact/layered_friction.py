@@ -1,9 +1,9 @@
 """Friction layers under the contact nodes of a body, one each, between the contact load and the kick (METHOD 5).
 
-|t| = min(stick, tau of the layer, mu P). On components with mass the layer is solved together with the kick that it
-slows down: its heat is b t (v - dt t/(2M)). In the massless components of full removal, and while one layer step spans
-several mechanical ones, the shear stress of the last layer step limits the friction, and the layer then takes the
-work that was done: what it cannot take in a step waits for the next one.
+|t| = min(stick, tau of the layer, mu P). On components with mass the layer is solved together with the kick that its
+traction slows down: its heat is b t (v - dt t/(2M)). In the massless components of full removal, and while one layer
+step spans several mechanical ones, the shear stress of the last layer step limits the friction, and the friction work
+then heats the layer: what it cannot take in a step waits for the next one.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 from .friction import Friction
 
-COOL = 0.5  # of 1 - stress/(stress that would melt the surface): above it a layer step may span mechanical ones
+COOL = 0.5  # 1 - stress/(stress that would melt the surface) above which a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
-MOST_SPAN = 32  # mechanical steps that one layer step may span
-SLIDES = 1e-6  # of the largest friction work that a step did: above it a node slides
-EASY = 0.1  # an error below this share of the tolerance asks for longer layer steps
+MAXIMUM_SPAN = 32  # mechanical steps that one layer step may span
+SLIDES = 1e-6  # share of the largest friction work of a step above which a node slides
+EASY = 0.1  # share of the tolerance below which the error allows longer layer steps
 
 
-def make_friction(scene: Scene, contact: ContactPlan, stays: bool) -> Friction:
-    """The friction of one body."""
+def make_friction(scene: Scene, contact: ContactPlan, static_friction: bool) -> Friction:
+    """Make the friction of a domain."""
     assert scene.friction is not None
     if isinstance(scene.friction, FrictionLayer):
-        return LayeredFriction(scene.friction, contact.areas, stays)
-    return Friction(scene.friction, len(contact.nodes), stays)
+        return LayeredFriction(scene.friction, contact.areas, static_friction)
+    return Friction(scene.friction, len(contact.nodes), static_friction)
 
 
 class LayeredFriction(Friction):
-    """Layers of the contact nodes [k]; areas [k] [m^2]."""
+    """Friction limited by a layer under every contact node [k]; areas: area weights [k] [m^2]."""
 
-    def __init__(self, model: FrictionLayer, areas: np.ndarray, stays: bool) -> None:
-        super().__init__(model, len(areas), stays)
+    def __init__(self, model: FrictionLayer, areas: np.ndarray, static_friction: bool) -> None:
+        super().__init__(model, len(areas), static_friction)
         self.model, self.areas = model, areas
         self.layer = Layer(
             (model.material,),
@@ -52,25 +52,27 @@ class LayeredFriction(Friction):
             threads=None,
         )
         self._speed, self._pressure = arrays.zeros(self.layer.padded), arrays.zeros(self.layer.padded)
-        # layer steps per mechanical step, or the other way round
+        # layer steps per mechanical step; mechanical steps per layer step
         self.substeps, self.span = min(FIRST, model.substeps), 1
         self.error = 0.0
-        self._waiting = np.zeros(len(areas))  # work done and not yet given to the layers [J/m^2]
-        self._push = np.zeros(len(areas))  # time integrals since the last layer step: friction [Pa s], pressure
-        self._load = np.zeros(len(areas))
+        self._waiting = np.zeros(len(areas))  # friction work that has not yet heated the layers [J/m^2]
+        # time integrals since the last layer step [Pa s]
+        self._friction_impulse = np.zeros(len(areas))
+        self._pressure_impulse = np.zeros(len(areas))
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
-        self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] a level ago
-        self._most, self._slid = 0.0, np.zeros(len(areas), dtype=bool)  # work in a step [J/m^2]; which nodes slid
-        self._given = np.zeros(len(areas))  # work that the layers took in the last kick, solved together with it
-        self._owed = np.zeros(len(areas))  # work of a run before this one that was still to be given at its end
-        # a layer solved together with a kick ends it half a step after the row: at the row it is this share of the way
-        # from where it was before the kick: surface temperature [K], shear stress [Pa], plastic work [J/m^2]
+        self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] before
+        self._largest_work = 0.0  # of a step [J/m^2]
+        self._slid = np.zeros(len(areas), dtype=bool)
+        self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
+        self._owed = np.zeros(len(areas))  # work waiting at the end of the run before this one [J/m^2]
+        # a layer solved with a kick ends half a step after the row: values at the row are interpolated with this share
+        # from those before the kick: surface temperature [K], shear stress [Pa], plastic work [J/m^2]
         self._share = 1.0
         self._start = np.zeros((3, len(areas)))
 
     def step(self, before: float, after: float) -> None:
-        """Let the layers take their step and say how much friction there may be in the kick or the solve to come.
+        """Advance the layers and set the limit of friction for the next kick or static solve.
 
         before, after [s]: the steps that end and start at the present level.
         """
@@ -81,21 +83,21 @@ class LayeredFriction(Friction):
         self._pressed = pressed
         kick = 0.5 * (before + after)
         force = self.node(self.names.FORCE)
-        if self.stays:  # the work of a step goes with the friction before and after it
+        if self.static_friction:  # the work of a step is that of the mean friction before and after it
             self._collect(before, 0.5 * (self._force + force), 0.5 * (self._last + pressure))
-        elif self._kick > 0.0:  # the kick was that of the level before
+        elif self._kick > 0.0:  # the kick belongs to the level before
             self._collect(self._kick, force, self._last)
         else:
             self._waiting += self._pending()
         self._last, self._force = np.maximum(pressure, 0.0), force
         self._note_onset()
-        due = self._count >= self.span or after == 0.0 or (not self.stays and self.span == 1)
+        due = self._count >= self.span or after == 0.0 or (not self.static_friction and self.span == 1)
         if self._count and due:
             self._spend()
-        if self.stays or self.span > 1:
+        if self.static_friction or self.span > 1:
             limit = np.where(pressed, self._shear_of_pressed(pressure), 1e300)
             self._share = 1.0
-            self._kick, self._given = 0.0 if self.stays else kick, 0.0 * pressure
+            self._kick, self._kick_work = 0.0 if self.static_friction else kick, 0.0 * pressure
         else:
             self._share = before / (before + after) if kick > 0.0 else 1.0
             start = self._shear_of_pressed(pressure)
@@ -108,10 +110,10 @@ class LayeredFriction(Friction):
         arrays.set_values(self.data, data)
 
     def _note_onset(self) -> None:
-        """Nodes that start to slide end the long layer steps that sticking ones allowed."""
+        """End long layer steps when nodes start to slide."""
         work = self.node(self.names.WORK) / self.areas
-        self._most = max(self._most, float(work.max()))
-        slides = work > SLIDES * self._most
+        self._largest_work = max(self._largest_work, float(work.max()))
+        slides = work > SLIDES * self._largest_work
         if (slides & ~self._slid).any():
             self.span = 1
             if not self._slid.any():
@@ -119,27 +121,27 @@ class LayeredFriction(Friction):
         self._slid = slides
 
     def shear(self) -> np.ndarray:
-        """Shear stress of the layers [k] [Pa]; 0 where open."""
+        """Return the shear stress of the layers [k] [Pa]; 0 where the contact is open."""
         return np.asarray(self.layer.cell("STRESS")) / np.sqrt(3.0)
 
     def _shear_of_pressed(self, pressure: np.ndarray) -> np.ndarray:
-        """Shear stress [k] [Pa] of the layers; that with which it begins where a layer has just come under pressure."""
+        """Return the shear stress [k] [Pa] of the layers; its start value where a contact has just closed."""
         shear = self.shear()
         fresh = (pressure > 0.0) & (shear == 0.0)
         return np.where(fresh, self.layer.limit_stress(pressure), shear) if fresh.any() else shear
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
-        """Layers and kick together: mean shear stress [Pa] over the kick [s]."""
+        """Solve layers and kick together; return the mean shear stress [Pa] over the kick [s]."""
         speed, softness, mean = (
             self.node(number) for number in (self.names.SPEED, self.names.SOFTNESS, self.names.MEAN_SPEED)
         )
-        # the work of the kick goes with the mean of the speeds before and after it
+        # the work of the kick is that of the mean of the speeds before and after it
         usual = self.shear() * kick
         mean = np.maximum(mean + np.where(usual > 0.0, self._waiting / np.where(usual > 0.0, usual, 1.0), 0.0), 0.0)
         before = self.layer.cell("WORK")
         parts = self.substeps
         dt = kick / parts
-        softness = softness * self.areas / parts  # slip speed that a shear stress of 1 Pa takes in a part
+        softness = softness * self.areas / parts  # slip speed lost per shear stress in a part of the kick [m/(s Pa)]
         dry = self.model.coefficient * np.maximum(pressure, 0.0)
         total = np.zeros(len(speed))
         for _ in range(parts):
@@ -148,28 +150,28 @@ class LayeredFriction(Friction):
             speed = np.maximum(speed - softness * shear, 0.0)
             mean = np.maximum(mean - softness * shear, 0.0)
             total += shear
-        self._given = self.layer.cell("WORK") - before
+        self._kick_work = self.layer.cell("WORK") - before
         self._judge(speed > 0.0)
         return np.asarray(total / parts)
 
     def _pending(self) -> np.ndarray:
-        """What the last kick did beyond what the layers were given for it [k] [J/m^2]."""
-        return np.asarray(self.node(self.names.WORK) / self.areas - self._given)
+        """Return the friction work of the last kick that the layers have not taken [k] [J/m^2]."""
+        return np.asarray(self.node(self.names.WORK) / self.areas - self._kick_work)
 
     def _collect(self, dt: float, force: np.ndarray, pressure: np.ndarray) -> None:
-        """Take note of what friction did in the last kick or step of length dt [s]; friction [k] [N], pressure [Pa]."""
+        """Collect friction work and impulses of the last kick or step of dt [s]; force [k] [N], pressure [Pa]."""
         self._waiting += self.node(self.names.WORK) / self.areas
-        self._push += force / self.areas * dt
-        self._load += pressure * dt
+        self._friction_impulse += force / self.areas * dt
+        self._pressure_impulse += pressure * dt
         self._elapsed += dt
         self._count += 1
 
     def _spend(self) -> None:
-        """Give the layers the work that waits, over the time since they had their last step."""
+        """Advance the layers over the time since their last step with the work that waits."""
         elapsed, self._count = self._elapsed, 0
         if elapsed == 0.0:
             return
-        friction, pressure = self._push / elapsed, self._load / elapsed
+        friction, pressure = self._friction_impulse / elapsed, self._pressure_impulse / elapsed
         able = (friction > 0.0) & (pressure > 0.0)
         wanted = np.where(able, np.maximum(self._waiting, 0.0), 0.0)
         speed = np.where(able, wanted / np.where(able, friction * elapsed, 1.0), 0.0)
@@ -178,12 +180,12 @@ class LayeredFriction(Friction):
             self._advance(speed, pressure, friction, np.zeros(len(speed)), elapsed / self.substeps)
         self._waiting -= self.layer.cell("WORK") - before
         self._judge(speed > 0.0)
-        self._push[:], self._load[:], self._elapsed = 0.0, 0.0, 0.0
+        self._friction_impulse[:], self._pressure_impulse[:], self._elapsed = 0.0, 0.0, 0.0
 
     def _advance(
         self, speed: np.ndarray, pressure: np.ndarray, cap: np.ndarray, drag: np.ndarray, dt: float
     ) -> np.ndarray:
-        """One step of the layers; the shear stress that they transmit [k] [Pa]."""
+        """Advance the layers by one step and return the shear stress that they transmit [k] [Pa]."""
         self.layer.limit_traction(cap, drag)
         arrays.set_values(self._speed, speed)
         arrays.set_values(self._pressure, pressure)
@@ -191,20 +193,20 @@ class LayeredFriction(Friction):
         return np.asarray(np.minimum(self.shear(), cap))
 
     def _judge(self, sliding: np.ndarray) -> None:
-        """How far off the last layer step was, and how long the next ones may be.
+        """Estimate the error of the last layer step and choose the length of the next ones.
 
-        Backward Euler errs by half the second difference in a step; where friction goes on with the stress of the last
-        step it is off by the change since then.
+        Backward Euler errs by half the second difference in a step; friction that uses the stress of the last step errs
+        by its change since then.
         """
         stress = self.layer.cell("STRESS")
         known = sliding & (stress > 0.0)
         change, last = self.layer.cell("CHANGE"), self.layer.cell("BEFORE")
         scale = np.where(known, stress, np.inf)
         off, drift = (float((np.abs(part) / scale).max()) for part in (0.5 * (change - last), change))
-        lagging = self.stays or self.span > 1  # friction goes on with the stress of the step before
+        lagging = self.static_friction or self.span > 1  # friction uses the stress of the step before
         self.error = max(off, drift * self.substeps) if lagging else off
         share = (max(off, drift) if self.span > 1 else off) / self.model.tolerance
-        # work that is given later than it was done makes a layer near melting softer than it is
+        # heating later than the work was done makes a layer near melting too soft
         cool = not known.any() or self.layer.cell("CLOSE")[known].min() > COOL
         if share > 1.0 or not cool:
             if self.span > 1:
@@ -214,16 +216,16 @@ class LayeredFriction(Friction):
         elif share < EASY and self.substeps > 1:
             self.substeps = -(-self.substeps // 2)
         elif drift < EASY * self.model.tolerance:
-            self.span = min(2 * self.span, MOST_SPAN)
+            self.span = min(2 * self.span, MAXIMUM_SPAN)
 
     def row(self, late: float) -> dict[str, float]:
-        """The columns of the layers, by name.
+        """Return the columns of the layers by name.
 
-        late [J]: friction work of the last kick after the row; half of it is not part of the row yet.
+        late [J]: friction work of the last kick after the row, which the heat at the row does not hold.
         """
         layer, model = self.layer, self.model
         done = layer.cell("WORK") + self._waiting - self._owed
-        if not self.stays:  # the last kick is not in them yet
+        if not self.static_friction:  # without the last kick so far
             done = done + self._pending()
         plastic = model.plastic_heat * self._at_row(2, layer.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
         heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
@@ -238,7 +240,7 @@ class LayeredFriction(Friction):
         }
 
     def fields(self) -> tuple[np.ndarray, np.ndarray]:
-        """Surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""
+        """Return surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""
         stress = self.shear()
         return (
             self._at_row(0, self.layer.surface_temperature()),
@@ -246,24 +248,24 @@ class LayeredFriction(Friction):
         )
 
     def _at_row(self, number: int, end: np.ndarray) -> np.ndarray:
-        """What of `_start` has become `end` by the end of the kick, at the time of the row."""
+        """Interpolate a value at the row between `_start[number]` before the kick and `end` after it."""
         if self._share == 1.0:
             return end
         return np.asarray(self._start[number] + self._share * (end - self._start[number]))
 
     def state(self, nodes: np.ndarray, part: slice) -> LayerState:
-        """The layers as a run leaves them; nodes [k]: what the user calls the contact nodes; part: which of all."""
+        """Return the layers at the end of a run; nodes [k]: in the user's numbering; part: their slice of all."""
         layer = self.layer
-        waiting = self._waiting if self.stays else self._waiting + self._pending()
+        waiting = self._waiting if self.static_friction else self._waiting + self._pending()
         internal = {name: values[part] if np.ndim(values) else values for name, values in layer.state().items()}
         internal |= {"waiting": waiting[part], "substeps": np.array(self.substeps)}
         temperature, strain = layer.temperature()[part], layer.plastic_strain()[part]
         return LayerState(nodes, layer.depth, temperature, strain, self.shear()[part], self.model.material, internal)
 
     def take_over(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
-        """Begin with the layers that another run has left; contact nodes [k] that had none there begin as new ones.
+        """Start from the layers of another run; contact nodes [k] without one there start with a new layer.
 
-        part: which of all contact nodes they are.
+        part: their slice of all contact nodes.
         """
         order = np.argsort(state.nodes)
         rows = order[np.minimum(np.searchsorted(state.nodes[order], nodes), len(order) - 1)]
@@ -274,5 +276,5 @@ class LayeredFriction(Friction):
         self.substeps = min(int(state.internal["substeps"]), self.model.substeps)
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term and of its layers."""
+        """Return the arrays of this term and of its layers."""
         return [*super().owned(), self._speed, self._pressure, *self.layer.owned()]

@@ -17,7 +17,10 @@ from .term import ContactTerm
 
 
 class MasslessContactTerm(ContactTerm):
-    """f_K - f_ext,K = lambda nu, g >= 0, lambda >= 0, lambda g = 0 in the massless components of the contact nodes."""
+    """Exact contact, or a penalty, in the massless components of the contact nodes.
+
+    f_K - f_ext,K = lambda nu,  g >= 0,  lambda >= 0,  lambda g = 0
+    """
 
     name = "massless-contact"
     kernel = "massless"
@@ -50,28 +53,28 @@ class MasslessContactTerm(ContactTerm):
 
     @property
     def trouble(self) -> str | None:
-        """What is wrong with the present state, if anything is."""
+        """Reason why the last static solve did not converge, or None."""
         return self.static_solve.trouble
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
-        """The first prediction goes on with the given velocity [k, 3] of K."""
+        """Set the velocity [k, 3] [m/s] of the contact nodes for the first prediction; dt [s]: first step."""
         now = self.displacement(u)
         arrays.set_values(self.displacement_before, now - dt * np.einsum("kic,ki->kc", self.massless, velocity))
 
     def displacement(self, u: arrays.Array) -> np.ndarray:
-        """Massless components [k, block] of the displacement."""
+        """Return the massless components [k, block] of the displacement."""
         moved = arrays.get(u).reshape(-1, 3)[arrays.get(self.nodes)[: len(self.massless)]]
         return np.einsum("kic,ki->kc", self.massless, moved)
 
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray:
-        """Position difference over the last step, massless components only [k, 3] [m/s]."""
+        """Return the position difference over the last step [k, 3] [m/s], massless components only."""
         now = self.displacement(u)
         return np.einsum(
             "kic,kc->ki", self.massless, (now - arrays.get(self.displacement_before).reshape(now.shape)) / dt
         )
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """By the names of kernels/language/bundles.Contact."""
+        """Return the arrays by the names of kernels/language/bundles.Contact."""
         return super().arguments() | {
             "basis": self.basis,
             "compliance": self.compliance,

@@ -1,4 +1,4 @@
-"""The obstacles of a scene as the kernels see them: records of where they are, rows of them while they move."""
+"""Records of the obstacles for the kernels: their positions, for every step of a launch while they move."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..scene.scene import Scene
 class Obstacles:
     """Records as in kernels/contact/obstacles.py, relative to `centre` [3] [m], a point among the contact nodes.
 
-    rows_at_once: most rows of a launch. Obstacles that move are put in place by `move` before every launch.
+    rows_at_once: largest number of rows of a launch. `move` places moving obstacles before every launch.
     """
 
     def __init__(self, scene: Scene, centre: np.ndarray, rows_at_once: int) -> None:
@@ -35,20 +35,20 @@ class Obstacles:
             record[names.SHAPE] = names.CODES[obstacle.shape]
             parameters = list(obstacle.parameters)
             if grid is not None:
-                parameters.append(rows + end - grid.size)  # where its nodes begin
+                parameters.append(rows + end - grid.size)  # where its samples begin
             record[names.PARAMETERS : names.PARAMETERS + len(parameters)] = parameters
             record[names.POINT : names.FRAME] = self._point(obstacle) - centre
             record[names.FRAME : names.PARAMETERS] = obstacle.frame.ravel()
         self.records = arrays.put(self._start)
         self.motion = arrays.put(np.concatenate([np.zeros(rows), sampled]))
         self._motions: list | None = None
-        self._answers: dict[float, np.ndarray] = {}  # records of rows that `ask` has asked for, by their time [s]
+        self._answers: dict[float, np.ndarray] = {}  # records by time [s] of the rows that `ask` has prepared
         if self.moving:
             self._motions = [Motion(obstacle) for obstacle in self.obstacles]
             arrays.set_values(self.records, self._poses(np.zeros(1)))
 
     def _point(self, obstacle: Obstacle) -> np.ndarray:
-        """The reference point; of a plane at rest the point nearest to the centre, where gaps have most digits."""
+        """Return the reference point; of a plane at rest the point nearest to the centre, where gaps round least."""
         if obstacle.shape != "plane" or self.tracked:
             return np.asarray(obstacle.reference)
         normal = obstacle.frame[2]
@@ -56,15 +56,15 @@ class Obstacles:
         return np.asarray(self.centre - (away @ normal) * normal)
 
     def move(self, times: np.ndarray) -> None:
-        """Rows of records for the levels at `times` [s], the present one first."""
+        """Place moving obstacles at the levels `times` [s], the present one first."""
         if self.moving:
             records = self._answers.pop(float(times[0]), None)
             arrays.set_values(self.motion, self._poses(times) if records is None else records)
 
     def ask(self, time: float, step: float, rows: int) -> int:
-        """Ask the functions of time for rows from `time` [s] on, before a body moves; returns how many they answer.
+        """Evaluate functions of time for rows from `time` [s] on before a body moves; return how many succeed.
 
-        Raises `FunctionError` if they fail within the first one.
+        Raises `FunctionError` if they fail within the first row.
         """
         if self._motions is None or not any(motion.varies for motion in self._motions):
             return rows
@@ -96,12 +96,12 @@ class Obstacles:
         return rows
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of the obstacles."""
+        """Return the arrays of the obstacles."""
         return [self.records, self.motion]
 
 
 def _rotation_between(frames: np.ndarray) -> np.ndarray:
-    """Rotation vectors [m-1, 3] that turn each frame into the next one (rows are local axes); small angles."""
+    """Return the rotation vectors [m-1, 3] [rad] from each frame to the next one (rows are local axes), below pi."""
     turn = np.einsum("tik,til->tkl", frames[1:], frames[:-1])  # R = Q1^t Q0
     sine = 0.5 * np.stack(
         [turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1

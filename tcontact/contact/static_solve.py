@@ -1,4 +1,4 @@
-"""The static solve that places the massless contact nodes (METHOD 2): its system, its settings, its verdict."""
+"""The static solve that places the massless contact nodes (METHOD 2): its system, its settings, its result."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
 
-TOLERANCE = 1e-4  # on the static residual, unless the user sets one
-AIM = 1e-6  # the sweeps then go on to here if they can
-LEFT = 1e-5  # what the last use of a tangent may leave of the residual of a nonlinear law
-POLISHING_SWEEPS = 60  # at most this many to go below the tolerance, and per linearisation of a nonlinear law
-MOST_SWEEPS = 500  # then the solve of a linear law has not converged
+TOLERANCE = 1e-4  # of the static residual, unless the user sets one
+AIM = 1e-6  # residual that further sweeps aim at
+LEFT = 1e-5  # share of the residual of a nonlinear law that the last use of a tangent may leave
+POLISHING_SWEEPS = 60  # maximum below the tolerance, and per linearisation of a nonlinear law
+MAXIMUM_SWEEPS = 500  # after which the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-# of a mean dilatation: above it the sweeps, or MPRGP, may not converge with either removal
-MOST_POISSON = {False: 0.499, True: 0.4999}
-STEP_LENGTH = 1.9  # of a projected step, over the bound of the largest eigenvalue: less than 2
-LEAST_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
+# largest poisson with a mean dilatation at which the sweeps (False), or MPRGP (True), converge with either removal
+MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
+STEP_LENGTH = 1.9  # of a projected step, times the bound of the largest eigenvalue; below 2 it converges
+MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
 
 class StaticSolve:
-    """Arrays of the solve; `stats` [islands, STATS] and `settings` are numbered in kernels/static/control.py."""
+    """Arrays of the static solve; kernels/static/control.py numbers `stats` [islands, STATS] and `settings`."""
 
     def __init__(
         self,
@@ -100,10 +100,10 @@ class StaticSolve:
         settings = np.zeros(names.SETTINGS)
         settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
-        settings[names.MAXIMUM_SWEEPS] = MOST_SWEEPS if linear else POLISHING_SWEEPS
-        if self.projected:  # it notices an indefinite tangent by itself
-            settings[names.MAXIMUM_SWEEPS] = LINEARISATIONS * MOST_SWEEPS
-        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MOST_SWEEPS
+        settings[names.MAXIMUM_SWEEPS] = MAXIMUM_SWEEPS if linear else POLISHING_SWEEPS
+        if self.projected:  # which detects an indefinite tangent itself
+            settings[names.MAXIMUM_SWEEPS] = LINEARISATIONS * MAXIMUM_SWEEPS
+        settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MAXIMUM_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
@@ -114,13 +114,13 @@ class StaticSolve:
         if graph is not None:
             if not linear:
                 settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])
-            settings[names.MINIMUM_FORCE] = LEAST_FORCE * stiffness * float(contact.areas[island.nodes].mean())
+            settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
             settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
         return settings
 
     @property
     def trouble(self) -> str | None:
-        """Why the last solve did not converge; None if it did. With several islands the first one in trouble."""
+        """Reason why the last solve did not converge, of the first island in trouble; None if it did."""
         stats = arrays.get(self.stats).reshape(-1, self.names.STATS)
         wrong = np.flatnonzero(stats[:, self.names.CONVERGED] != 1.0)
         if not len(wrong):
@@ -136,9 +136,9 @@ class StaticSolve:
             text += f"; the tangent of the law {body.material.law} is not positive definite in strong compression"
             refusal = LAWS[body.material.law].refusal
             return f"{text}: {refusal}" if refusal else text
-        poisson, most = body.material.poisson, MOST_POISSON[self.projected]
-        if body.formulation == "mean-dilatation" and poisson > most:
-            text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {most:g},"
+        poisson, limit = body.material.poisson, MAXIMUM_POISSON[self.projected]
+        if body.formulation == "mean-dilatation" and poisson > limit:
+            text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {limit:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
         removal = "" if island.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
@@ -146,13 +146,12 @@ class StaticSolve:
         return text + f"; use {removal}cells of more even shape at the contact, a smaller step or a larger tolerance"
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of the solve."""
+        """Return the arrays of the solve."""
         return [*self.pairs.values(), *self.system.values()]
 
 
 def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
-    """The contact cells block by block, as in kernels/language/bundles.Pairs: their nodes and the data of their
-    points."""
+    """Return the contact cells by block, as in kernels/language/bundles.Pairs: their nodes and quadrature data."""
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):

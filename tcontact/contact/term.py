@@ -1,4 +1,4 @@
-"""What every contact term shares: the contact set, the obstacles, the contact force, friction."""
+"""The contact terms and what they share: contact nodes, obstacles, contact force, constraint rows, friction."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..device import arrays
-from ..kernels.lanes import MAXIMUM_SLOTS
+from ..kernels.lanes import MAXIMUM_ROWS, MAXIMUM_SLOTS
 from ..planning.body_plan import ContactPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
+from ..scene.contact_models import PenaltyContact
 from ..scene.scene import Scene
 from .constraint_rows import ConstraintRows
 from .friction import Friction
@@ -19,15 +20,13 @@ from .obstacles import Obstacles
 
 if TYPE_CHECKING:
     from ..kernels.language.bundles import ContactOptions
-from ..kernels.lanes import MAXIMUM_ROWS
-from ..scene.contact_models import PenaltyContact
 
 
 class ContactTerm:
     """Contact of the bodies of a domain with the obstacles; the contact nodes are the first boundary nodes.
 
-    By itself it only checks gaps, which is all there is to do where supports hold every node against the obstacle.
-    `kernel`: what kernels/step/serial_step.py calls it.
+    The base class only measures gaps: it serves where supports hold every contact node along the normals.
+    `kernel`: its name in kernels/step/serial_step.py.
     """
 
     name = "contact"
@@ -36,8 +35,8 @@ class ContactTerm:
     plain = False  # every node is massless in all components, along x, y and z
     exact = True  # no penalty
     kicked = True  # some components of contact nodes have mass
-    viscous = False  # the contact cells are
-    projected = False  # MPRGP solves instead of the sweeps
+    viscous = False  # the contact cells have viscosity
+    projected = False  # MPRGP replaces the sweeps
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
         assert domain.contact is not None
@@ -58,20 +57,23 @@ class ContactTerm:
         self.rows: ConstraintRows | None = None
 
     def finish(self, scene: Scene, domain: Domain) -> None:
-        """Take the friction of the scene, if there is any, and make the rows with what all of this asks of them."""
+        """Make the friction of the scene, if there is any, and the constraint rows."""
         if domain.contact is None or not len(domain.contact.nodes):
             return
         count, coefficient = len(domain.contact.nodes), 0.0
-        stays = self.kernel == "massless" and self.block > 1
+        static_friction = self.kernel == "massless" and self.block > 1
         if scene.friction is not None:
-            self.friction, coefficient = make_friction(scene, domain.contact, stays), scene.friction.coefficient
+            self.friction, coefficient = (
+                make_friction(scene, domain.contact, static_friction),
+                scene.friction.coefficient,
+            )
         self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
         if self.friction is not None:
             self.friction.rows = self.rows
 
     @property
     def options(self) -> ContactOptions:
-        """What its kernels are made for."""
+        """Options for which its kernels are compiled."""
         from ..kernels.language.bundles import ContactOptions
 
         obstacles, friction = self.obstacles, self.friction
@@ -91,18 +93,18 @@ class ContactTerm:
 
     @property
     def trouble(self) -> str | None:
-        """What is wrong with the present state, if anything is."""
+        """Reason why the last step failed, or None."""
         return None
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
-        """Velocity [k, 3] [m/s] with which the contact nodes start; dt [s] the first step."""
+        """Set the start velocity [k, 3] [m/s] of the contact nodes; dt [s]: the first step."""
 
     def velocity(self, u: arrays.Array, dt: float) -> np.ndarray | None:
-        """Velocity [k, 3] [m/s] of what has no mass, for output; None if everything has."""
+        """Return the velocity [k, 3] [m/s] of the massless components for output; None without any."""
         return None
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Contact; what it does not have is left out."""
+        """Return the arrays of the term by the names of kernels/language/bundles.Contact."""
         friction = self.friction
         arguments = {
             "nodes": self.nodes,
@@ -115,22 +117,22 @@ class ContactTerm:
         return arguments
 
     def obstacle_arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Obstacles."""
+        """Return the arrays by the names of kernels/language/bundles.Obstacles."""
         obstacles = self.obstacles
         return {"records": obstacles.records, "motion": obstacles.motion, "candidates": self.candidates}
 
     def row_arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Rows."""
+        """Return the arrays by the names of kernels/language/bundles.Rows."""
         return {} if self.rows is None else {"values": self.rows.values}
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         own = (item for item in vars(self).values() if hasattr(item, "shape"))
         return [*self.obstacles.owned(), *own, *([] if self.rows is None else [self.rows.values])]
 
 
 class PenaltyContactTerm(ContactTerm):
-    """lambda_k = kappa A_k max(0, -g_k) on nodes with their ordinary mass, from the position of the kick (METHOD 2)."""
+    """Penalty contact on nodes with mass: lambda_k = kappa A_k max(0, -g_k) at the position of the kick (METHOD 2)."""
 
     name = "penalty-contact"
     kernel = "penalty"
@@ -142,12 +144,12 @@ class PenaltyContactTerm(ContactTerm):
         self.penalty_stiffness = arrays.put(scene.contact.stiffness * domain.contact.areas)
 
     def arguments(self) -> dict[str, arrays.Array]:
-        """Arrays by the names of kernels/language/bundles.Contact."""
+        """Return the arrays by the names of kernels/language/bundles.Contact."""
         return super().arguments() | {"penalty_stiffness": self.penalty_stiffness}
 
 
 class ImpulseContactTerm(ContactTerm):
-    """Closed nodes of ordinary mass get the impulse that stops them (Moreau-Jean, restitution 0; METHOD 2)."""
+    """Impulse contact: an impulse stops closed nodes, which have mass (Moreau-Jean, restitution 0; METHOD 2)."""
 
     name = "impulse-contact"
     kernel = "impulse"

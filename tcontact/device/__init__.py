@@ -1,4 +1,4 @@
-"""The machine: Taichi's runtime, arrays on a processor or a GPU, launches, and files that survive a crash.
+"""The device: Taichi's runtime, arrays on a processor or a GPU, launches, and files that survive a crash.
 
 How it works. `runtime.start` is the one place that starts Taichi. `arrays` are NumPy memory on a processor and Taichi's
 on a GPU; a kernel that is launched often is prepared once (`launch`); `tracing` makes compiling faster.

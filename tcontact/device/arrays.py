@@ -1,4 +1,4 @@
-"""Arrays the kernels work on: NumPy memory on the CPU (read by the host for free), Taichi ndarrays on a GPU."""
+"""Arrays of the kernels: NumPy memory on the CPU, which the host reads without a copy, Taichi ndarrays on a GPU."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dime
 
 
 def put(values: np.ndarray) -> Array:
-    """A flat array on the device with a copy of the values (float64 or int32)."""
+    """Make a flat array on the device with a copy of the values (float64 or int32)."""
     dtype = np.float64 if np.issubdtype(np.asarray(values).dtype, np.floating) else np.int32
     flat = np.array(values, dtype=dtype).reshape(-1)
     if flat.size == 0:
@@ -26,12 +26,12 @@ def put(values: np.ndarray) -> Array:
 
 
 def zeros(count: int) -> Array:
-    """A flat float64 array of zeros on the device."""
+    """Make a flat float64 array of zeros on the device."""
     return put(np.zeros(max(count, 1)))
 
 
 def get(array: Array) -> np.ndarray:
-    """The values on the host: the array itself on the CPU (do not keep it without a copy), a copy on a GPU."""
+    """Return the values on the host: the array itself on the CPU (copy it to keep it), a copy on a GPU."""
     return array if isinstance(array, np.ndarray) else array.to_numpy()
 
 
@@ -49,7 +49,7 @@ def set_values(array: Array, values: np.ndarray) -> None:
 
 
 def size_in_bytes(arrays: list[Array]) -> int:
-    """Memory of the arrays [bytes]."""
+    """Return the memory of the arrays [bytes]."""
     total = 0
     for array in arrays:
         count = int(np.prod(array.shape))

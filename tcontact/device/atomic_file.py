@@ -1,13 +1,12 @@
-"""Files that a kill, a full disk or a crash leave either as they were or as they were meant to be.
+"""Files with atomic commits: after a kill, a full disk or a crash they hold all of the last commit or none of it.
 
-What HDF5 writes beyond the old end of an `AtomicFile` goes there at once: nothing refers to it yet. What it changes in
-place stays in memory until `commit` has written an undo file with the old content and the device has it; then it goes
-to disk, and when the device has that too the undo file is emptied. An undo file with a content that is found means that
-a commit was cut short: what it holds is the truth (rollback journal as in SQLite,
-https://www.sqlite.org/atomiccommit.html).
+Data beyond the old end of an `AtomicFile` is written at once: nothing refers to it yet. Data changed in place stays in
+memory until `commit` has written an undo file with the old content and the device has stored it; then it goes to disk,
+and when the device has stored that too the undo file is emptied. An undo file that is not empty means that a commit was
+interrupted; its content is then restored (rollback journal as in SQLite, https://www.sqlite.org/atomiccommit.html).
 
-No symbolic link is followed to a file that is written: a link at its place is replaced, or refused where the file is to
-be gone on with.
+Writing follows no symbolic link: a link in place of a new file is replaced, one in place of an existing file is
+refused.
 """
 
 from __future__ import annotations
@@ -25,17 +24,16 @@ from ..base.errors import InputError
 
 PAGE = 4096
 MAGIC = b"tcontact undo 1\n"
-HEAD = struct.Struct("<QQ")  # bytes of the file before the commit; pages that follow
+HEAD = struct.Struct("<QQ")  # size of the file before the commit [bytes]; number of pages that follow
 ENTRY = struct.Struct("<QI")  # number of a page, its bytes
 CHECK = struct.Struct("<I")
 
 
 class AtomicFile:
-    """A binary file of which the disk sees only what was committed; what h5py wants of a file object.
+    """A binary file for h5py that changes on disk only by `commit`.
 
-    path: the file; mode: "w" a new one, "r+" an existing one, "r" to look at one, as it was before a commit that was
-    cut short. If the disk fails the next commit raises `OSError` and leaves the file as it was; from then on nothing
-    reaches it.
+    path: the file; mode: "w" new, "r+" existing, "r" to read, without an interrupted commit. If the disk fails, the
+    next commit raises `OSError` and leaves the file as it was; from then on nothing is written.
     """
 
     def __init__(self, path: Path | str, mode: str) -> None:
@@ -47,13 +45,13 @@ class AtomicFile:
         else:
             self._file = _new(self.path) if mode == "w" else _known(self.path)
         self.failed: OSError | None = None
-        self._pages: dict[int, bytearray] = {}  # changed, within the committed size
-        self._stages: list[dict[int, bytes]] = []  # earlier states of them, in the order in which they go to disk
+        self._pages: dict[int, bytearray] = {}  # changed pages within the committed size
+        self._stages: list[dict[int, bytes]] = []  # earlier states of them, in the order of writing
         self._at = 0
-        self._undo = -1  # the undo file, once there is one
+        self._undo = -1  # undo file, if one is open
         if mode == "w":
             undo_path(self.path).unlink(missing_ok=True)
-        self._end = os.fstat(self._file).st_size  # of what was committed
+        self._end = os.fstat(self._file).st_size  # committed size [bytes]
         undo = read_undo(self.path) if mode == "r" else None
         if undo is not None:
             self._end, pages = undo
@@ -61,24 +59,24 @@ class AtomicFile:
         self._size = self._end
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """As of any file."""
+        """Set the position and return it."""
         start = (0, self._at, self._size)[whence]
         self._at = start + offset
         return self._at
 
     def tell(self) -> int:
-        """As of any file."""
+        """Return the position."""
         return self._at
 
     def read(self, size: int = -1) -> bytes:
-        """As of any file."""
+        """Read bytes from the present position."""
         left = max(0, self._size - self._at)
         buffer = bytearray(left if size < 0 else min(size, left))
         self.readinto(buffer)
         return bytes(buffer)
 
     def readinto(self, buffer: Any) -> int:
-        """Fill the buffer from the present place; bytes read."""
+        """Fill the buffer from the present position; return the number of bytes read."""
         view = memoryview(buffer).cast("B")
         done = 0
         while done < len(view) and self._at < self._end:
@@ -101,13 +99,13 @@ class AtomicFile:
         return done
 
     def _clean(self, number: int) -> int:
-        """Where the next changed page begins, or the end."""
+        """Return the place of the next changed page, or the end."""
         if not self._pages:
             return self._end
         return min((page * PAGE for page in self._pages if page > number), default=self._end)
 
     def write(self, data: Any) -> int:
-        """Take the bytes at the present place."""
+        """Write bytes at the present position."""
         view = memoryview(data).cast("B")
         done = 0
         while done < len(view) and self._at < self._end:
@@ -123,35 +121,35 @@ class AtomicFile:
                 if self.failed is None:
                     _write_at(self._file, view[done:], self._at)
             except OSError as error:
-                self._give_up(error)
+                self._restore(error)
             self._at += len(view) - done
             self._size = max(self._size, self._at)
         return len(view)
 
     def _old(self, number: int) -> bytes:
-        """A page as the disk has it."""
+        """Return a page as it is on disk."""
         first = number * PAGE
         return os.pread(self._file, min(PAGE, self._end - first), first)
 
     def truncate(self, size: int) -> int:
-        """Set the size; what was committed stays allocated."""
+        """Set the size; committed data stays allocated."""
         self._size = max(size, self._end)
         try:
             if self.failed is None and os.fstat(self._file).st_size != self._size:
                 os.ftruncate(self._file, self._size)
         except OSError as error:
-            self._give_up(error)
+            self._restore(error)
         return size
 
     def flush(self) -> None:
-        """Nothing: only `commit` goes to disk."""
+        """Do nothing: only `commit` writes to disk."""
 
     def stage(self) -> None:
-        """Let the next commit bring what was written so far to the file before all that is written from now on."""
+        """Order the next commit: data written so far goes to disk before data written from now on."""
         self._stages.append({number: bytes(page) for number, page in self._pages.items()})
 
     def commit(self) -> None:
-        """Bring all that was written to the file, or nothing of it. Raises `OSError`."""
+        """Write all changes to the file, or none of them. Raises `OSError`."""
         if self.failed is not None:
             raise self.failed
         try:
@@ -165,44 +163,44 @@ class AtomicFile:
                 os.fsync(self._file)
                 os.ftruncate(self._undo, 0)
         except OSError as error:
-            self._give_up(error)
+            self._restore(error)
             raise
         self._end, self._pages, self._stages = self._size, {}, []
 
     def _bring(self, pages: Mapping[int, bytes] | Mapping[int, bytearray], there: dict[int, bytes]) -> None:
-        """Write the pages that differ from those of the disk."""
+        """Write the pages that differ from those on disk."""
         for number, page in pages.items():
             if there[number] != page:
                 _write_at(self._file, page, number * PAGE)
                 there[number] = bytes(page)
 
     def _check_there(self) -> None:
-        """Raise `OSError` if the file has been removed or replaced, by itself or with its folder."""
+        """Raise `OSError` if the file or its folder has been removed or replaced."""
         mine, found = os.fstat(self._file), os.stat(self.path, follow_symlinks=False)
         if (mine.st_dev, mine.st_ino) != (found.st_dev, found.st_ino):
             raise FileNotFoundError(errno.ENOENT, "another file has taken its place", str(self.path))
 
     def _keep(self, undo: bytes) -> None:
-        """Bring the undo file to the device."""
+        """Store the undo file on the device."""
         if self._undo < 0:
             self._undo = _new(undo_path(self.path))
             sync_folder(self.path.parent)
         _write_at(self._undo, undo, 0)
         os.fsync(self._undo)
 
-    def _give_up(self, error: OSError) -> None:
-        """Leave the file as the last commit did."""
+    def _restore(self, error: OSError) -> None:
+        """Restore the file to the last commit."""
         self.failed = error
         with suppress(OSError):
             os.ftruncate(self._file, self._end)
             roll_back(self.path)
 
     def sync(self) -> None:
-        """Wait until the device has what was committed."""
+        """Wait until the device has stored the committed data."""
         os.fsync(self._file)
 
     def close(self) -> None:
-        """Let go of the file; what was not committed is forgotten."""
+        """Close the file; changes without commit are lost."""
         if self._undo >= 0:
             if os.fstat(self._undo).st_size == 0:  # else it is still needed
                 undo_path(self.path).unlink(missing_ok=True)
@@ -214,14 +212,14 @@ class AtomicFile:
 
 
 def undo_path(path: Path) -> Path:
-    """The undo file of a file."""
+    """Return the path of the undo file of a file."""
     return path.with_name(path.name + ".undo")
 
 
 def read_undo(path: Path) -> tuple[int, dict[int, bytes]] | None:
-    """Size and changed pages of the file before a commit that was cut short; None if there was none.
+    """Read the size and the changed pages of the file before an interrupted commit; None if there was none.
 
-    An undo file that is not whole was never in use: the changes in place had not begun.
+    An incomplete undo file was never in use: the changes in place had not begun.
     """
     try:
         data = undo_path(path).read_bytes()
@@ -241,7 +239,7 @@ def read_undo(path: Path) -> tuple[int, dict[int, bytes]] | None:
 
 
 def roll_back(path: Path) -> None:
-    """Take back a commit that was cut short."""
+    """Undo an interrupted commit."""
     undo = read_undo(path)
     if undo is not None:
         end, pages = undo
@@ -257,15 +255,15 @@ def roll_back(path: Path) -> None:
 
 
 def part_of(path: Path) -> Path:
-    """The temporary name of a file that is being written."""
+    """Return the temporary name of a file that is being written."""
     return path.with_name(f".{path.name}.part")
 
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """A temporary name to write to; after the block it takes the place of `path`, at once and safely on the device."""
+    """Yield a temporary name to write to; after the block that file replaces `path` atomically."""
     part = part_of(path)
-    part.unlink(missing_ok=True)  # of a run that was killed; or a link, which is not ours to follow
+    part.unlink(missing_ok=True)  # left by a run that was killed; or a link, which must not be followed
     try:
         yield part
         with part.open("rb") as file:
@@ -278,21 +276,21 @@ def replaced(path: Path) -> Iterator[Path]:
 
 
 def unlinked(path: Path) -> Path:
-    """The path, free for a new file where it was a symbolic link: a file written there does not follow it."""
+    """Return the path after removing a symbolic link there, so that a new file does not follow it."""
     if path.is_symlink():
         path.unlink()
     return path
 
 
 def refuse_link(folder: Path) -> None:
-    """Raise `InputError` if a folder that a run makes is a symbolic link: files behind it are not ours to replace."""
+    """Raise `InputError` if a folder that a run makes is a symbolic link: files behind it must not be replaced."""
     if folder.is_symlink():
         remedy = "is a symbolic link, which is not followed; remove it, or name another place"
         raise InputError("out", str(folder), remedy)
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the device has the names in a folder, where folders can be waited for."""
+    """Wait until the device has stored the names in a folder, where the system can do so."""
     with suppress(OSError):
         file = os.open(folder, os.O_RDONLY)
         try:
@@ -305,13 +303,13 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 def _new(path: Path) -> int:
-    """Open a new file in place of what is there, which goes."""
+    """Open a new file in place of an existing one."""
     path.unlink(missing_ok=True)
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_LINK, 0o666)
 
 
 def _known(path: Path) -> int:
-    """Open a file that is there, to be changed. Raises `OSError`, also for a symbolic link."""
+    """Open an existing file for changes. Raises `OSError`, also for a symbolic link."""
     if path.is_symlink():
         raise OSError(errno.ELOOP, "a symbolic link, which is not followed; put the file itself there", str(path))
     return os.open(path, os.O_RDWR | NO_LINK)

@@ -1,7 +1,7 @@
 """Launch a kernel again and again at little cost.
 
 Taichi's ordinary call costs 11 us and 5 us per array. `Prepared` fills the launch context itself, through interfaces
-that Taichi does not promise to keep: if any of them is missing it stays with the ordinary call. A context whose arrays
+that Taichi does not promise to keep: if any of them is missing, it makes ordinary calls. A context whose arrays
 are NumPy memory is kept: a launch with the same arrays only sets the numbers, 2 to 4 us in all however many arrays.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 class Prepared:
     """A kernel whose calls skip the argument checks; the first call is an ordinary one and compiles.
 
-    Arguments must keep their kinds from call to call: flat arrays, floats, ints. Arrays are kept alive.
+    Arguments must keep their types from call to call: flat arrays, floats, ints. Arrays are kept alive.
     """
 
     def __init__(self, kernel: Callable[..., None]) -> None:
@@ -24,7 +24,7 @@ class Prepared:
         self._ready: tuple[Any, Any, Any] | None = None
         self._arrays: dict[int, tuple[Any, tuple[Any, ...]]] = {}
         self._ordinary = False
-        self._context: Any = None  # the last one, if it may be used again
+        self._context: Any = None  # the last context, if it may be used again
         self._filled: tuple[Any, ...] = ()
 
     def __call__(self, *arguments: Any) -> None:
@@ -65,7 +65,7 @@ class Prepared:
         return entry
 
     def _prepare(self, arguments: tuple[Any, ...]) -> None:
-        """Find the compiled kernel of these arguments; stay with ordinary calls if Taichi has changed."""
+        """Find the compiled kernel of these arguments; use ordinary calls if Taichi has changed."""
         try:
             from taichi.lang import impl
 

@@ -1,4 +1,4 @@
-"""The one place that starts Taichi."""
+"""Start Taichi, once per process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _started: tuple[str, int] | None = None
 
 
 def load() -> ModuleType:
-    """Import Taichi and return the module; a missing system library is named.
+    """Import Taichi and return the module; the error for a missing system library names it.
 
     Raises `ImportError` with the package to install when libX11 is absent (Taichi links it even without a screen).
     """
@@ -46,7 +46,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     """Start Taichi once per process and return the module.
 
     arch: "cpu" or "cuda"; threads: CPU threads, None = all cores. float64, no fast math; compiled kernels are kept in
-    `kernel_cache()` where files can be written there. A second call with the same wishes is free; other wishes raise
+    `kernel_cache()` where files can be written there. A second call with the same options is free; other options raise
     `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the process may not take enough memory.
     """
     global _started
@@ -72,14 +72,14 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     if cached:
         _drop_stale_lock(cache)
     try:
-        with redirect_stdout(io.StringIO()):  # it announces itself
+        with redirect_stdout(io.StringIO()):  # Taichi prints a banner
             ti.init(
                 arch=ti.cuda if arch == "cuda" else ti.cpu,
                 default_fp=ti.f64,
                 default_ip=ti.i32,
                 fast_math=False,
                 offline_cache=cached,
-                # even where it keeps nothing, it crashes at the end if this folder does not exist
+                # Taichi crashes at the end if this folder does not exist, even if it stores nothing there
                 offline_cache_file_path=str(cache if cached else Path(__file__).parent),
                 cpu_max_num_threads=wanted,
                 log_level=ti.ERROR,
@@ -94,24 +94,24 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
 
 
 def kernel_cache() -> Path:
-    """Folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
+    """Return the folder of compiled kernels: TI_OFFLINE_CACHE_FILE_PATH, or tcontact in the user's cache folder."""
     named = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
     return Path(named) if named else user_cache() / "kernels"
 
 
 def user_cache() -> Path:
-    """tcontact in the user's cache folder (XDG_CACHE_HOME); it may be impossible to make."""
+    """Return the folder tcontact in the user's cache folder (XDG_CACHE_HOME); it may be impossible to make."""
     return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(_home(), ".cache")) / "tcontact"
 
 
 def _home() -> str:
-    """The home folder; that which holds no files for a user who has none."""
+    """Return the home folder; for a user without one the null device, which holds no files."""
     home = os.environ["HOME"] if "HOME" in os.environ else os.path.expanduser("~")
     return home if os.path.isabs(home) else os.devnull
 
 
 def _takes_files(folder: Path) -> bool:
-    """Whether compiled kernels can be kept in a folder, which is made: Taichi crashes at the end where they cannot."""
+    """Make a folder and return whether it can hold compiled kernels: where it cannot, Taichi crashes at the end."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -122,7 +122,7 @@ def _takes_files(folder: Path) -> bool:
 
 
 def _check_address_space() -> None:
-    """Raise `MemoryError` where a limit leaves no room for Taichi, whose compiler aborts the process without it."""
+    """Raise `MemoryError` where a limit leaves too little memory for Taichi, whose compiler would abort the process."""
     limit = _limit("RLIMIT_AS")
     if limit == float("inf"):
         return
@@ -134,7 +134,7 @@ def _check_address_space() -> None:
 
 
 def _limit(name: str) -> float:
-    """A limit of the process in bytes by its name in `resource`; inf without one."""
+    """Return a limit of the process in bytes by its name in `resource`; inf without one."""
     try:
         import resource
     except ImportError:  # not a POSIX system
@@ -144,20 +144,20 @@ def _limit(name: str) -> float:
 
 
 def _drop_stale_lock(cache: Path) -> None:
-    """Remove the lock a killed process left: with it nobody reads or writes the cache any more."""
+    """Remove the lock of a killed process, which would block reading and writing of the cache."""
     for lock in cache.glob("**/*.lock"):
         try:
             if time.time() - lock.stat().st_mtime > STALE_LOCK:
                 lock.unlink()
         except OSError:
-            pass  # it went away, or is not ours to remove: kernels are compiled anew then
+            pass  # it is gone, or may not be removed: kernels are then compiled anew
 
 
 def threads() -> int:
-    """CPU threads in use; 0 before the start."""
+    """Return the number of CPU threads in use; 0 before the start."""
     return _started[1] if _started else 0
 
 
 def arch() -> str:
-    """Backend in use, "cpu" or "cuda"; "cpu" before the start."""
+    """Return the backend in use, "cpu" or "cuda"; "cpu" before the start."""
     return _started[0] if _started else "cpu"

@@ -1,9 +1,9 @@
-"""Faster tracing of kernels: Taichi repeats much work for every node of the source and every call of a function.
+"""Speed up the tracing of kernels: Taichi repeats work for every node of the source and every call of a function.
 
-For every node it draws an excerpt of the source, in case an error has to show it, and for every call of a `ti.func` it
-reads and re-wraps the source of that function again. Half of the time to the first step goes there. The names that are
-replaced here are not promised by Taichi: where one is missing, tracing stays as slow as it was. Errors in kernels then
-name file, line and function without the excerpt.
+For every node it makes an excerpt of the source for error messages, and for every call of a `ti.func` it reads and
+re-wraps the source of that function. This takes half of the time to the first step. The names replaced here are
+internal to Taichi: where one is missing, tracing stays slow. Errors in kernels then name file, line and function
+without the excerpt.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import Any
 
 
 def quicken() -> None:
-    """Do it once per process, after Taichi is imported."""
+    """Replace the slow functions of Taichi, once per process, after its import."""
     try:
         from taichi.lang import kernel_impl
         from taichi.lang.ast import ast_transformer_utils
 
         context: Any = ast_transformer_utils.ASTTransformerContext
         lines, file = kernel_impl.getsourcelines, kernel_impl.getsourcefile
-        kernel_impl.textwrap, context.get_pos_info  # noqa: B018 - are they there?
+        kernel_impl.textwrap, context.get_pos_info  # noqa: B018 - raises if one is missing
     except (ImportError, AttributeError):
         return
     context.get_pos_info = _place

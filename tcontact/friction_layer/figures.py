@@ -1,4 +1,4 @@
-"""Curves of friction layers by matplotlib: the paper's Figs. 2 and 3 in kind, and error against cost."""
+"""Plot curves of friction layers with matplotlib: as in the paper's Figs. 2 and 3, and error against cost."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOWING = 1e-9  # relative distance to the yield limit of a node that flows
 
 
 def yield_limits(path: Path, profiles: Mapping[str, Sequence[LayerResult]]) -> None:
-    """Yield limit over the depth at several times, a panel per label; thick where the metal flows (the paper's Fig. 2).
+    """Plot the yield limit over the depth at several times, a panel per label; thick where the metal flows (Fig. 2).
 
     profiles: runs of one cell that end at these times.
     """
@@ -36,7 +36,7 @@ def yield_limits(path: Path, profiles: Mapping[str, Sequence[LayerResult]]) -> N
 
 
 def surface(path: Path, runs: Mapping[str, LayerResult], melting_temperature: float) -> None:
-    """Surface temperature and shear stress against time, a line per label (the paper's Fig. 3)."""
+    """Plot surface temperature and shear stress against time, a line per label (the paper's Fig. 3)."""
     figure, (left, right) = _panels(2)
     for (label, run), colour in zip(runs.items(), COLOURS, strict=False):
         time = 1e6 * run.time
@@ -53,7 +53,7 @@ def surface(path: Path, runs: Mapping[str, LayerResult], melting_temperature: fl
 
 
 def error_against_cost(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Error of the surface temperature against time per cell: a panel per speed, a line per method and grid."""
+    """Plot the error of the surface temperature against time per cell, a panel per speed, a line per method, grid."""
     velocities = sorted({row["velocity"] for row in rows if row["kind"] == "accuracy"})
     figure, panels = _panels(len(velocities))
     for axes, velocity in zip(panels, velocities, strict=True):

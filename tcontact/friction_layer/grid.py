@@ -1,4 +1,4 @@
-"""The grid of a layer and what of the heat equation is fixed by (grid, dt, metal): METHOD 5."""
+"""The grid of a layer and the constants of its heat equation for (grid, dt, metal) (METHOD 5)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ..base import validate
 from ..base.errors import InputError
 from .metals import Metal
 
-THINNEST, THICKEST = 1e-12, 1e3  # [m], beyond any layer; numbers still have room
+THINNEST, THICKEST = 1e-12, 1e3  # [m], far beyond any layer
 
 
 def depths(points: int, grading: float, thickness: float) -> np.ndarray:
-    """Depths of the nodes [m], [points], 0 at the surface; spacings in geometric progression, last/first = grading.
+    """Return the depths of the nodes [points] [m] with spacings in geometric progression; grading: last over first.
 
     Raises `InputError`.
     """
@@ -46,17 +46,17 @@ class Column:
     warmth: np.ndarray
 
     def table(self) -> np.ndarray:
-        """Columns of the kernel, [points, 6]."""
+        """Return the columns of the kernel, [points, 6]."""
         with np.errstate(divide="ignore", over="ignore"):
             room = np.minimum(1.0 / self.warmth, 1e300)
         return np.column_stack([self.weight, self.gain, self.link, self.back, self.warmth, room])
 
 
 def column(metal: Metal, depth: np.ndarray, dt: float) -> Column:
-    """The constants for a time step dt [s].
+    """Compute the constants for a time step dt [s].
 
-    The pivots are built from sums of positive numbers only (what is below a node acts on it as a capacity in series
-    with a conductance), so they keep all digits for any dt.
+    The pivots are sums of positive numbers only (the nodes below a node act on it as a capacity in series with a
+    conductance), so they keep all digits for any dt.
     """
     spacing = np.diff(depth)
     weight = np.zeros_like(depth)
@@ -66,7 +66,7 @@ def column(metal: Metal, depth: np.ndarray, dt: float) -> Column:
     conductance = metal.conductivity / spacing  # between node i and i + 1
     count = len(depth)
     gain, link, back, warmth = (np.zeros(count) for _ in range(4))
-    below = 0.0  # capacity that the nodes below offer to this one
+    below = 0.0  # effective capacity of the nodes below this one
     for i in range(count - 1, -1, -1):
         above = conductance[i - 1] if i > 0 else 0.0
         own = capacity[i] + below

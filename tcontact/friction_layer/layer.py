@@ -15,7 +15,7 @@ from .grid import Column, column, depths
 from .metals import Metal
 
 METHODS = ("bracketed-newton", "thermal-softening-secant", "stress-secant")
-MOST_NUMBERS = 2**30  # of an array: kernels count them in 32 bits
+MAXIMUM_NUMBERS = 2**30  # in an array: kernels count them in 32 bits
 CHUNKS_PER_THREAD = 8
 LAYOUTS = {"cpu": (8, 8), "cuda": (1, 32)}  # lanes of a thread, lanes of a pack in memory
 
@@ -74,7 +74,7 @@ class Layer:
         packs = -(-cells // self._stride)
         self.padded = packs * self._stride
         nodes = len(metals) * points
-        if packs * nodes * self._stride >= MOST_NUMBERS:
+        if packs * nodes * self._stride >= MAXIMUM_NUMBERS:
             raise InputError("cells", cells, f"times {nodes} points are too many for one batch; split it")
         runtime.start(arch, threads)
         self._units = self.padded // width
@@ -98,7 +98,7 @@ class Layer:
         self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
 
     def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
-        """For a contact that transmits less than the layer offers (METHOD 5, coupling).
+        """Limit the traction of a contact that transmits less than the strength of the layer (METHOD 5, coupling).
 
         The transmitted traction is t = min(sig/sqrt3, cap) [Pa], its heat t (v - drag t), drag = dt/(2 M) [m/(s Pa)]
         for a mass per area M [kg/m^2]; cap must not exceed v/(2 drag), where the contact sticks. Arrays [cells].
@@ -153,13 +153,13 @@ class Layer:
         )
 
     def start_stress(self, pressure: np.ndarray) -> np.ndarray:
-        """tau [Pa] before the first step: the yield limit of the unstrained layer, 0 where it is not pressed."""
+        """Return tau [Pa] before the first step: the yield limit of the unstrained layer, 0 without pressure."""
         pressed = np.maximum(pressure, 0.0)
         limits = [metal.yields_at(np.array(self.initial_temperature), pressed, np.array(0.0)) for metal in self.metals]
         return np.where(pressure > 0.0, np.min(limits, axis=0), 0.0) / np.sqrt(3.0)
 
     def limit_stress(self, pressure: np.ndarray) -> np.ndarray:
-        """tau [Pa] with which layers begin that are pressed now: their lowest yield limit, 0 where not pressed."""
+        """Return tau [Pa] of layers whose contact closes now: their lowest yield limit, 0 without pressure."""
         pressed = np.maximum(pressure, 0.0)[:, None]
         sides = enumerate(self.metals)
         limits = [
@@ -168,36 +168,36 @@ class Layer:
         return np.where(pressure > 0.0, np.min(limits, axis=0), 0.0) / np.sqrt(3.0)
 
     def temperature(self, side: int = 0) -> np.ndarray:
-        """Absolute temperature [K], [cells, points]."""
+        """Return the absolute temperature [K], [cells, points]."""
         return self.initial_temperature + self._profile(self._rise, side)
 
     def plastic_strain(self, side: int = 0) -> np.ndarray:
-        """Equivalent plastic strain [-], [cells, points]; at a surface that has melted it depends on the grid."""
+        """Return the equivalent plastic strain [cells, points] [-]; at a melted surface it depends on the grid."""
         return self._profile(self._growth, side) / self.metals[side].hardening
 
     def heat(self, side: int = 0) -> np.ndarray:
-        """Stored heat since the start [J/m^2], [cells]."""
+        """Return the heat stored since the start [J/m^2], [cells]."""
         capacity = self.metals[side].volumetric_heat * self.columns[side].weight
         return self._profile(self._rise, side) @ capacity
 
     def carried(self, side: int = 0) -> np.ndarray:
-        """Plastic heat that waits for the next step [J/m^2], [cells]."""
+        """Return the plastic heat that waits for the next step [J/m^2], [cells]."""
         if self.plastic_heat == 0.0:
             return np.zeros(self.cells)
         return self._profile(self._carried, side) @ self.columns[side].weight
 
     def cell(self, name: str) -> np.ndarray:
-        """A number of every cell by its name in kernels/layer/layer1d (STRESS, WORK, PLASTIC_WORK, ...), [cells]."""
+        """Return a number of every cell by its name in kernels/layer/layer1d (STRESS, WORK, ...), [cells]."""
         values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
         return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
 
     def surface_temperature(self, side: int = 0) -> np.ndarray:
-        """Absolute temperature of the surface [K], [cells]."""
+        """Return the absolute temperature of the surface [K], [cells]."""
         first = arrays.get(self._rise).reshape(-1, len(self.metals) * self.points, self._stride)[:, side * self.points]
         return self.initial_temperature + first.reshape(-1)[: self.cells]
 
     def state(self) -> dict[str, np.ndarray]:
-        """The profiles [cells, points] of the first side and the numbers of the cells [cells, CELL], in full."""
+        """Return the profiles [cells, points] of the first side and the numbers of the cells [cells, CELL]."""
         known = {name: self._profile(getattr(self, f"_{name}"), 0) for name in ("rise", "growth", "hardening")}
         if self.plastic_heat > 0.0:
             known["carried"] = self._profile(self._carried, 0)
@@ -205,7 +205,7 @@ class Layer:
         return known | {"cells": numbers.reshape(-1, self._names.CELL)[: self.cells].copy(), "base": self._base}
 
     def take_over(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
-        """Let some cells [m] of a new batch begin as rows [m] of the `state` of another one; its work starts at 0."""
+        """Start cells [m] of a new batch from rows [m] of the `state` of another one; their work starts at 0."""
         rise = state["rise"][rows] + (state["base"] - self._base)
         if "carried" in state and self.plastic_heat == 0.0:
             rise += state["carried"][rows] / self.metals[0].volumetric_heat
@@ -220,15 +220,15 @@ class Layer:
         arrays.set_values(self._state, packs)
 
     def owned(self) -> list[Any]:
-        """Arrays of the state."""
+        """Return the arrays of the state."""
         return [self._rise, self._growth, self._hardening, self._carried, self._state, self._scratch]
 
     def checkpoint(self) -> dict[str, Any]:
-        """The profiles and the numbers of the cells, and the step that they took last [s]."""
+        """Return the profiles, the numbers of the cells and their last step [s]."""
         return {name: arrays.get(array) for name, array in self._kept.items()} | {"dt": self._dt}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go on from there."""
+        """Set the state that `checkpoint` returned."""
         for name, array in self._kept.items():
             arrays.set_values(array, saved[name])
         if saved["dt"] != 0.0:
@@ -240,7 +240,7 @@ class Layer:
         return {name: getattr(self, f"_{name}") for name in names}
 
     def memory(self) -> int:
-        """Bytes of the state."""
+        """Return the bytes of the state."""
         return arrays.size_in_bytes(self.owned())
 
     def _profile(self, array: Any, side: int) -> np.ndarray:
@@ -256,7 +256,7 @@ class Layer:
 
     @property
     def _base(self) -> np.ndarray:
-        """The temperature [K] that `rise` counts from."""
+        """Return the temperature [K] relative to which `rise` counts."""
         return np.array(float(self.initial_temperature))
 
     def _set_cell(self, number: int, values: np.ndarray) -> None:
@@ -270,7 +270,7 @@ class Layer:
         return len(self.metals) * self._names.MATERIAL + self._names.SETTINGS
 
     def _prepare(self, dt: float) -> None:
-        """Constants of the time step."""
+        """Compute the constants of a time step."""
         if dt == self._dt:
             return
         self._dt = dt

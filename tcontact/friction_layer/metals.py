@@ -11,7 +11,7 @@ from ..base import validate
 
 @dataclass(frozen=True)
 class Metal:
-    """Constants of Y = Y0 (1 + beta ep)^n (1 + a_P P - b_T (T - T_ref)) exp(-f T/(T_f - T)) and of heat conduction.
+    """A metal with Y = Y0 (1 + beta ep)^n (1 + a_P P - b_T (T - T_ref)) exp(-f T/(T_f - T)) and its heat conduction.
 
     Equation (4) of Le Tallec, Dambakizi and Hauret (2007) without their misprints (METHOD 5). T is the absolute
     temperature. Limits of no hardening and no sharp melting are small numbers, not 0: hardening = 1e-3 with
@@ -48,21 +48,21 @@ class Metal:
 
     @property
     def effusivity(self) -> float:
-        """sqrt(k rho c) [J/(m^2 K s^(1/2))]: two bodies in sliding contact share the heat in this ratio."""
+        """Effusivity sqrt(k rho c) [J/(m^2 K s^(1/2))]: two bodies in sliding contact share the heat in this ratio."""
         return (self.conductivity * self.volumetric_heat) ** 0.5
 
     @property
     def diffusivity(self) -> float:
-        """k/(rho c) [m^2/s]."""
+        """Thermal diffusivity k/(rho c) [m^2/s]."""
         return self.conductivity / self.volumetric_heat
 
     @property
     def volumetric_heat(self) -> float:
-        """rho c [J/(m^3 K)]."""
+        """Heat capacity per volume rho c [J/(m^3 K)]."""
         return self.density * self.heat_capacity
 
     def yields_at(self, temperature: np.ndarray, pressure: np.ndarray, plastic_strain: np.ndarray) -> np.ndarray:
-        """Yield stress Y [Pa] at absolute temperature [K], pressure [Pa] and equivalent plastic strain [-].
+        """Return the yield stress Y [Pa] at absolute temperature [K], pressure [Pa] and equivalent plastic strain [-].
 
         The three broadcast together; 0 where the metal has no strength left.
         """

@@ -1,4 +1,4 @@
-"""What a run of friction layers hands back."""
+"""The result of a run of friction layers."""
 
 from __future__ import annotations
 
@@ -63,5 +63,5 @@ class LayerResult:
 
     @property
     def cell_steps_per_s(self) -> float:
-        """Cells times steps per second of the steps, without compiling."""
+        """Cells times steps per second, without compiling."""
         return self.cells * self.steps / self.wall_s if self.wall_s > 0 else float("nan")

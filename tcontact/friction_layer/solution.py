@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from ..base import validate
 from ..base.errors import InputError
 from ..device import arrays, runtime
-from .layer import MOST_NUMBERS, Layer
+from .layer import MAXIMUM_NUMBERS, Layer
 from .metals import STAINLESS_304, Metal
 from .result import LayerResult, Side
 
-LAUNCH = 200_000_000  # node steps in a launch, seconds at most: the keyboard is heard between launches
-FITS = 1e-9  # of a step: a duration that is a whole number of steps but for rounding
+LAUNCH = 200_000_000  # node steps in a launch, a few seconds: Ctrl-C acts between launches
+FITS = 1e-9  # part of a step by which a duration may differ from a whole number of steps
 
 
 def solve(
@@ -41,7 +41,7 @@ def solve(
     threads: int | None = None,
     arch: str = "cpu",
 ) -> LayerResult:
-    """Temperature, plastic strain and shear stress of layers of sliding metal (METHOD 5, section 2 of the paper).
+    """Solve for temperature, plastic strain and shear stress of layers of sliding metal (METHOD 5, paper 2).
 
     One layer of `thickness` [m] per cell; its far ends do not move relative to each other but for the slip at the
     surface, so its stress can only fall while it is pressed. The defaults are the paper's case.
@@ -55,7 +55,7 @@ def solve(
     initial_temperature [K]; at and above melting the layer has no strength.
     method: "bracketed-newton", which always succeeds, or the paper's "stress-secant" and "thermal-softening-secant";
     their failed steps are counted and done by the first.
-    other: the metal of the other body: both layers are resolved, and heat_share is left to physics; conductance:
+    other: the metal of the other body: both layers are resolved, and conduction decides the heat share; conductance:
     between the two surfaces [W/(m^2 K)], None = perfect contact. reload: let cooling or rising pressure
     raise the stress, too.
     history_every: keep only every so many steps of the history; threads, arch: as in `simulate`.
@@ -90,7 +90,7 @@ def solve(
         arch=arch,
     )
     rows = steps // history_every + 1
-    if max(rows, len(speeds), len(pressures)) * layer.padded >= MOST_NUMBERS:
+    if max(rows, len(speeds), len(pressures)) * layer.padded >= MAXIMUM_NUMBERS:
         raise InputError("history_every", history_every, f"leaves {rows} rows of {cells} cells; take it larger")
     spread, pushed = _on_device(speeds, layer), _on_device(pressures, layer)
     surface, stress = arrays.zeros(rows * layer.padded), arrays.zeros(rows * layer.padded)
@@ -139,10 +139,10 @@ def solve(
 
 
 def _table(name: str, values: ArrayLike, steps: int) -> np.ndarray:
-    """The values as [1 or steps, 1 or cells]. Raises `InputError`."""
+    """Return the values as [1 or steps, 1 or cells]. Raises `InputError`."""
     try:
         table = np.array(values, dtype=np.float64)
-    except Exception as error:  # whatever an object's own conversion raises
+    except Exception as error:  # the object's conversion may raise anything
         raise InputError(name, values, "give numbers: one, [cells], or [steps, cells]") from error
     if table.ndim > 2 or table.size == 0:
         raise InputError(name, list(table.shape), "give one number, an array [cells], or a table [steps, cells]")
@@ -155,14 +155,14 @@ def _table(name: str, values: ArrayLike, steps: int) -> np.ndarray:
 
 
 def _on_device(table: np.ndarray, layer: Layer) -> Any:
-    """The table padded with open cells."""
+    """Return the table on the device, padded with open cells."""
     wide = np.zeros((len(table), layer.padded))
     wide[:, : layer.cells] = table
     return arrays.put(wide)
 
 
 def _warm_up(metals: tuple[Metal, ...], layer: Layer, threads: int | None, arch: str) -> float:
-    """Compile by a launch of a few idle cells; seconds it took."""
+    """Compile by a launch of a few idle cells; return the seconds it took."""
     begin = perf_counter()
     idle = Layer(
         metals,

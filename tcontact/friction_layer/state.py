@@ -1,4 +1,4 @@
-"""What a run leaves of the friction layers of a body, for another run to go on with."""
+"""The state of the friction layers at the end of a run, from which another run can start."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class LayerState:
 
     nodes [k]: contact nodes in the user's numbering, of the body alone; depth [points] [m], 0 at the surface;
     temperature [K] and plastic_strain [-] [k, points]; shear_stress [k] [Pa], 0 where the contact is open; material:
-    the metal. What else the layers need to go on stands in `internal`.
+    the metal. `internal` holds the rest of the state.
     """
 
     nodes: np.ndarray
@@ -27,5 +27,5 @@ class LayerState:
     internal: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     def fits(self, material: Metal, depth: np.ndarray) -> bool:
-        """Whether layers of this metal and these depths [m] can go on from here."""
+        """Return whether layers of this metal and these depths [m] can start from this state."""
         return material == self.material and np.array_equal(depth, self.depth)

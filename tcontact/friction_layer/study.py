@@ -1,4 +1,4 @@
-"""The study of the friction layer: error against cost over points, grading, time step and method; failures of methods.
+"""Study the friction layer: error against cost over points, grading, time step and method; failures of methods.
 
 Errors are against REFERENCE, from an independent code (method of lines with a stiff integrator,
 tests/oracle/friction_layer.py, Richardson in the number of volumes); a slow test computes it again.
@@ -33,7 +33,7 @@ REFERENCE: dict[float, tuple[tuple[float, ...], tuple[float, ...]]] = {
 }
 GRIDS = ((20, 30.0), (40, 30.0), (80, 30.0), (40, 1.0), (100, 1.0), (200, 1.0))  # points, grading
 STEPS = (4e-9, 2e-9, 1e-9, 5e-10, 2.5e-10, 1e-10)  # dt [s]
-CELLS = 16  # alike, so that a time is more than the launch
+CELLS = 16  # equal cells, so that the launch does not dominate the time
 SWEEP_STEPS, SWEEP_CELLS, SWEEP_BATCHES = 25, 50, 20
 
 
@@ -42,9 +42,9 @@ def study(
     methods: Sequence[str] = METHODS,
     say: Callable[[dict[str, Any]], None] = lambda row: None,
 ) -> list[dict[str, Any]]:
-    """Rows of the study; after `budget_s` seconds no further row is begun. Starts Taichi.
+    """Return the rows of the study; after `budget_s` seconds no further row is begun. Starts Taichi.
 
-    methods: those to run; say: called with every row once it is there.
+    methods: methods to run; say: function called with every finished row.
 
     kind "accuracy": method, velocity [m/s], points, grading, dt [s], cells, steps, wall_s (after compiling, for all
     cells), compile_s, cell_updates (cells * steps), cell_updates_per_s, temperature_error (largest over TIMES, over the
@@ -63,7 +63,7 @@ def study(
 
 
 def tasks(methods: Sequence[str] = METHODS) -> list[tuple[Any, ...]]:
-    """The failures of every method, then the default method on every grid and step, the others on the paper's grid."""
+    """List the tasks: failures of every method, errors of the default method on all grids, of others on one grid."""
     return [task for task in _tasks() if task[1] in methods]
 
 
@@ -77,7 +77,7 @@ def _tasks() -> Iterator[tuple[Any, ...]]:
 
 
 def accuracy(method: str, velocity: float, points: int, grading: float, dt: float) -> dict[str, Any]:
-    """One row of kind "accuracy"; the fastest of three runs."""
+    """Return a row of kind "accuracy", the fastest of three runs."""
     speeds = np.full(CELLS, velocity)
     runs = [
         solve(velocity=speeds, points=points, grading=grading, dt=dt, duration=TIMES[-1], method=method)
@@ -109,7 +109,7 @@ def accuracy(method: str, velocity: float, points: int, grading: float, dt: floa
 
 
 def errors(run: LayerResult, velocity: float, cell: int = 0) -> tuple[float, float, float]:
-    """Largest error of the surface temperature over its rise, of tau, at TIMES; that of the temperature at the last."""
+    """Return the largest relative errors of surface temperature and tau at TIMES, and that of the last temperature."""
     at = [round(time / run.dt) for time in TIMES]
     temperature, tau = (np.array(values) for values in REFERENCE[velocity])
     rise = temperature - run.surface_temperature[0, 0]
@@ -119,7 +119,7 @@ def errors(run: LayerResult, velocity: float, cell: int = 0) -> tuple[float, flo
 
 
 def conditions(seed: int = 1) -> Iterator[tuple[np.ndarray, np.ndarray, float, float]]:
-    """The random sweep in batches: velocity [m/s], pressure [Pa] (both [cells]), dt [s], initial temperature [K].
+    """Yield the random sweep in batches: velocity [m/s], pressure [Pa] (both [cells]), dt [s], temperature [K].
 
     v 0.01..1000 m/s and dt 1e-11..1e-6 s by their logarithm, P 0..10 GPa, 300..1890 K: 1000 conditions in all.
     """
@@ -131,7 +131,7 @@ def conditions(seed: int = 1) -> Iterator[tuple[np.ndarray, np.ndarray, float, f
 
 
 def sweep(method: str, points: int = 200) -> dict[str, Any]:
-    """One row of kind "failures": the random sweep, 25 steps each, by one method."""
+    """Return a row of kind "failures": the random sweep, 25 steps each, by one method."""
     failed: list[dict[str, float]] = []
     steps = failures = evaluations = 0
     wall = compiled = 0.0
@@ -177,7 +177,7 @@ def sweep(method: str, points: int = 200) -> dict[str, Any]:
 
 
 def draw(path: Path, rows: list[dict[str, Any]]) -> bool:
-    """The error-against-cost figure of the rows of `study`, as PNG; False if none of them has an error."""
+    """Draw the error-against-cost figure of the rows of `study` as PNG; return False if none of them has an error."""
     if not any(row["kind"] == "accuracy" for row in rows):
         return False
     error_against_cost(path, rows)

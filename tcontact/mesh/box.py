@@ -1,4 +1,4 @@
-"""Structured meshes of boxes."""
+"""Make structured meshes of boxes."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ NODE_LIMIT = 2**31 // 24  # 24 numbers per hex8 must count in 32 bits
 def box_mesh(
     size: Sequence[float], cells: Sequence[int], kind: str = "hex8", origin: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> Mesh:
-    """A box of equal cells with its edges along the axes.
+    """Make a box of equal cells with its edges along the axes.
 
-    size: edge lengths [m]; cells: number of hexes along each axis; kind: as of `Mesh`;
+    size: edge lengths [m]; cells: number of hexes along each axis; kind: see `Mesh`;
     kinds other than "hex8" cut every hex alike, conforming and repeating from hex to hex, so that opposite faces match
     (`Element.in_box`: "tet4" is Freudenthal's division into six tetrahedra about one diagonal);
     origin: the corner with the lowest coordinates [m]. Node ids run along x first, then y, then z.
@@ -56,7 +56,7 @@ def _counts(cells: Any) -> list[int]:
 
 
 def _line(start: float, length: float, count: int) -> FloatArray:
-    """Equally spaced coordinates whose first and last are exact."""
+    """Return equally spaced coordinates whose first and last are exact."""
     with np.errstate(over="ignore", invalid="ignore"):
         line = np.linspace(start, start + length, count + 1)
         steps = np.diff(line) * count / length
@@ -76,7 +76,7 @@ def _hexes(counts: list[int]) -> IntArray:
 
 
 def _sides(cells: IntArray, kind: str, counts: list[int]) -> dict[str, IntArray]:
-    """Boundary faces by side, outward."""
+    """Return the boundary faces by side, outward."""
     shape = np.array(counts) + 1
     faces = surface(cells, kind, int(np.prod(shape))).faces
     sides, left = {}, faces

@@ -1,4 +1,4 @@
-"""What makes a mesh usable: the checks of `Mesh`; each `InputError` says which cell or node and how many."""
+"""Check a `Mesh`; each `InputError` says which cell or node is wrong and how many are."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..base.errors import InputError
 from .elements import ELEMENTS
 from .geometry import FloatArray, IntArray, Surface, cell_face_keys, face_keys, in_face_table, jacobians, surface
 
-FLAT = 1e-12  # det / edges at a point of integration: at or below, the cell has no volume there
+FLAT = 1e-12  # det / edges at an integration point at or below which the cell has no volume there
 CORNER = 1e-6  # det / edges at a corner: flatter than this is rounding of float32 or printed coordinates, not inversion
 
 
 def checked_nodes(nodes: Any) -> FloatArray:
-    """Coordinates [n, 3] as a read-only float64 copy."""
+    """Return the coordinates [n, 3] as a read-only float64 copy."""
     array = _numbers("nodes", nodes, "give an array [n, 3] of coordinates in metres")
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError("nodes", f"array of shape {array.shape}", "give coordinates x y z of each node: shape [n, 3]")
@@ -29,7 +29,7 @@ def checked_nodes(nodes: Any) -> FloatArray:
 
 
 def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
-    """Corner ids [m, a] as a read-only int64 copy; in range, no doubles within or between cells, no unused node."""
+    """Return corner ids [m, a] as a read-only int64 copy; in range, no cell or corner twice, no unused node."""
     corners = ELEMENTS[kind].corners
     array = _ids("cells", cells, f"give an integer array [m, {corners}] of node ids, corners in VTK order")
     if array.size == 0:
@@ -101,7 +101,7 @@ def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
 
 
 def checked_surface(cells: IntArray, kind: str, node_count: int) -> Surface:
-    """Boundary of the mesh; a face with more than two cells is refused."""
+    """Return the boundary of the mesh; a face with more than two cells is refused."""
     skin = surface(cells, kind, node_count)
     if len(skin.crowded):
         value = f"face {skin.crowded[0].tolist()} ({len(skin.crowded)} such)"
@@ -110,7 +110,7 @@ def checked_surface(cells: IntArray, kind: str, node_count: int) -> Surface:
 
 
 def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
-    """Named node ids [k], each a read-only int64 copy."""
+    """Return named node ids [k], each a read-only int64 copy."""
     checked = {}
     for name, ids in _named("node_sets", sets).items():
         field = f"node_sets[{name!r}]"
@@ -127,7 +127,7 @@ def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
 
 
 def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, skin: Surface) -> dict[str, IntArray]:
-    """Named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
+    """Return named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
     lengths = sorted({len(face) for face in ELEMENTS[kind].faces})
     corners = " or ".join(map(str, lengths))
     checked = {}
@@ -147,7 +147,7 @@ def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, sk
                 field, _first("face", bad, len(array), array), f"node ids count from 0 to {node_count - 1}"
             )
         loose = np.flatnonzero(skin.find(array, node_count) < 0)
-        if len(loose):  # inner faces are rare: only now look through all of them
+        if len(loose):  # inner faces are rare: only now search all faces
             inner = np.isin(face_keys(array[loose], node_count), cell_face_keys(cells, kind, node_count))
             bad = loose[~inner]
             if len(bad):
@@ -159,7 +159,7 @@ def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, sk
 
 
 def read_only(array: Any) -> Any:
-    """The array, closed for writing."""
+    """Return the array, made read-only."""
     array.flags.writeable = False
     return array
 
@@ -179,14 +179,14 @@ def _numbers(field: str, value: Any, remedy: str) -> FloatArray:
         if array.dtype.kind not in "iuf":
             raise TypeError
         return np.array(array, dtype=np.float64, order="C")
-    except Exception as error:  # whatever an object raises
+    except Exception as error:  # the object may raise anything
         raise InputError(field, value, remedy) from error
 
 
 def _ids(field: str, value: Any, remedy: str) -> IntArray:
     try:
         array = np.asarray(value)
-    except Exception as error:  # whatever an object raises
+    except Exception as error:  # the object may raise anything
         raise InputError(field, value, remedy) from error
     if array.size == 0:
         return np.zeros(array.shape, dtype=np.int64)
@@ -198,7 +198,7 @@ def _ids(field: str, value: Any, remedy: str) -> IntArray:
 
 
 def _first(what: str, bad: IntArray, count: int, rows: IntArray | None = None) -> str:
-    """Short description of the offenders, the first one by number."""
+    """Describe the wrong cells or nodes, the first one by number."""
     text = f"{what} {bad[0]}"
     if rows is not None:
         text += f" {rows[bad[0]].tolist()}"

@@ -1,4 +1,4 @@
-"""Kinds of cells: all that the program knows of one, in one record; its forces are in kernels/elements/.
+"""Elements: one record holds all facts of a kind of cell; its forces are in kernels/elements/.
 
 Corners are in VTK's order. The corners of a face turn counter-clockwise seen from outside a cell whose volume is
 positive, so that its normal points outward.
@@ -22,11 +22,11 @@ SLANTED = 2.0**0.5  # edge of a cube over the shortest height of the tetrahedra 
 
 @dataclass(frozen=True)
 class Formulation:
-    """A way to integrate the forces of a cell, besides its kernels.
+    """A way to integrate the forces of a cell.
 
-    integration: in words, for cells of any shape; affine: where all cells are parallelepipeds, if the kernels make use
-    of it; small: most cells for which one thread is faster than several: a pass takes it about 0.35 ms then, and to
-    wake others for the two loops of a pass, and again for the contact cells, costs as much as they would save;
+    integration: description for cells of any shape; affine: the same for parallelepipeds, if the kernels make use of
+    that; small: largest number of cells for which one thread is faster than several: its pass then takes about 0.35 ms,
+    as much as starting other threads for the two loops of a pass and for the contact cells would cost;
     locks: Poisson's ratio above which the cells are too stiff (locking.py).
     """
 
@@ -40,14 +40,14 @@ class Formulation:
 class Element:
     """A kind of cell.
 
-    kind: its name; plural: the word for messages; reference [a, 3]: corners of the reference cell; shape: from points
+    kind: its name; plural: its plural in messages; reference [a, 3]: corners of the reference cell; shape: from points
     [q, 3] there to the shape functions [q, a] and their gradients [q, a, 3]; points [q, 3], weights [q]: the
-    integration points of force and mass; product_points, product_weights: those that integrate products of shape
+    integration points of force and mass; product_points, product_weights: those for products of shape
     functions, None for the same. faces, edges: their corners; mirror: the order of the corners of the same cell with
     the opposite orientation; spans: three pairs of sets of corners, whose centres span a parallelepiped that is the
-    cell or has it as a part, with as many alternatives as it takes to see all heights of the cell; in_box: the cells
-    that a hexahedron is cut into. formulations: by name, "full" first; spacing: edge over shortest height of a cell of
-    even shape; relaxation: of the sweeps of the static solve, measured best at nu = .3.
+    cell or contains it, with enough alternatives for all heights of the cell; in_box: cells into which a hexahedron is
+    cut. formulations: by name, "full" first; spacing: edge over shortest height of a cell of
+    even shape; relaxation: factor of the sweeps of the static solve, best at nu = .3.
     Files: vtk: number of VTK's type; xdmf: name and number; meshio: name; abaqus: type, and abaqus_faces: S1, S2, ...
     """
 
@@ -80,7 +80,7 @@ class Element:
 
     @cached_property
     def face_table(self) -> npt.NDArray[np.int64]:
-        """Corners [faces, 4|3] of the faces; a triangle among quadrilaterals repeats its last corner."""
+        """Corners [faces, 4|3] of the faces; among quadrilaterals a triangle repeats its last corner."""
         width = max(map(len, self.faces))
         return np.array([face + face[-1:] * (width - len(face)) for face in self.faces])
 
@@ -91,7 +91,7 @@ class Element:
 
     @cached_property
     def product_rule(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Integration points, as `rule`, that are exact for products of two shape functions of an affine cell."""
+        """Values as in `rule` at points exact for products of two shape functions of an affine cell."""
         if self.product_points is None or self.product_weights is None:
             return self.rule
         return (*self.shape(self.product_points), self.product_weights)
@@ -109,7 +109,7 @@ GAUSS = 1.0 / np.sqrt(3.0)
 
 
 def _hex_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Trilinear functions on [-1, 1]^3."""
+    """Return trilinear functions on [-1, 1]^3."""
     factors = 1.0 + points[:, None, :] * HEX_CORNERS[None]  # [q, a, 3]
     gradients = np.empty((len(points), 8, 3))
     for axis, (one, two) in enumerate(((1, 2), (0, 2), (0, 1))):
@@ -148,14 +148,14 @@ HEX8 = Element(
 
 
 def _tet_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Linear functions on the tetrahedron with three unit edges at the origin."""
+    """Return linear functions on the tetrahedron with three unit edges at the origin."""
     gradient = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     values = np.concatenate([1.0 - points.sum(axis=1, keepdims=True), points], axis=1)
     return values, np.repeat(gradient[None], len(points), axis=0)
 
 
 def _freudenthal() -> tuple[Corners, ...]:
-    """Six tetrahedra in a hexahedron: the paths along three edges from corner 0 to corner 6."""
+    """Return six tetrahedra in a hexahedron: the paths along three edges from corner 0 to corner 6."""
     paths: list[Corners] = []
     for path in permutations(range(3)):
         steps = np.cumsum([np.zeros(3, dtype=int), *np.eye(3, dtype=int)[list(path)]], axis=0)
@@ -191,7 +191,7 @@ TET4 = Element(
 
 
 def _wedge_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Linear functions of the triangle (r, s), r towards corner 1 and s towards corner 2, times those of [-1, 1]."""
+    """Return linear functions of the triangle (r, s), r to corner 1, s to corner 2, times those of [-1, 1]."""
     r, s, t = points.T
     zero, one = np.zeros_like(r), np.ones_like(r)
     triangle = np.stack([1.0 - r - s, r, s], axis=1)
@@ -230,7 +230,7 @@ WEDGE6 = Element(  # VTK has had this order, that of gmsh and Abaqus, only for s
 )
 
 ELEMENTS = {element.kind: element for element in (HEX8, TET4, WEDGE6)}
-FORMULATIONS = {  # by the name that `Body.element` has
+FORMULATIONS = {  # by the names of `Body.element`
     element.kind if name == "full" else f"{element.kind}-{name}": formulation
     for element in ELEMENTS.values()
     for name, formulation in element.formulations.items()

@@ -1,4 +1,4 @@
-"""Geometry and topology of cells: Jacobians, heights, volumes, boundary. Plain numpy; elements.py knows the kinds."""
+"""Geometry and topology of cells: Jacobians, heights, volumes, boundary. The kinds of cells are in elements.py."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _CHUNK = 4096  # cells at a time: temporaries stay in cache and small beside the
 
 
 def spanned_heights(kind: str, corners: FloatArray, span: int = 0) -> FloatArray:
-    """Shortest height [m] of the parallelepiped that a cell spans (`Element.spans`); corners [m, a, 3] [m]."""
+    """Return the shortest height [m] of the parallelepiped of a cell (`Element.spans`); corners [m, a, 3] [m]."""
     axes = np.stack(
         [
             corners[:, list(there)].mean(axis=1) - corners[:, list(here)].mean(axis=1)
@@ -32,7 +32,7 @@ def spanned_heights(kind: str, corners: FloatArray, span: int = 0) -> FloatArray
 
 
 def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
-    """Return the shortest height [m] of cells, of all that they have; corners [m, a, 3] [m]."""
+    """Return the shortest of all heights [m] of each cell; corners [m, a, 3] [m]."""
     spans = range(len(ELEMENTS[kind].spans))
     return reduce(np.minimum, (spanned_heights(kind, corners, span) for span in spans))
 
@@ -68,7 +68,7 @@ def jacobians(
 
 
 def cell_volumes(nodes: FloatArray, cells: IntArray, kind: str) -> FloatArray:
-    """Volume [m^3] of each cell [m]; exact, as every kind integrates the determinant of its Jacobian exactly."""
+    """Return the volume [m^3] of each cell [m], exact: every kind integrates its Jacobian determinant exactly."""
     volumes = np.empty(len(cells))
     _values, gradients, weights = ELEMENTS[kind].rule
     for part, det, _ in jacobians(nodes, cells, gradients):
@@ -77,7 +77,7 @@ def cell_volumes(nodes: FloatArray, cells: IntArray, kind: str) -> FloatArray:
 
 
 class Surface(NamedTuple):
-    """The faces with one cell, ready for look-up."""
+    """The faces with one cell, with keys to find them."""
 
     faces: IntArray  # [k, 4|3] node ids, outward, in the order of the cells; see `Mesh.boundary_faces`
     keys: KeyArray  # [k] sorted keys of those faces
@@ -85,14 +85,14 @@ class Surface(NamedTuple):
     crowded: IntArray  # [j, 4|3] faces with more than two cells, each once; empty in a sound mesh
 
     def find(self, faces: IntArray, node_count: int) -> IntArray:
-        """Index among `faces` of the surface for each given face, whatever its corner order; -1 where there is none."""
+        """Return the index in `faces` of each given face in any corner order; -1 for a face not in the surface."""
         wanted = face_keys(faces, node_count)
         place = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
         return np.where(self.keys[place] == wanted, self.order[place], -1)
 
 
 def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
-    """Faces with one cell."""
+    """Find the faces with one cell."""
     table = ELEMENTS[kind].face_table
     keys = cell_face_keys(cells, kind, node_count)
     order = np.argsort(keys)
@@ -111,7 +111,7 @@ def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
 
 
 def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
-    """Keys of all faces of all cells [m * faces per cell], cell by cell."""
+    """Return keys of all faces of all cells [m * faces per cell], cell by cell."""
     marks = _node_marks(node_count)
     faces = ELEMENTS[kind].faces
     keys = np.empty((len(cells), len(faces)), dtype=np.uint64)
@@ -123,10 +123,10 @@ def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
 
 
 def face_keys(faces: IntArray, node_count: int) -> KeyArray:
-    """Key of each face or cell [k, corners]: the sum of well-mixed 64-bit marks of its nodes.
+    """Return a key of each face or cell [k, corners]: the sum of well-mixed 64-bit marks of its nodes.
 
-    The sum does not depend on the order of the corners, so nothing needs sorting by rows; a last corner that repeats
-    the one before does not count. Two different faces share a key with probability 2^-64: about 1e-6 for any pair among
+    The sum does not depend on the order of the corners, so rows need no sorting; a last corner that repeats the one
+    before does not count. Two different faces share a key with probability 2^-64: about 1e-6 for any pair among
     ten million faces.
     """
     marks = _node_marks(node_count)[faces]
@@ -150,7 +150,7 @@ def in_face_table(faces: IntArray, kind: str) -> IntArray:
 
 
 def _node_marks(count: int) -> KeyArray:
-    """Mixed 64-bit mark of each node id (splitmix64, Steele, Lea and Flood 2014)."""
+    """Return a mixed 64-bit mark of each node id (splitmix64, Steele, Lea and Flood 2014)."""
     mark = (np.arange(count, dtype=np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     mark = (mark ^ (mark >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     mark = (mark ^ (mark >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -158,13 +158,13 @@ def _node_marks(count: int) -> KeyArray:
 
 
 def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
-    """Length of the shortest edge [m] of the cells [m, corners]."""
+    """Return the length of the shortest edge [m] of the cells [m, corners]."""
     edges = BY_CORNERS[cells.shape[1]].edges
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
 
 
 def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
-    """Whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then the same everywhere."""
+    """Return whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then constant."""
     for first in range(0, len(cells), _CHUNK):
         x = nodes[cells[first : first + _CHUNK]]
         edges = x[:, [1, 3, 4]] - x[:, :1]
@@ -183,7 +183,7 @@ def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
 
 
 def grid_planes(coordinate: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
-    """Number of the plane of each value; values closer than the tolerance to the next lower one share its plane."""
+    """Return the plane number of each value; values within the tolerance of the next lower one share its plane."""
     order = np.argsort(coordinate, kind="stable")
     number = np.empty(len(coordinate), dtype=np.int64)
     number[order] = np.concatenate(([0], np.cumsum(np.diff(coordinate[order]) > tolerance)))

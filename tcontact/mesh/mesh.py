@@ -55,17 +55,17 @@ class Mesh:
 
     @property
     def element(self) -> Element:
-        """Facts of the kind of its cells."""
+        """The element of its cells."""
         return ELEMENTS[self.kind]
 
     @property
     def node_count(self) -> int:
-        """Number of nodes."""
+        """The number of nodes."""
         return len(self.nodes)
 
     @property
     def cell_count(self) -> int:
-        """Number of cells."""
+        """The number of cells."""
         return len(self.cells)
 
     @cached_property
@@ -91,22 +91,22 @@ class Mesh:
         return self._surface.faces
 
     def faces_of(self, names: str | Iterable[str]) -> IntArray:
-        """Boundary faces of one or several named sets, [k, 4|3], outward, each once.
+        """Return the boundary faces of one or several named sets, [k, 4|3], outward, each once.
 
-        Of a face set its own faces, of a node set the faces all of whose nodes lie in it. Inner faces of a set are left
-        out: nothing can touch them. Raises `InputError` for an unknown name and for a set on no boundary face.
+        A face set has its own faces, a node set the faces with all nodes in it. Inner faces of a set are left out: they
+        cannot come into contact. Raises `InputError` for an unknown name and for a set on no boundary face.
         """
         found = [self._faces_of_one(name) for name in self._known(names)]
         faces, first = np.unique(np.concatenate(found), return_index=True)
         return self._surface.faces[faces[np.argsort(first)]]
 
     def nodes_of(self, names: str | Iterable[str]) -> IntArray:
-        """Sorted ids of the nodes in one or several named sets, [k]. Raises `InputError` for an unknown name."""
+        """Return the sorted nodes [k] in one or several named sets. Raises `InputError` for an unknown name."""
         sets = [s[name] for name in self._known(names) for s in (self.node_sets, self.face_sets) if name in s]
         return np.unique(np.concatenate([ids.reshape(-1) for ids in sets]))
 
     def with_sets(self, node_sets: Mapping[str, Any] | None = None, face_sets: Mapping[str, Any] | None = None) -> Mesh:
-        """The same mesh with sets added or replaced; raises `InputError` as the constructor does."""
+        """Return the mesh with sets added or replaced; raises `InputError` as the constructor does."""
         new_nodes = checks.checked_node_sets({} if node_sets is None else node_sets, self.node_count)
         faces = {} if face_sets is None else face_sets
         new_faces = checks.checked_face_sets(faces, self.cells, self.kind, self.node_count, self._surface)
@@ -116,11 +116,11 @@ class Mesh:
         return mesh
 
     def translated(self, offset: Any) -> Mesh:
-        """The mesh moved by `offset` [m], three numbers."""
+        """Return the mesh moved by `offset` [m], three numbers."""
         return self._moved("offset", offset, self.nodes + vector("offset", offset))
 
     def rotated(self, rotation: Any, about: Any = (0.0, 0.0, 0.0)) -> Mesh:
-        """The mesh turned about the point `about` [m].
+        """Return the mesh turned about the point `about` [m].
 
         rotation: a rotation matrix [3, 3], or (axis, angle): a direction of any length, a right-handed angle [rad].
         """
@@ -128,7 +128,7 @@ class Mesh:
         return self._moved("rotation", rotation, (self.nodes - centre) @ rotation_matrix(rotation).T + centre)
 
     def scaled(self, factor: float) -> Mesh:
-        """The mesh with all coordinates multiplied by a positive factor."""
+        """Return the mesh with all coordinates multiplied by a positive factor."""
         return self._moved("factor", factor, self.nodes * number("factor", factor, low=0.0))
 
     def __repr__(self) -> str:
@@ -148,7 +148,7 @@ class Mesh:
         node_sets: Mapping[str, IntArray],
         face_sets: Mapping[str, IntArray],
     ) -> Mesh:
-        """A mesh from arrays known to be sound, without copies or checks; the arrays are closed for writing."""
+        """Make a mesh from arrays known to be valid, without copies or checks; the arrays become read-only."""
         for array in (nodes, cells, *node_sets.values(), *face_sets.values()):
             checks.read_only(array)
         mesh = object.__new__(cls)
@@ -191,7 +191,7 @@ class Mesh:
         return faces
 
     def _moved(self, name: str, value: Any, nodes: FloatArray) -> Mesh:
-        """The same cells elsewhere; shapes are looked at again only where rounding can have spoiled them."""
+        """Return the cells at new positions; shapes are checked again only if rounding can have damaged them."""
         mesh = self.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets)
         mesh.__dict__["_surface"] = self._surface
         reach = max(float(np.abs(bound).max()) for bound in mesh.bounds)

@@ -1,4 +1,4 @@
-"""Rotations as a user may write them."""
+"""Rotation matrices from the forms that a user may give."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .geometry import FloatArray
 
 
 def rotation_matrix(rotation: Any) -> FloatArray:
-    """Rotation matrix [3, 3] from a matrix or from (axis, angle [rad]) by Rodrigues' formula.
+    """Return the rotation matrix [3, 3] from a matrix or from (axis, angle [rad]) by Rodrigues' formula.
 
     Raises `InputError` for a zero axis and for a matrix that stretches, shears or mirrors.
     """

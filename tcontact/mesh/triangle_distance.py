@@ -1,4 +1,4 @@
-"""The smallest distance between two sets of triangles, as far as they come within reach of each other.
+"""Compute the smallest distance between two sets of triangles, up to a given reach.
 
 A uniform grid finds the pairs of triangles that may be near. Two triangles are nearest at a corner and a face or at two
 edges, unless an edge of one pierces the other (Ericson, Real-Time Collision Detection, 2005, sections 5.1.5, 5.1.9).
@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-FIRST, AT_ONCE = 64, 1 << 17  # pairs, the nearest boxes first
+FIRST, AT_ONCE = 64, 1 << 17  # pairs at once, the nearest boxes first
 ROUNDING = 1e-12  # of a length
 
 
 def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> float:
-    """Distance [m] between triangles first [k, 3, 3] and second [m, 3, 3] [m], 0 where they cut; at most `reach`."""
-    pairs, apart = _near_pairs(first, second, reach)
+    """Return the distance [m] of triangles first [k, 3, 3] and second [m, 3, 3] [m], 0 if they cut, at most `reach`."""
+    pairs, apart = _candidate_pairs(first, second, reach)
     best, order = reach, np.argsort(apart)
     start, count = 0, FIRST
-    while start < len(order) and apart[order[start]] < best:  # boxes further apart than the best so far are left out
+    while start < len(order) and apart[order[start]] < best:  # boxes further apart than the smallest distance
         picked = order[start : start + count]
         picked = picked[apart[picked] < best]
         best = min(best, float(_distances(first[pairs[picked, 0]], second[pairs[picked, 1]]).min()))
@@ -25,8 +25,8 @@ def smallest_distance(first: np.ndarray, second: np.ndarray, reach: float) -> fl
     return best
 
 
-def _near_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs [p, 2] of triangles whose boxes come within reach, each once, and the distances [p] of their boxes."""
+def _candidate_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs [p, 2] of triangles whose boxes come within reach, each once, and the distances [p] of the boxes."""
     none = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     if not len(first) or not len(second):
         return none
@@ -57,7 +57,7 @@ def _near_pairs(first: np.ndarray, second: np.ndarray, reach: float) -> tuple[np
 
 
 def _cells_of(low: np.ndarray, high: np.ndarray, origin: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the grid cells that boxes no larger than a cell lie in, at most eight each, and whose they are."""
+    """Return keys of the grid cells of boxes no larger than a cell, at most eight each, and their boxes."""
     first, last = (np.floor((corner - origin) / size).astype(np.int64) for corner in (low, high))
     keys, owners = [], []
     for step in np.ndindex(2, 2, 2):
@@ -69,7 +69,7 @@ def _cells_of(low: np.ndarray, high: np.ndarray, origin: np.ndarray, size: float
 
 
 def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance [n] of the triangles a and b [n, 3, 3], pair by pair."""
+    """Return the distance [n] of the triangles a and b [n, 3, 3], pair by pair."""
     count = len(a)
     corners = np.concatenate([a, b]).transpose(1, 0, 2).reshape(-1, 3)  # all first ones, all second ones, ...
     ends = np.concatenate([a, b])[:, [1, 2, 0]].transpose(1, 0, 2).reshape(-1, 3)
@@ -98,7 +98,7 @@ def _point_to_segment(p: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.n
 
 
 def _point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """Distance to the plane where the foot lies within the triangle, else to the nearest edge."""
+    """Return the distance to the plane if the foot lies within the triangle, else to the nearest edge."""
     corner = [triangle[:, i] for i in range(3)]
     normal = _cross(corner[1] - corner[0], corner[2] - corner[0])
     area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
@@ -112,7 +112,7 @@ def _point_to_triangle(p: np.ndarray, triangle: np.ndarray) -> np.ndarray:
 
 
 def _pierces(start: np.ndarray, end: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """Whether the segment passes through the triangle, its boundary included."""
+    """Return whether the segment passes through the triangle, its boundary included."""
     a, b, c = (triangle[:, i] for i in range(3))
     normal = _cross(b - a, c - a)
     above, below = _dot(start - a, normal), _dot(end - a, normal)
@@ -126,7 +126,7 @@ def _pierces(start: np.ndarray, end: np.ndarray, triangle: np.ndarray) -> np.nda
 
 
 def _between_segments(p1: np.ndarray, q1: np.ndarray, p2: np.ndarray, q2: np.ndarray) -> np.ndarray:
-    """Distance where both nearest points lie within the segments; the ends are the business of the corners."""
+    """Return the distance if both nearest points lie within the segments, else inf: corners are treated apart."""
     d1, d2, r = q1 - p1, q2 - p2, p1 - p2
     a, e, b = _dot(d1, d1), _dot(d2, d2), _dot(d1, d2)
     c, f = _dot(d1, r), _dot(d2, r)
@@ -140,7 +140,7 @@ def _between_segments(p1: np.ndarray, q1: np.ndarray, p2: np.ndarray, q2: np.nda
 
 
 def winding_number(point: np.ndarray, triangles: np.ndarray) -> float:
-    """How often a closed surface [k, 3, 3] winds around a point [3]: 1 inside, 0 outside (Van Oosterom, Strackee)."""
+    """Return the winding number of a closed surface [k, 3, 3] about a point [3]: 1 inside, 0 outside."""
     a, b, c = (triangles[:, i] - point for i in range(3))
     la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
     below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb

@@ -1,4 +1,4 @@
-"""The images of a periodic body: which boundary node follows which (kernels/nodes/images.py)."""
+"""The images of periodic bodies: pairs of boundary nodes that move together (kernels/nodes/images.py)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..scene.periodic import Images
 
 
 class PeriodicImages:
-    """The list of followers with their masters."""
+    """Pairs of a follower and its master."""
 
     name = "periodic"
 
@@ -16,5 +16,5 @@ class PeriodicImages:
         self.pairs = arrays.put(images.pairs(domain.boundary).astype("int32"))
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays of this term."""
+        """Return the arrays of this term."""
         return [self.pairs]

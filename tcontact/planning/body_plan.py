@@ -1,10 +1,10 @@
-"""What is planned for one body: its numbering, masses and contact lists. Host data only."""
+"""The plan of one body: its numbering, masses and contact lists, as host data."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +14,9 @@ from ..scene.body import Body
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ..scene.periodic import Images
-from .contact_graph import ContactGraph, heirs
+from .contact_graph import ContactGraph, residual_receivers
 
-if TYPE_CHECKING:
-    pass
-
-# up to so many cells one thread does the work, for a body many steps per launch
+# largest number of cells that one thread does alone; a body of so few takes many steps per launch
 SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
 
 
@@ -55,8 +52,8 @@ class BodyPlan:
 
     lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
-    support_rows, support_axes [r]: prescribed components; speeds [r] [m/s]; images: of a periodic body, whose masters
-    alone have mass, loads and contact.
+    support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
+    images: those of a periodic body, whose masters alone have mass, loads and contact.
     """
 
     label: str
@@ -81,23 +78,23 @@ class BodyPlan:
 
     @property
     def small(self) -> bool:
-        """Whether the body takes many steps per launch."""
+        """Return whether the body takes many steps per launch."""
         return len(self.cells) <= SMALL[self.element]
 
     @property
     def few_contact_cells(self) -> bool:
-        """Whether there are massless contact cells, and so few that one thread does them."""
+        """Return whether there are massless contact cells, and so few that one thread does them."""
         graph = None if self.contact is None else self.contact.graph
         return graph is not None and len(graph.cells) <= SMALL[self.element]
 
     @property
     def viscous_cells(self) -> bool:
-        """Whether its contact cells are viscous."""
+        """Return whether its contact cells are viscous."""
         return self.contact is not None and self.contact.viscosity > 0.0
 
     @property
     def dissipates(self) -> bool:
-        """Whether its rows have a viscous power."""
+        """Return whether viscosity dissipates energy in the body."""
         return self.viscosity is not None or self.viscous_cells
 
     @property
@@ -113,40 +110,40 @@ class BodyPlan:
         return np.argsort(self.node_order)
 
     def to_user(self, values: np.ndarray) -> np.ndarray:
-        """Values [n, ...] of the nodes as the user numbers them, in an array of their own."""
+        """Return a copy of values [n, ...] of the nodes in the user's numbering."""
         return np.take(values, self.place, axis=0)  # four times as fast as an index in brackets
 
     @property
     def element(self) -> str:
-        """Name of the element its kernels are made for: the kind of its cells and, but for "full", the formulation."""
+        """Name of the element in the kernels: the kind of its cells with the formulation, unless that is "full"."""
         return self.body.element
 
     @cached_property
     def variant(self) -> str:
-        """The element with what its kernels may use: "-affine" where it helps that all cells are parallelepipeds."""
+        """Name of the element, with "-affine" where all cells are parallelepipeds and its kernels make use of that."""
         differ = FORMULATIONS[self.element].affine is not None
         return self.element + "-affine" if differ and parallelepipeds(self.reference, self.cells) else self.element
 
     @property
     def options(self) -> dict[str, Any]:
-        """What its kernels are made with besides the ordinary step; empty without."""
+        """Options of its kernels for damping and bulk viscosity; empty without these."""
         found: dict[str, Any] = {} if self.damping is None else {"damped": self.damping.name}
         return found if self.viscosity is None else {**found, "viscous": True}
 
     @property
-    def heirs(self) -> tuple[np.ndarray, np.ndarray]:
-        """Who takes what the static solve leaves unbalanced, as `contact_graph.heirs`."""
+    def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Boundary nodes that take the force that the static solve leaves, see `contact_graph.residual_receivers`."""
         assert self.contact is not None
         count = len(self.contact.nodes)
         if self.images is None:
-            return heirs(self.cells, self.reference, self.boundary, count)
+            return residual_receivers(self.cells, self.reference, self.boundary, count)
         rows = np.flatnonzero(self.images.master[self.boundary] == self.boundary)
-        start, own = heirs(self.images.master[self.cells], self.reference, self.boundary[rows], count)
+        start, own = residual_receivers(self.images.master[self.cells], self.reference, self.boundary[rows], count)
         return start, rows[own]
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """Names of the physics this body has."""
+        """Names of the terms of this body."""
         names = ["internal-force"]
         if self.images is not None:
             names.append("periodic")

@@ -1,6 +1,6 @@
-"""The surface problem as index arrays: contact-touching cells, the graph of contact nodes, its colouring.
+"""The stiffness of the contact nodes as index arrays: contact cells, the graph of the nodes, its colouring.
 
-Built once per body, by brute numpy; the kernels only walk these lists.
+They are built once per body with numpy; the kernels only read them.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class ContactGraph:
-    """Contact nodes are numbered 0..k-1 colour by colour; an entry is a block (row node, column node) of K_KK.
+    """Graph of the contact nodes 0..k-1, numbered colour by colour; an entry is a block (row, column) of K_KK.
 
-    nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: contact-touching cells;
-    pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: per cell its pairs of corners in K, the lower one first,
-    and their numbers; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start [e+1],
-    entry_pairs: the pairs that add up to an entry, -1 - p for the transposed of pair p.
+    nodes [k]: node ids; colour_start [colours]: first node of each colour; cells [c]: cells with contact nodes;
+    pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: pairs of contact corners of each cell, the lower one
+    first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start
+    [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p.
     """
 
     nodes: np.ndarray
@@ -45,22 +45,22 @@ class ContactGraph:
 
 
 def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> ContactGraph:
-    """Graph of the contact nodes [k] in a body with the given cells [m, corners]."""
+    """Build the graph of the contact nodes [k] of a body with cells [m, corners]."""
     slot = np.full(node_count, -1)
     slot[nodes] = np.arange(len(nodes))
-    touched = np.flatnonzero((slot[cells] >= 0).any(axis=1))
-    colour = _colours(slot[cells[touched]], len(nodes))
+    contact_cells = np.flatnonzero((slot[cells] >= 0).any(axis=1))
+    colour = _colours(slot[cells[contact_cells]], len(nodes))
     order = np.lexsort((nodes, colour))
     nodes = nodes[order]
     slot[nodes] = np.arange(len(nodes))
-    local = slot[cells[touched]]  # [c, corners]
+    local = slot[cells[contact_cells]]  # [c, corners]
     width = cells.shape[1]
 
     first, second = np.triu_indices(width)
     cell, pair = np.nonzero((local[:, first] >= 0) & (local[:, second] >= 0))
     corners = np.stack([first[pair], second[pair]], axis=1)
     numbers = np.stack([local[cell, corners[:, 0]], local[cell, corners[:, 1]]], axis=1)
-    two = np.flatnonzero(corners[:, 0] != corners[:, 1])  # they are in K_KK twice
+    two = np.flatnonzero(corners[:, 0] != corners[:, 1])  # their blocks stand in K_KK twice
     ends = np.concatenate([numbers, numbers[two, ::-1]])
     source = np.concatenate([np.arange(len(numbers)), -1 - two])
     key = ends[:, 0] * (len(nodes) + 1) + np.where(ends[:, 0] == ends[:, 1], 0, ends[:, 1] + 1)
@@ -69,8 +69,8 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     return ContactGraph(
         nodes=nodes,
         colour_start=_starts(colour, int(colour.max(initial=0)) + 1)[:-1],
-        cells=touched,
-        pair_start=_starts(cell, len(touched)),
+        cells=contact_cells,
+        pair_start=_starts(cell, len(contact_cells)),
         pair_corners=corners,
         pair_nodes=numbers,
         row_start=_starts(row, len(nodes)),
@@ -81,9 +81,9 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
 
 
 def joined(graphs: Sequence[ContactGraph], first_nodes: Sequence[int]) -> ContactGraph:
-    """Put several graphs that do not couple into one, one after another: each is an island of it.
+    """Join graphs that do not couple into one, one after another; each is an island of it.
 
-    first_nodes: what the node ids of each graph count from in the common numbering; cells keep the numbers they have.
+    first_nodes: first node of each graph in the common numbering; cells keep their numbers.
     """
     total: dict[str, list[np.ndarray]] = {field.name: [] for field in fields(ContactGraph)}
     nodes = pairs = entries = sources = 0
@@ -100,11 +100,13 @@ def joined(graphs: Sequence[ContactGraph], first_nodes: Sequence[int]) -> Contac
     return ContactGraph(**{name: np.concatenate(parts) for name, parts in total.items()})
 
 
-def heirs(cells: np.ndarray, reference: np.ndarray, boundary: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Who takes what the static solve leaves unbalanced: start [k+1] and rows of the boundary list, equal shares.
+def residual_receivers(
+    cells: np.ndarray, reference: np.ndarray, boundary: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the boundary nodes that take the force that the static solve leaves at a contact node, in equal shares.
 
-    The first `count` boundary nodes are the contact nodes; heirs of one are the other boundary nodes in its cells (they
-    carry its mass), or the nearest one if there is none.
+    Returns start [k+1] and rows of the boundary list. The first `count` boundary nodes are the contact nodes; the
+    receivers of one are the other boundary nodes in its cells (they carry its mass), or the nearest one without any.
     """
     row = np.full(len(reference), -1)
     row[boundary] = np.arange(len(boundary))
@@ -126,7 +128,7 @@ def _starts(owner: np.ndarray, count: int) -> np.ndarray:
 
 
 def _colours(local: np.ndarray, count: int) -> np.ndarray:
-    """Greedy colouring of the graph whose edges join contact nodes of one cell."""
+    """Colour greedily the graph whose edges join contact nodes of one cell."""
     neighbours: list[set[int]] = [set() for _ in range(count)]
     for row in local.tolist():
         members = [node for node in row if node >= 0]

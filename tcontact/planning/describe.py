@@ -1,4 +1,4 @@
-"""A plan in words: terms, sizes, kernels and bytes, before anything is allocated."""
+"""Describe a plan in words: terms, sizes, kernels and bytes, before anything is allocated."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SYMMETRIC = 6
 
 
 class Plan(Protocol):
-    """What a description reads of a plan."""
+    """The parts of a plan that its description reads."""
 
     @property
     def contact_term(self) -> str | None: ...
@@ -36,7 +36,7 @@ class Plan(Protocol):
 
 
 def describe(plan: Plan) -> str:
-    """Terms of the run, then for every body what it is made of, the kernels it launches and the bytes they work on."""
+    """Describe the terms of the run, and for every body its cells and nodes, its kernels and their bytes."""
     lines = ["terms: " + ", ".join(plan.terms)]
     for domain in plan.domains:
         lines += [_body(plan, body) for body in domain.bodies]
@@ -66,7 +66,7 @@ def _body(plan: Plan, body: BodyPlan) -> str:
 
 
 def kernels(plan: Plan, domain: Domain) -> list[str]:
-    """The kernels a step of the bodies of a domain launch, each with what it does in one launch."""
+    """List the kernels that a step of a domain launches, each with its parts."""
     cells = "; ".join(", ".join(kind) for kind in domain.kinds)
     beside = [] if domain.images is None else ["images of periodic nodes"]
     if domain.contact is not None:
@@ -75,7 +75,7 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
             plan.contact_term or "", "gaps"
         )
         beside.append("massless load, prediction" if massless else load)
-        if domain.few_contact_cells and not domain.small:  # else a pass of the other kernel or of this one
+        if domain.few_contact_cells and not domain.small:  # otherwise the force pass or the serial step does them
             beside.append("contact cells")
         if domain.viscous_cells:
             beside.append("viscosity of the contact cells")
@@ -102,12 +102,12 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
 
 
 def memory(plan: Plan, domain: Domain) -> dict[str, int]:
-    """Bytes by term that the bodies of a domain will take, as in `Result.memory`."""
+    """Return the bytes that the terms of a domain will take, as in `Result.memory`."""
     nodes, packs = len(domain.reference), pack_domain(domain)
-    listed = len(domain.boundary)
+    boundary = len(domain.boundary)
     result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, domain, packs)}
-    if listed:
-        result["boundary-nodes"] = listed * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
+    if boundary:
+        result["boundary-nodes"] = boundary * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
     if len(domain.support_rows):
         result["supports"] = len(domain.support_rows) * (WHOLE + REAL)
     if domain.images is not None:
@@ -115,7 +115,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     contact = domain.contact
     if contact is not None:
         slots, count = min(len(plan.scene.obstacles), MAXIMUM_SLOTS), len(contact.nodes)
-        known = count if len(plan.scene.obstacles) <= slots else 0  # whose smallest gap is that of a row
+        known = count if len(plan.scene.obstacles) <= slots else 0  # nodes whose smallest gap a row holds
         bodies = sum(body.contact is not None for body in domain.bodies)
         size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + (bodies + 1) * ISLAND * WHOLE
         size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, domain)
@@ -134,7 +134,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result[plan.contact_term or "contact"] = size
         if domain.viscous_cells and contact.graph is not None:
             lanes = packs.lanes - packs.first_contact_lane
-            numbers = 7 + 6 * listed + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
+            numbers = 7 + 6 * boundary + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
             size = REAL * (2 + count * FRICTION_NODE)
@@ -143,24 +143,26 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
 
 
 def _row_width(plan: Plan, domain: Domain) -> int:
-    """Numbers of a constraint row."""
+    """Count the numbers of a constraint row."""
     contact, scene = domain.contact, plan.scene
     assert contact is not None
-    massless, rubs = contact.graph is not None, scene.friction is not None
-    stays = massless and rubs and contact.block > 1
-    kicked = rubs and (not massless or bool(domain.inverses[: len(contact.nodes)].any()))
+    massless, has_friction = contact.graph is not None, scene.friction is not None
+    static_friction = massless and has_friction and contact.block > 1
+    kicked = has_friction and (not massless or bool(domain.inverses[: len(contact.nodes)].any()))
     now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
-    return 7 + massless + 2 * rubs + 3 * (now + (scene.moving and stays) + kicked + 3 * stays)
+    return (
+        7 + massless + 2 * has_friction + 3 * (now + (scene.moving and static_friction) + kicked + 3 * static_friction)
+    )
 
 
 def _layered(plan: Plan, domain: Domain) -> bool:
-    """Whether the bodies have friction layers, which take their step between the two parts of every row."""
+    """Return whether the bodies have friction layers, whose step splits the measurement of every row in two."""
     contact = domain.contact
     return isinstance(plan.scene.friction, FrictionLayer) and contact is not None and len(contact.nodes) > 0
 
 
 def _obstacles(plan: Plan, domain: Domain) -> int:
-    """Records of the obstacles, rows of them while they move, and grids of distances."""
+    """Count the bytes of the obstacles: their records, a row of records per step where they move, sampled distances."""
     obstacles = plan.scene.obstacles
     rows = 1
     if plan.scene.moving:
@@ -170,7 +172,7 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
 
 
 def _layers(friction: FrictionModel, count: int) -> int:
-    """State of `count` friction layers and the space to solve them in."""
+    """Count the bytes of `count` friction layers: their state and the space of their solve."""
     if not isinstance(friction, FrictionLayer):
         return 0
     padded = -(-count // 8) * 8
@@ -179,14 +181,14 @@ def _layers(friction: FrictionModel, count: int) -> int:
 
 
 def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:
-    nodes, listed = len(domain.reference), len(domain.boundary)
+    nodes, boundary = len(domain.reference), len(domain.boundary)
     rows = 0
-    if domain.small or listed:
+    if domain.small or boundary:
         rows = MAXIMUM_ROWS if domain.small and not _layered(plan, domain) else 1
     viscous = 0
     if domain.viscosity is not None:
         viscous = packs.all_chunks * group_size(*cell_groups(True)) + packs.lanes
-    corners = (listed + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
+    corners = (boundary + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
     width = group_size(*raw_groups(plan.scene, domain))
     return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL
 

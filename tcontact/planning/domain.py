@@ -1,8 +1,8 @@
-"""The domain of a run: the bodies that take their steps together, in one numbering of nodes and in flat arrays.
+"""A domain: bodies that take their steps together, in one numbering of nodes and in flat arrays.
 
-The nodes of a domain are those of its bodies in the numbering of their plans, body after body; so are its contact
-nodes. Its boundary nodes are the contact nodes of all bodies, then those that follow them in periodic bodies, then the
-other ones. Cells stand in blocks of one element and one law. A domain of one body has the arrays of its plan.
+Nodes and contact nodes stand body after body, in the numbering of the plans. The boundary nodes are the contact nodes
+of all bodies, then their images in periodic bodies, then the others. Cells stand in blocks of one element and one law.
+A domain of one body has the arrays of its plan.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from .static_solver import static_solver
 class CellBlock:
     """Cells of one element and one law with its constants.
 
-    variant: the element as its kernels know it; cells [m, corners]: nodes of the domain, the contact cells last;
-    contact [c]: numbers of these among the contact cells of the domain.
+    variant: name of the element in the kernels; cells [m, corners]: nodes of the domain, the contact cells last;
+    contact [c]: numbers of these in the contact cells of the domain.
     """
 
     body: BodyPlan
@@ -39,23 +39,22 @@ class CellBlock:
 
     @property
     def contact_cells(self) -> np.ndarray:
-        """The nodes [c, corners] of its contact cells."""
+        """Nodes [c, corners] of its contact cells."""
         return self.cells[len(self.cells) - len(self.contact) :]
 
     @property
     def kind(self) -> tuple[str, str]:
-        """Element and law, which its kernels are made for."""
+        """Element and law, for which its kernels are compiled."""
         return self.variant, self.material.law
 
 
 class Domain:
     """Bodies in one numbering.
 
-    numbers: of the bodies in the scene; chunks: of its cells (packing.py), None: as many as suit
-    the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of every
-    body;
-    boundary_place: where the boundary nodes [s] of every body stand in those of the domain; the other attributes as in
-    `BodyPlan`.
+    numbers: numbers of the bodies in the scene; chunks: chunks of its cells (packing.py), None = as many as suit the
+    threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of a body;
+    boundary_place: for every body, places [s] of its boundary nodes among those of the domain. The other attributes
+    are those of `BodyPlan` for all bodies.
     """
 
     def __init__(self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,)) -> None:
@@ -81,12 +80,12 @@ class Domain:
         return np.split(place, np.cumsum([len(part) for part in classes])[:-1])
 
     def _joined(self, name: str) -> np.ndarray:
-        """An array of the nodes or supports of all bodies."""
+        """Concatenate an array of the plans of all bodies."""
         parts = [getattr(body, name) for body in self.bodies]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _of_boundary(self, values: Callable[[BodyPlan, int], np.ndarray]) -> np.ndarray:
-        """Values of the boundary nodes of all bodies, in the order of the domain."""
+        """Collect values of the boundary nodes of all bodies, in the order of the domain."""
         parts = [values(body, int(start)) for body, start in zip(self.bodies, self.node_start, strict=False)]
         if len(parts) == 1:
             return parts[0]
@@ -107,7 +106,7 @@ class Domain:
 
     @cached_property
     def boundary(self) -> np.ndarray:
-        """Boundary nodes [s]: with tensor mass, supports or contact."""
+        """Boundary nodes [s]: those with tensor mass, supports or contact."""
         return self._of_boundary(lambda body, start: body.boundary + start)
 
     @cached_property
@@ -117,7 +116,7 @@ class Domain:
 
     @cached_property
     def inverses(self) -> np.ndarray:
-        """Their inverses on the components that move freely [s, 3, 3] [1/kg]."""
+        """Inverses of `tensors` on the components that move freely [s, 3, 3] [1/kg]."""
         return self._of_boundary(lambda body, _start: body.inverses)
 
     @cached_property
@@ -133,12 +132,12 @@ class Domain:
 
     @cached_property
     def support_axes(self) -> np.ndarray:
-        """Their axes [r]."""
+        """Axes [r] of the prescribed components."""
         return self._joined("support_axes")
 
     @cached_property
     def speeds(self) -> np.ndarray:
-        """Prescribed velocities [r] [m/s]."""
+        """Prescribed velocities [r] of these components [m/s]."""
         return self._joined("speeds")
 
     @property
@@ -158,7 +157,7 @@ class Domain:
 
     @cached_property
     def images(self) -> Images | None:
-        """Which nodes follow which, of all periodic bodies; None without any. They have no common period."""
+        """Images of the nodes of all periodic bodies, None without any; several bodies have no common period."""
         own = [body.images for body in self.bodies]
         if len(own) == 1 or all(images is None for images in own):
             return own[0]
@@ -171,7 +170,7 @@ class Domain:
 
     @cached_property
     def place(self) -> np.ndarray:
-        """Number [n] in the domain of every node of the user, body after body."""
+        """Number [n] in the domain of every node in the user's numbering, body after body."""
         parts = [body.place + start for body, start in zip(self.bodies, self.node_start, strict=False)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -181,17 +180,17 @@ class Domain:
         found = []
         for number, body in enumerate(self.bodies):
             graph = None if body.contact is None else body.contact.graph
-            cells, touching = body.cells + self.node_start[number], np.zeros(0, dtype=np.int64)
+            cells, contact = body.cells + self.node_start[number], np.zeros(0, dtype=np.int64)
             if graph is not None:
                 rest = np.setdiff1d(np.arange(len(cells)), graph.cells)
                 cells = np.concatenate([cells[rest], cells[graph.cells]])
-                touching = np.arange(self.cell_start[number], self.cell_start[number + 1])
-            found.append(CellBlock(body, body.variant, body.body.material, cells, touching))
+                contact = np.arange(self.cell_start[number], self.cell_start[number + 1])
+            found.append(CellBlock(body, body.variant, body.body.material, cells, contact))
         return tuple(found)
 
     @cached_property
     def kinds(self) -> tuple[tuple[str, str], ...]:
-        """Elements with their laws, as the kernels of the domain are made for."""
+        """Pairs of an element and a law for which the kernels of the domain are compiled."""
         return tuple(dict.fromkeys(block.kind for block in self.blocks))
 
     @cached_property
@@ -219,11 +218,11 @@ class Domain:
 
     @cached_property
     def residual_receivers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Boundary nodes that take what the static solve leaves unbalanced: start [k + 1], places in the boundary."""
+        """Boundary nodes that take the force that the static solve leaves at a contact node: start [k + 1], places."""
         starts, rows, total = [np.zeros(1, dtype=np.int64)], [], 0
         for body, place in zip(self.bodies, self.boundary_place, strict=True):
             if body.contact is not None and len(body.contact.nodes):
-                start, own = body.heirs
+                start, own = body.residual_receivers
                 starts.append(start[1:] + total)
                 rows.append(place[own])
                 total += len(own)
@@ -231,42 +230,42 @@ class Domain:
 
     @property
     def small(self) -> bool:
-        """Whether one thread takes its steps, many in a launch."""
+        """Return whether one thread takes its steps, many in a launch."""
         return self._share([len(block.cells) for block in self.blocks]) <= 1.0
 
     @property
     def few_contact_cells(self) -> bool:
-        """Whether there are massless contact cells, and so few that one thread does them."""
+        """Return whether there are massless contact cells, and so few that one thread does them."""
         counts = [len(block.contact) for block in self.blocks]
         return sum(counts) > 0 and self._share(counts) <= 1.0
 
     def _share(self, counts: list[int]) -> float:
-        """How many cells of every block there are, over what one thread is given; infinite where it is given none."""
+        """Return the cells over the largest number for one thread, summed over the blocks; infinite where that is 0."""
         pairs = [(count, SMALL[block.body.element]) for count, block in zip(counts, self.blocks, strict=True) if count]
         return sum(count / limit if limit else np.inf for count, limit in pairs)
 
     @property
     def several(self) -> float:
-        """How often the domain exceeds what one thread is given."""
+        """Number of cells over the largest number for one thread."""
         return self._share([len(block.cells) for block in self.blocks])
 
     @property
     def viscous_cells(self) -> bool:
-        """Whether some contact cells are viscous."""
+        """Return whether some contact cells are viscous."""
         return any(body.viscous_cells for body in self.bodies)
 
     @property
     def dissipates(self) -> bool:
-        """Whether its rows have a viscous power."""
+        """Return whether viscosity dissipates energy in the domain."""
         return self.viscosity is not None or self.viscous_cells
 
     @property
     def options(self) -> dict[str, Any]:
-        """What its kernels are made with besides the ordinary step; empty without."""
+        """Options of its kernels for damping and bulk viscosity; empty without these."""
         return self.bodies[0].options
 
     def to_user(self, values: np.ndarray) -> np.ndarray:
-        """Values [n, ...] of the nodes as the user numbers them, body after body, in an array of their own."""
+        """Return a copy of values [n, ...] of the nodes in the user's numbering, body after body."""
         return np.take(values, self.place, axis=0)
 
 
@@ -275,10 +274,9 @@ def _starts(counts: list[int]) -> np.ndarray:
 
 
 def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
-    """The bodies in groups that take their steps together: one, where their contact is of one kind.
+    """Group the bodies into domains: one for each number of massless components and solver of the static solve.
 
-    Bodies whose nodes have lost different numbers of mass components, or that need different solvers, make kernels of
-    different kinds; what cannot touch goes with the first group.
+    These choose different kernels. Bodies that cannot touch anything join the first domain.
     """
     groups: dict[tuple[int, bool], list[int]] = {}
     alone = []

@@ -1,4 +1,4 @@
-"""The cells of a domain in packs, the constants of their materials, and the corners of its contact cells."""
+"""Pack the cells of a domain, the constants of their materials and the corners of its contact cells."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, str], int] | None = None) -> CellPacks:
     """Pack the cells of a domain.
 
-    kept: how many numbers the quadrature points of a cell keep, by element and law; None: no law has state.
+    kept: numbers of state of the quadrature points of a cell, by element and law; None: no law has state.
     """
     size, kept = len(material_numbers(domain, domain.blocks[0])), kept or {}
     blocks = [
@@ -33,7 +33,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, s
 
 
 def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
-    """What stands in `params` for the cells of a block, as in kernels/lanes.py."""
+    """Return the constants of a block in `params`, in the order of kernels/lanes.py."""
     material, viscosity = block.material, domain.viscosity
     numbers = [*material.parameters, *[0.0] * (lanes.LAW_PARAMETERS - len(material.parameters))]
     if domain.dissipates:
@@ -47,7 +47,7 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
 
 
 def massless_count(domain: Domain) -> int:
-    """How many boundary nodes come first that have massless components: the contact nodes and who follows them."""
+    """Count the boundary nodes with massless components, which come first: contact nodes and their images."""
     contact = domain.contact
     if contact is None or contact.basis is None:
         return 0
@@ -56,9 +56,9 @@ def massless_count(domain: Domain) -> int:
 
 
 def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
-    """The force rows of the corners of contact cells by boundary node: where each begins [s + 1], and the rows.
+    """List the force rows of the corners of contact cells by boundary node: start of each [s + 1], then the rows.
 
-    The corners of images belong to their masters.
+    Corners of images count at their masters.
     """
     place = np.full(len(domain.reference), -1)
     place[domain.boundary] = np.arange(len(domain.boundary))

@@ -1,4 +1,4 @@
-"""Islands of contact: the contact nodes of one body in lists that several bodies share (kernels/contact/islands.py)."""
+"""Islands: the contact nodes of one body in lists that several bodies share (kernels/contact/islands.py)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .sweep_order import SweepOrder
 
 @dataclass(frozen=True)
 class Island:
-    """The share of one body in the lists of contact.
+    """The part of one body in the contact lists of its domain.
 
     nodes, all_nodes, cells: its slices of `ContactPlan.nodes`, `ContactPlan.all_nodes` and of the contact cells;
-    blocks: of the contact blocks.
+    blocks: its slice of the blocks of contact cells.
     """
 
     body: BodyPlan
@@ -29,12 +29,12 @@ class Island:
 
     @property
     def removal(self) -> str | None:
-        """Which mass its nodes have lost: "normal", "full" or None."""
+        """The mass removed from its nodes: "normal", "full" or None."""
         return None if self.body.contact is None else self.body.contact.removal
 
 
 def islands_of(domain: Domain) -> tuple[Island, ...]:
-    """The islands of a domain: one of every body that can touch."""
+    """Return the islands of a domain, one for each body that can touch."""
     found, everyone, blocks = [], 0, 0
     for number, body in enumerate(domain.bodies):
         if body.contact is not None:
@@ -54,7 +54,7 @@ def islands_of(domain: Domain) -> tuple[Island, ...]:
 
 
 def nodes_without_rows(domain: Domain, islands: Sequence[Island], obstacles: int) -> list[np.ndarray]:
-    """Per island the nodes of its contact set whose smallest gap no row knows: all where rows leave obstacles out."""
+    """Return per island the contact nodes whose smallest gap stands in no row: all, if rows leave obstacles out."""
     contact = domain.contact
     assert contact is not None
     known = contact.nodes if obstacles <= MAXIMUM_SLOTS else contact.nodes[:0]
@@ -62,9 +62,9 @@ def nodes_without_rows(domain: Domain, islands: Sequence[Island], obstacles: int
 
 
 def island_starts(islands: Sequence[Island], others: Sequence[np.ndarray], order: SweepOrder | None) -> np.ndarray:
-    """Where every island begins [i+1, ISLAND] and the last one ends, as `kernels/contact/islands.py` reads it.
+    """Return where every island begins and the last one ends [i+1, ISLAND], as kernels/contact/islands.py reads it.
 
-    others: per island its nodes without rows; order: of the sweeps, None without a static solve.
+    others: nodes without rows of each island; order: order of the sweeps, None without a static solve.
     """
     starts = np.zeros((len(islands) + 1, ISLAND), dtype=np.int64)
     starts[1:, 0] = [island.nodes.stop for island in islands]

@@ -7,7 +7,7 @@ import numpy as np
 from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
 from ..mesh.mesh import Mesh
 
-QUAD_CORNERS = HEX_CORNERS[:4, :2]  # of the reference quadrilateral [-1, 1]^2, in VTK's order
+QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
 
 
 def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
@@ -24,7 +24,7 @@ def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
 def node_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area weight A_k [n] [m^2]: integral of N_k over the faces, in the reference state.
 
-    Among quadrilaterals a triangle is one with its last corner twice: the points integrate that exactly too.
+    Among quadrilaterals a triangle repeats its last corner; the quadrature is exact for it too.
     """
     areas = np.zeros(len(nodes))
     if faces.shape[1] == 3:

@@ -1,4 +1,4 @@
-"""Measured rows: what a step measures, by name, made of raw rows of a domain; rows of several bodies make one."""
+"""Measured rows: named quantities of a step, from the raw rows of the domains."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ COMBINE: dict[str, Callable[..., np.ndarray]] = {
 
 
 class Layout:
-    """Where the columns of a scene stand in its rows.
+    """The places of the columns of a scene in its rows.
 
-    terms: the parts of a scene that have columns of their own; obstacles: names of those whose loads are measured;
-    place: by name, what is measured first, then from `width` on up to `end` the integrals over time; shown: the columns
-    of the history in their order.
+    terms: terms of the scene with columns of their own; obstacles: names of those whose loads are measured; place:
+    slice of each column by name, first the measured ones, then from `width` to `end` the integrals over time; shown:
+    columns of the history in their order.
     """
 
     def __init__(self, terms: Collection[str] = (), obstacles: tuple[str, ...] = ()) -> None:
@@ -45,7 +45,7 @@ class Layout:
         self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
 
     def _of_obstacles(self, columns: list[Column]) -> Iterator[Column]:
-        """The columns, those of an obstacle once for each of them, after the first of which all others come."""
+        """Yield the columns; those of an obstacle come together, once for each obstacle."""
         each = [column for column in columns if "obstacle" in column.groups]
         for column in columns:
             if column not in each:
@@ -54,17 +54,17 @@ class Layout:
                 yield from (part._replace(name=f"{part.name}:{name}") for name in self.obstacles for part in each)
 
     def numbers(self, names: Iterable[str]) -> np.ndarray:
-        """Places of all numbers of those of these columns that there are."""
+        """Return the places of all numbers of these columns, leaving out columns that the scene does not have."""
         places = [self.place[name] for name in names if name in self.place]
         return np.array([number for place in places for number in range(place.start, place.stop)], dtype=int)
 
     def stored(self, row: np.ndarray) -> Any:
-        """Energy that is stored at a row [end], or at each of several [end, m] [J]."""
+        """Return the stored energy [J] at a row [end], or at each of several [end, m]."""
         return sum(row[self.place[column.name].start] for column in self.measured if column.energy == "stored")
 
 
 def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
-    """The groups of columns in the raw rows of a domain, in their order (kernels/step/raw_rows.py)."""
+    """Return the groups of columns in the raw rows of a domain, in their order (kernels/step/raw_rows.py)."""
     groups = ["nodes", *cell_groups(domain.dissipates)]
     if domain.small or len(domain.boundary) or domain.contact is not None:
         groups += ["boundary", "support"]
@@ -77,12 +77,12 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
 
 
 class RawRows:
-    """Makes measured rows of the raw rows of a domain; groups: those that its raw rows have, in their order."""
+    """Converts raw rows of a domain to measured rows; groups: groups of columns of the raw rows, in their order."""
 
     def __init__(self, groups: tuple[str, ...], layout: Layout) -> None:
         self.layout = layout
         first: dict[int, int] = {}  # place in a measured row -> place in a raw row
-        further: dict[int, int] = {}  # what another group adds there
+        further: dict[int, int] = {}  # the same where a second group adds to that place
         names, start = iter(layout.obstacles), 0
         for group in groups:
             obstacle = f":{next(names)}" if group == "obstacle" else ""
@@ -95,7 +95,7 @@ class RawRows:
         self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
 
     def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray) -> np.ndarray:
-        """Measured rows [n, width] of raw rows, at the times [s] and in the gravity [m/s^2]."""
+        """Convert raw rows to measured rows [n, width] at the times [s] with the gravity [m/s^2]."""
         rows = np.repeat(self.layout.empty, len(raw), axis=0)
         rows[:, self.layout.place["time"].start] = times
         rows[:, self._first[0]] = raw[:, self._first[1]]
@@ -106,7 +106,7 @@ class RawRows:
 
 
 def combined(rows: list[np.ndarray], layout: Layout) -> np.ndarray:
-    """The rows [m, width] of all bodies together, each column as the table says."""
+    """Combine the rows [m, width] of all domains, each column by its rule in the table of columns."""
     if len(rows) == 1:
         return rows[0]
     total = np.sum(rows, axis=0)

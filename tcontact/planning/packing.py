@@ -1,10 +1,10 @@
-"""Cells in packs of lanes, packs in chunks that own compact force rows: the shape that is fast on CPUs.
+"""Pack cells into lanes, and packs into chunks with force rows of their own: the layout that is fast on CPUs.
 
 A pack holds `width` cells of one block (an element with a law and its constants) as [corner][lane]. The packs of all
 blocks are divided into a fixed number of chunks, so that sums have the same bits at any thread count. Each chunk adds
 forces, without atomics, into its own row over the nodes [low, high] it spans. low and high never fall from chunk to
-chunk: every chunk between a node's first and last one has a row for it. Contact cells stand last, in as many chunks of
-their own; each corner of theirs has a row of its own, which the static solve and the node sum read.
+chunk: every chunk between a node's first and last one has a row for it. Contact cells stand last, in
+as many further chunks; each of their corners has a row of its own, which the static solve and the node sum read.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ IntArray = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Block:
-    """Cells of one element and one law with its constants, as the kernels see them.
+    """Cells of one element and one law with its constants.
 
     cells [m, corners]: nodes, the contact cells last; width: lanes of a pack; kind: number of the element and law among
-    those that the kernel was made for; material: where its constants stand in `params`; contact: number of contact
-    cells; memory: how many numbers the quadrature points of a cell keep.
+    those that the kernel is compiled for; material: place of its constants in `params`; contact: number of contact
+    cells; memory: numbers of state of all quadrature points of a cell.
     """
 
     cells: NDArray[np.integer]
@@ -44,16 +44,16 @@ class Block:
 
 @dataclass(frozen=True)
 class CellPacks:
-    """Index arrays of the step kernel.
+    """Index arrays of the force pass.
 
     connectivity int32: node of (pack, corner, lane), block after block, then the contact cells of all blocks; the last
-    pack of a block is filled up by repeating its last cell, without weight;
-    chunk_table [chunks * (kinds + 3)], segments int32: as in kernels/cells/cell_phase.py, lanes.py;
-    node_info [nodes] int32: first chunk that touches the node, last one, boundary node + 1 (0 = ordinary), by bits as
-    in lanes.py; first > last for a node without cells outside the contact cells.
-    row_count: rows in all (3 force components each); lanes: of all packs; corner_rows: how many
-    rows belong to corners; corner_start [blocks + 1], corners: row of every corner of the contact cells, by block;
-    memory: numbers that all quadrature points keep; contact_memory [blocks]: where those of the contact cells begin.
+    pack of a block is filled up with its last cell, without weight;
+    chunk_table [chunks * (kinds + 3)], segments int32: see kernels/cells/cell_phase.py, lanes.py;
+    node_info [nodes] int32: first and last chunk with a cell of the node, boundary node + 1 (0 = ordinary), in bits as
+    in lanes.py; first > last for a node of contact cells alone.
+    row_count: number of rows (3 force components each); lanes: lanes of all packs; corner_rows: rows of corners;
+    corner_start [blocks + 1], corners: row of every corner of the contact cells, by block; memory: numbers of state of
+    all quadrature points; contact_memory [blocks]: where those of the contact cells begin.
     """
 
     connectivity: IntArray
@@ -72,22 +72,22 @@ class CellPacks:
 
     @property
     def nbytes(self) -> int:
-        """Bytes the kernel keeps for these cells: index arrays and force rows."""
+        """Bytes of these cells: index arrays and force rows."""
         arrays = (self.connectivity, self.chunk_table, self.segments, self.node_info)
         return sum(array.nbytes for array in arrays) + 24 * self.row_count
 
     @property
     def first_corner_row(self) -> int:
-        """The first of the rows that corners of contact cells have for their own."""
+        """First row of the corners of contact cells."""
         return self.row_count - self.corner_rows
 
     @property
     def all_chunks(self) -> int:
-        """Chunks of the ordinary cells and, if there are any, of the contact cells."""
+        """Number of chunks: those of the ordinary cells and, if there are any, of the contact cells."""
         return self.chunks * (2 if len(self.corners) else 1)
 
     def with_boundary(self, nodes: NDArray[np.integer]) -> IntArray:
-        """A copy of node_info [node_count] in which nodes[s] is boundary node s: it hands out its force and stays.
+        """Return a copy of node_info [node_count] with nodes[s] as boundary node s: the pass sums its force only.
 
         Raises `InputError` for a node out of range or named twice.
         """
@@ -103,7 +103,7 @@ class CellPacks:
 
 
 def chunks_for(threads: int) -> int:
-    """Chunks for so many threads: as many as there are threads, but not fewer than `CHUNKS`."""
+    """Return the number of chunks for so many threads: one for each thread, but at least `CHUNKS`."""
     return min(MAXIMUM_CHUNKS, max(CHUNKS, threads))
 
 
@@ -115,10 +115,10 @@ def pack_cells(
 
 
 def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: int = CHUNKS) -> CellPacks:
-    """Pack blocks of cells of renumbered nodes (see `slab_order`) for the step kernel.
+    """Pack blocks of cells of renumbered nodes (see `slab_order`) for the force pass.
 
-    kinds: how many elements with a law the kernel was made for; chunks: at most 31. Any order of the cells works, one
-    that is local keeps the rows short. Raises `InputError` for an empty or out-of-range connectivity, width < 1 or
+    kinds: number of elements with a law that the kernel is compiled for; chunks: at most 31. Any order of the cells
+    works; a local one keeps the rows short. Raises `InputError` for an empty or out-of-range connectivity, width < 1 or
     chunks not in 1..31.
     """
     for block in blocks:
@@ -126,8 +126,8 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     if not 1 <= chunks <= MAXIMUM_CHUNKS:
         raise InputError("chunks", chunks, f"use 1 to {MAXIMUM_CHUNKS} ({CHUNK_BITS} bits in node_info)")
     ordinary = [_padded(block.cells[: len(block.cells) - block.contact], block.width) for block in blocks]
-    touching = [_padded(block.cells[len(block.cells) - block.contact :], block.width) for block in blocks]
-    parts = [*ordinary, *touching]
+    contact_parts = [_padded(block.cells[len(block.cells) - block.contact :], block.width) for block in blocks]
+    parts = [*ordinary, *contact_parts]
     places = np.concatenate([[0], np.cumsum([part.size for part in parts])])
     lanes = np.concatenate([[0], np.cumsum([part.shape[0] * part.shape[1] for part in parts])])
 
@@ -143,10 +143,10 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     high = np.full(chunks, -1, dtype=np.int64)
     for chunk in range(chunks):
         for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
-            touched = part[start:end]
-            if touched.size:
-                low[chunk], high[chunk] = min(low[chunk], touched.min()), max(high[chunk], touched.max())
-                last[touched.ravel()] = chunk
+            nodes = part[start:end]
+            if nodes.size:
+                low[chunk], high[chunk] = min(low[chunk], nodes.min()), max(high[chunk], nodes.max())
+                last[nodes.ravel()] = chunk
     for chunk in reversed(range(chunks)):
         for part, (start, end) in zip(ordinary, spans[chunk], strict=True):
             first[part[start:end].ravel()] = chunk
@@ -163,7 +163,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     segments: list[tuple[int, ...]] = []
     halves = [(spans, 0, bases, 0)]
     if any(block.contact for block in blocks):
-        halves.append((_shared_out(touching, chunks), len(blocks), np.zeros(chunks, dtype=np.int64), 1))
+        halves.append((_shared_out(contact_parts, chunks), len(blocks), np.zeros(chunks, dtype=np.int64), 1))
     for ranges, shift, row_bases, owns in halves:
         for chunk in range(chunks):
             for kind in range(kinds):
@@ -183,7 +183,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
             table += [len(segments), int(row_bases[chunk]), owns]
     corners = [
         own + places[len(blocks) + number] + _corner_places(block.contact, *part.shape[1:])
-        for number, (block, part) in enumerate(zip(blocks, touching, strict=True))
+        for number, (block, part) in enumerate(zip(blocks, contact_parts, strict=True))
     ]
     return CellPacks(
         connectivity=np.concatenate([part.transpose(0, 2, 1).ravel() for part in parts]).astype(np.int32),
@@ -214,7 +214,7 @@ def _check(block: Block, node_count: int) -> None:
 
 
 def _padded(cells: NDArray[np.integer], width: int) -> IntArray:
-    """Cells [m, corners] as [packs, width, corners], filled up by repeating the last one."""
+    """Return the cells [m, corners] as [packs, width, corners], filled up with the last one."""
     count, corners = cells.shape
     packs = -(-count // width)
     padded = np.empty((packs * width, corners), dtype=np.int32)
@@ -224,16 +224,16 @@ def _padded(cells: NDArray[np.integer], width: int) -> IntArray:
 
 
 def _corner_places(count: int, width: int, corners: int) -> NDArray[np.int64]:
-    """Places [count * corners] in the connectivity of a block of the corners of its cells, cell by cell."""
+    """Return the places [count * corners] of the corners of a block in its connectivity, cell by cell."""
     cell, corner = np.divmod(np.arange(count * corners), corners)
     return ((cell // width) * corners + corner) * width + cell % width
 
 
 def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]]]:
-    """First and end pack of every block [blocks] in every chunk [chunks].
+    """Divide the packs into chunks: first and end pack of every block [blocks] in every chunk [chunks].
 
-    Packs of all blocks are taken in the order of their lowest nodes, without changing that within a block, and divided
-    so that every chunk has about as many corners.
+    Packs of all blocks are taken in the order of their lowest nodes, keeping the order within a block; every chunk gets
+    about as many corners.
     """
     lowest = [np.maximum.accumulate(part.min(axis=(1, 2), initial=2**31 - 1)) for part in parts]
     owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
@@ -248,12 +248,13 @@ def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]
 def slab_order(
     nodes: NDArray[np.float64], cells: NDArray[np.integer], normal: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(node_order, cell_order): new node k is old node node_order[k]; likewise cells.
+    """Return (node_order, cell_order) that keep neighbours together: new node k is old node node_order[k].
 
     Nodes are sorted by slabs along the axis with the most slabs, then by rows along the next one, then by coordinate.
     Slabs are the grid planes where the coordinates form a grid (box meshes, graded or not), else equal shares of the
-    nodes about one mean spacing thick. Cells follow their lowest node: neighbours in space stay neighbours in memory.
-    nodes [n, 3], cells [m, corners]; normal: of the contact face, whose nodes stay together if numbers of slabs tie.
+    nodes about one mean spacing thick. Cells are sorted by their lowest node.
+    nodes [n, 3], cells [m, corners]; normal: normal of the contact face, whose nodes stay together if axes have equally
+    many slabs.
     """
     points = np.asarray(nodes, dtype=np.float64)
     count = len(points)
@@ -278,7 +279,7 @@ def slab_order(
 
 
 def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:
-    """Slab of each value, with slab limits at quantiles: equal values stay together, refined zones get thin slabs."""
+    """Return the slab of each value, with limits at quantiles: equal values share one, refined zones have thin ones."""
     if slabs < 2:
         return np.zeros(len(coordinate), dtype=np.int64)
     limits = np.quantile(coordinate, np.arange(1, slabs) / slabs)

@@ -1,6 +1,6 @@
-"""What a scene needs: the terms that exist, and for every body its numbering, masses and contact lists. Host data only.
+"""Plan a run: the terms of the scene, and for every body its numbering, masses and contact lists, as host data.
 
-`plan(scene)` decides; terms allocate and launch. Nothing is planned for a term that the scene does not have.
+Nothing is planned for a term that the scene does not have.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Plan:
 
     @cached_property
     def domains(self) -> tuple[Domain, ...]:
-        """The bodies in the groups that take their steps together."""
+        """Domains: groups of bodies that take their steps together."""
         return domains_of(self.scene, self.bodies)
 
     @property
@@ -51,7 +51,7 @@ class Plan:
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """Names of the physics that will be built."""
+        """Names of the terms of the run."""
         found = dict.fromkeys(name for body in self.bodies for name in body.terms)
         if self.contact_term:
             found[self.contact_term] = None
@@ -63,14 +63,14 @@ class Plan:
 
     @cached_property
     def layout(self) -> Layout:
-        """Of the rows of its history."""
-        scene, touching = self.scene, self.scene.touching
+        """Layout of the rows of its history."""
+        scene, can_touch = self.scene, self.scene.touching
         present = {
             HOURGLASS: any(body.body.formulation == "reduced" for body in self.bodies),
             VISCOUS: any(body.dissipates for body in self.bodies),
-            FRICTION: touching and scene.friction is not None,
-            LAYERS: touching and isinstance(scene.friction, FrictionLayer),
-            LOADS: touching and scene.tracked,
+            FRICTION: can_touch and scene.friction is not None,
+            LAYERS: can_touch and isinstance(scene.friction, FrictionLayer),
+            LOADS: can_touch and scene.tracked,
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
@@ -78,18 +78,18 @@ class Plan:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Columns of the history that only such a scene has."""
+        """Columns of the history that depend on the terms of the scene."""
         return tuple(column.name for column in self.layout.shown if column.term)
 
     @property
     def factors(self) -> dict[str, float]:
-        """Factors of integrals over time in the history, by the names of their columns."""
+        """Factors of the integrals over time of the damping, by the names of their columns."""
         return {} if self.scene.damping is None else self.scene.damping.factors
 
     def describe(self, scheme: Any = None) -> str:
-        """Terms, sizes, kernels and bytes of the run, before anything is allocated; scheme: None = central difference.
+        """Describe terms, sizes, kernels and bytes of the run; scheme: None = central difference.
 
-        An implicit scheme names its equations, the solver of its linear systems and why that one.
+        An implicit scheme names its equations, the solver of its linear systems and why it was chosen.
         """
         if getattr(scheme, "implicit", False):
             return str(scheme.describe(self))
@@ -98,19 +98,19 @@ class Plan:
 
 
 def plan(scene: Scene) -> Plan:
-    """Decide what exists for the scene. Raises `InputError` where the contact set cannot be made massless."""
+    """Plan a scene. Raises `InputError` where the contact set cannot be made massless."""
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     planned = Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
     asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else None
     massless = any(body.contact is not None and body.contact.graph is not None for body in planned.bodies)
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
-        remedy = "contact cells are viscous where friction meets removal='normal' alone; leave it at None"
+        remedy = "contact cells are viscous only where friction meets removal='normal'; leave it at None"
         raise InputError("MasslessContact.cell_viscosity", asked, remedy)
     if isinstance(scene.contact, MasslessContact) and scene.contact.solver != "auto":
         for body in planned.bodies:
             if body.contact is not None and body.contact.graph is not None:
-                static_solver(scene, body)  # refuses what it cannot solve
+                static_solver(scene, body)  # raises where the solver asked for does not apply
     return planned
 
 
@@ -119,9 +119,9 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     masses = cell_masses(mesh, body.material.density)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
-    touching = scene.touching and body.touches
+    can_touch = scene.touching and body.touches
     facing = None
-    if touching:
+    if can_touch:
         start = body.initial_nodes
         nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
         facing = nearest.normal_at(start.mean(axis=0)[None])[0]
@@ -132,7 +132,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
     contact: ContactPlan | None = None
     massless: MasslessNodes | None = None
-    if touching and isinstance(scene.contact, MasslessContact):
+    if can_touch and isinstance(scene.contact, MasslessContact):
         massless = massless_nodes(scene, body)
         if len(massless.nodes):
             check_clusters(body, massless)
@@ -141,7 +141,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
-    if touching:
+    if can_touch:
         contact = _plan_contact(body, massless, place, cells, _cell_viscosity(scene))
         first = contact.nodes
     held = place[np.flatnonzero(~free.all(axis=1))]
@@ -183,24 +183,24 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
 
 
 def _cell_viscosity(scene: Scene) -> float:
-    given = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else 0.0
-    return cell_viscosity(given, scene.friction)
+    asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else 0.0
+    return cell_viscosity(asked, scene.friction)
 
 
 def _plan_contact(
     body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray, viscosity: float
 ) -> ContactPlan:
-    """viscosity: beta of the contact cells where the removal is normal."""
+    """Make the contact lists of a body; viscosity: beta of its contact cells if the removal is normal."""
     areas = node_areas(body.mesh.nodes, body.contact_faces)
     everyone, named = body.contact_nodes, cells
-    touching = everyone
-    if body.images is not None:  # the masters stand for all
+    nodes = everyone
+    if body.images is not None:  # only masters are contact nodes
         areas = body.images.total(areas)
-        touching = np.unique(body.images.master[everyone])
+        nodes = np.unique(body.images.master[everyone])
         named = place[body.images.master][np.argsort(place)[cells]]
     if massless is None:
-        touching = touching[np.argsort(place[touching])]
-        return ContactPlan(place[touching], np.sort(place[everyone]), areas[touching])
+        nodes = nodes[np.argsort(place[nodes])]
+        return ContactPlan(place[nodes], np.sort(place[everyone]), areas[nodes])
     if len(massless.nodes) == 0:
         none = np.zeros(0)
         return ContactPlan(massless.nodes, np.sort(place[everyone]), none, massless.removal)
@@ -224,7 +224,7 @@ def _plan_contact(
 
 
 def _inverses(mass: np.ndarray, free: np.ndarray, contact: ContactPlan | None) -> np.ndarray:
-    """Inverse mass on the components that are neither prescribed nor massless; zero on the others."""
+    """Return the inverse mass on the components that are neither prescribed nor massless; zero on the others."""
     moving = free[:, :, None] * np.eye(3)
     if contact is not None and contact.basis is not None:
         moving[: len(contact.nodes)] -= np.einsum("kic,kjc->kij", contact.basis, contact.basis)

@@ -1,9 +1,9 @@
-"""Mass redistribution: contact nodes hand their mass to their neighbours (METHOD 1, paper 4.2).
+"""Mass redistribution from the contact nodes to their neighbours (METHOD 1, paper 4.2).
 
     Mbar_T = I_T M_T I_T^t,   w_i = dist(i, k)^-1 / sum_j dist(j, k)^-1   over the nodes i, j of cell T outside K
 
-For row-sum lumped mass this is a weighted scatter of the share m of each cell, per massless direction b of node k:
-M_k -= m b b^t and M_i += w_i m b b^t. Total mass is exact and every M_i only grows.
+For row-sum lumped mass, with the mass m of node k in cell T and each massless direction b of k, this is
+M_k -= m b b^t and M_i += w_i m b b^t. The total mass is exact and every M_i only grows.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .removal import MasslessNodes
 
 @dataclass(frozen=True)
 class Redistribution:
-    """tensors [k, 3, 3] [kg]: mass of the nodes [k] that lost or gained some; every other node keeps its scalar."""
+    """Mass tensors [k, 3, 3] [kg] of the nodes [k] that lost or gained mass; every other node keeps its scalar."""
 
     nodes: np.ndarray
     tensors: np.ndarray
 
 
 class _Transfers:
-    """Collects (giver, direction, receiver, mass) as arrays and sums them into tensors."""
+    """Collects transfers (receiver, mass, direction) as arrays and sums them into tensors."""
 
     def __init__(self) -> None:
         self.parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
@@ -51,11 +51,12 @@ def redistribute(
     depth: int = 1,
     images: Images | None = None,
 ) -> Redistribution:
-    """Mass tensors after the contact nodes handed over their mass.
+    """Return the mass tensors after the contact nodes have lost their mass to their neighbours.
 
     masses [m, corners]: lumped mass of the cells [kg]; free [n, 3]: components without support (a supported neighbour
     receives only if the cell has no free one); depth: equal shares over that many layers of nodes, the first one inside
-    the cell, weights 1/distance inside a layer; images: of a periodic body, whose masters alone give and receive.
+    the cell, weights 1/distance inside a layer; images: those of a periodic body, whose masters alone
+    lose and receive mass.
     """
     slot = np.full(mesh.node_count, -1)
     slot[massless.nodes] = np.arange(len(massless.nodes))
@@ -63,40 +64,40 @@ def redistribute(
     cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
     cells, share = named[cells_here], masses[cells_here]
     cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K)
-    giver = cells[cell, corner]
+    donor = cells[cell, corner]
     around = cells[cell]  # [rows, corners]
     outside = slot[around] < 0
-    places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, whoever their masters are
+    places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, not where their masters are
     distance = np.linalg.norm(places - places[np.arange(len(cell)), corner][:, None], axis=2)
     inverse = np.where(outside, 1.0 / np.where(outside, distance, 1.0), 0.0)
     graph = _Graph(named, slot)
     layers = graph.layer_count(massless.nodes, depth) if depth > 1 else np.ones(len(massless.nodes), dtype=int)
     transfers = _Transfers()
     for column in range(3):
-        direction = massless.basis[slot[giver], :, column]
+        direction = massless.basis[slot[donor], :, column]
         has = np.abs(direction).any(axis=1)
         able = (free[around] | (np.abs(direction) <= 1e-6)[:, None, :]).all(axis=2)
         weight = np.where(able, inverse, 0.0)
         some: np.ndarray = weight.sum(axis=1) > 0.0
         weight = np.where(some[:, None], weight, inverse)
         total = weight.sum(axis=1)
-        mass = share[cell, corner] / layers[slot[giver]]
+        mass = share[cell, corner] / layers[slot[donor]]
         inner = has & (total > 0.0)
         rows = np.flatnonzero(inner)
         part = weight[rows] / total[rows][:, None] * mass[rows][:, None]
         row, receiver = np.nonzero(part)
         transfers.add(around[rows[row], receiver], part[row, receiver], direction[rows[row]])
         for lone in np.flatnonzero(has & (total == 0.0)):  # a cell without any node outside K
-            nodes = graph.nearest(int(giver[lone]))
-            near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[giver[lone]], images)
-            transfers.add(nodes, near / near.sum() * mass[lone], np.tile(direction[lone], (len(nodes), 1)))
+            nodes = graph.nearest(int(donor[lone]))
+            weights = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[donor[lone]], images)
+            transfers.add(nodes, weights / weights.sum() * mass[lone], np.tile(direction[lone], (len(nodes), 1)))
     if depth > 1:
         whole = np.zeros(len(massless.nodes))
-        np.add.at(whole, slot[giver], share[cell, corner])
+        np.add.at(whole, slot[donor], share[cell, corner])
         for index, node in enumerate(massless.nodes):
             for nodes in graph.layers(int(node), int(layers[index]))[1:]:
-                near = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[node], images)
-                part = near / near.sum() * whole[index] / layers[index]
+                weights = 1.0 / _distance(mesh.nodes[nodes] - mesh.nodes[node], images)
+                part = weights / weights.sum() * whole[index] / layers[index]
                 for direction in massless.basis[index].T[: massless.rank[index]]:
                     transfers.add(nodes, part, np.tile(direction, (len(nodes), 1)))
     receivers, gained = transfers.tensors()
@@ -115,26 +116,26 @@ def _distance(difference: np.ndarray, images: Images | None) -> np.ndarray:
 
 
 class _Graph:
-    """Neighbourhood through cells, walked node by node where a cell alone does not say who receives."""
+    """Neighbourhood of nodes through cells, for receivers that lie in other cells than the contact node."""
 
     def __init__(self, cells: np.ndarray, slot: np.ndarray) -> None:
         self.cells, self.slot = cells, slot
 
     @cached_property
     def _around(self) -> tuple[np.ndarray, np.ndarray]:
-        """Cells node by node, and where those of each node start."""
+        """Cells of each node in turn, and where those of each node start."""
         flat = self.cells.reshape(-1)
         owners = np.argsort(flat, kind="stable") // self.cells.shape[1]
         return owners, np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(self.slot)))])
 
     def neighbours(self, nodes: np.ndarray) -> np.ndarray:
-        """All nodes that share a cell with any of the nodes."""
+        """Return all nodes that share a cell with any of the nodes."""
         owners, start = self._around
         parts = [owners[start[node] : start[node + 1]] for node in nodes]
         return np.unique(self.cells[np.unique(np.concatenate(parts))])
 
     def nearest(self, node: int) -> np.ndarray:
-        """The nodes with mass in the nearest graph layer around a node of K."""
+        """Return the nodes with mass in the nearest graph layer around a node of K."""
         front = np.array([node])
         while True:
             front = self.neighbours(front)
@@ -143,7 +144,7 @@ class _Graph:
                 return outside
 
     def layers(self, node: int, depth: int) -> list[np.ndarray]:
-        """The first `depth` layers of nodes with mass behind a node of K; fewer if the body ends."""
+        """Return the first `depth` layers of nodes with mass behind a node of K; fewer if the body ends."""
         found = [self.nearest(node)]
         for number in range(2, depth + 1):
             around = self.neighbours(found[-1])
@@ -154,7 +155,7 @@ class _Graph:
         return found
 
     def layer_count(self, nodes: np.ndarray, depth: int) -> np.ndarray:
-        """How many of the wanted layers exist behind each node of K."""
+        """Count the layers behind each node of K, at most `depth`."""
         return np.array([len(self.layers(int(node), depth)) for node in nodes])
 
     @cached_property

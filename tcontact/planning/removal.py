@@ -1,4 +1,4 @@
-"""Which mass the contact nodes lose: the set K and a basis of the massless directions of its nodes (METHOD 1)."""
+"""Choose the mass that the contact nodes lose: the set K and a basis of its massless directions (METHOD 1)."""
 
 from __future__ import annotations
 
@@ -14,16 +14,19 @@ from ..scene.reach import within_reach
 from ..scene.scene import Scene
 from .rotation import spin
 
-FACING = np.cos(np.radians(15.0))  # faces that look at their plane within 15 degrees may lose normal mass only
-SPINS = 0.05  # [rad] by which a body that spins at the start turns in the duration: with less its normals stay
+FACING = np.cos(np.radians(15.0))  # a face within 15 degrees of its plane may lose normal mass only
+SPINS = 0.05  # [rad]: a body that spins by less in the duration keeps its normals
 PARALLEL = 1.0 - 1e-9
 FLAT = 1e-6  # a direction shorter than this in the free components of a node counts as supported
 
 
 @dataclass(frozen=True)
 class MasslessNodes:
-    """nodes [k] in the numbering of the mesh; basis [k, 3, 3]: unit columns spanning the massless directions, zero
-    columns behind them; rank [k]: how many; removal: "normal" or "full"."""
+    """The massless nodes of a body.
+
+    nodes [k]: numbers in the mesh; basis [k, 3, 3]: unit columns that span the massless directions, then zero columns;
+    rank [k]: number of massless directions; removal: "normal" or "full".
+    """
 
     nodes: np.ndarray
     basis: np.ndarray
@@ -31,7 +34,7 @@ class MasslessNodes:
     removal: str
 
     def masters(self, images: Images) -> MasslessNodes:
-        """Drop the nodes that follow another image of themselves."""
+        """Drop the images that follow a master."""
         kept = images.master[self.nodes] == self.nodes
         return replace(self, nodes=self.nodes[kept], basis=self.basis[kept], rank=self.rank[kept])
 
@@ -40,15 +43,17 @@ def choose_removal(scene: Scene, body: Body) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
 
     It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
-    looks along it, and the body does not start with a spin that turns it by 0.05 rad in the duration.
+    faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration.
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
-    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
-    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in near):
+    obstacles = [
+        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
+    ]
+    if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles):
         return "full"
-    normals = np.array([obstacle.frame[2] for obstacle in near])
+    normals = np.array([obstacle.frame[2] for obstacle in obstacles])
     if (np.abs(normals @ normals[0]) < PARALLEL).any():
         return "full"
     corners = body.initial_nodes[body.contact_faces]
@@ -63,7 +68,7 @@ def choose_removal(scene: Scene, body: Body) -> str:
 
 
 def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
-    """The nodes of the contact set that lose mass, with the directions they lose it in.
+    """Find the nodes of the contact set that lose mass, and their massless directions.
 
     A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
     removal the normals are those of the obstacles within reach.
@@ -72,10 +77,12 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
     removal = choose_removal(scene, body)
     nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
-    near = [scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)]
-    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in near], axis=1)
-    given = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
-    patterns, member = np.unique(given, axis=0, return_inverse=True)
+    obstacles = [
+        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
+    ]
+    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
+    candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
+    patterns, member = np.unique(candidates, axis=0, return_inverse=True)
     member = member.reshape(-1)
     basis = np.zeros((len(nodes), 3, 3))
     rank = np.zeros(len(nodes), dtype=np.int64)
@@ -90,9 +97,9 @@ def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
 
 
 def orthonormal(directions: np.ndarray) -> np.ndarray:
-    """Orthonormal columns [3, r] that span the given rows; rows shorter than 1e-6 do not count.
+    """Return orthonormal columns [3, r] that span the rows; a rest shorter than 1e-6 does not count.
 
-    Gram-Schmidt in the order given: a single direction stays exactly itself.
+    Gram-Schmidt in the order of the rows leaves a single unit direction as it is, to the bit.
     """
     columns: list[np.ndarray] = []
     for direction in directions:
@@ -107,7 +114,7 @@ def orthonormal(directions: np.ndarray) -> np.ndarray:
 
 
 def check_clusters(body: Body, massless: MasslessNodes) -> None:
-    """Refuse a contact set that nothing holds: the static solve needs every cluster of K tied to nodes with mass.
+    """Refuse a contact set that is not held: the static solve needs every cluster of K tied to nodes with mass.
 
     A cluster (K nodes connected through cells) is held if no rigid motion of it leaves its neighbours with mass, and
     the components that its nodes keep, at rest. Raises `InputError`.

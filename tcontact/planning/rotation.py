@@ -1,4 +1,4 @@
-"""How fast a body turns at the start, and how far it has turned: removal="normal" suits bodies and walls that do not.
+"""Measure the spin of a body at the start and its rotation: removal="normal" suits bodies and walls that do not turn.
 
 Normal removal takes mass along the normals of the start. Where these turn, the angular momentum is lost (METHOD 1).
 
@@ -14,11 +14,11 @@ import numpy as np
 from ..scene.body import Body
 from .lumped_mass import cell_masses
 
-FREE = 1e-9  # eigenvalue of the held motions, over the largest, below which a rigid motion is free
+FREE = 1e-9  # eigenvalue of the constraints, over the largest, below which a rigid motion is free
 
 
 def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m]."""
+    """Return the angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m]."""
     if (velocity == velocity[:1]).all():
         return np.zeros(3)
     mass = np.zeros(len(nodes))
@@ -36,7 +36,7 @@ def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 
 
 def _rigid_motions(arm: np.ndarray) -> np.ndarray:
-    """Velocities [n, 3, 6] of the nodes in the three translations and the three rotations."""
+    """Return the velocities [n, 3, 6] of the nodes in the three translations and the three rotations."""
     motions = np.zeros((len(arm), 3, 6))
     motions[:, :, :3] = np.eye(3)
     for axis in range(3):
@@ -45,7 +45,7 @@ def _rigid_motions(arm: np.ndarray) -> np.ndarray:
 
 
 def _free_motions(body: Body, motions: np.ndarray) -> np.ndarray:
-    """Columns [6, k]: rigid motions that move no supported component and leave opposite periodic sides alike."""
+    """Return the rigid motions, columns [6, k], that supports and periodic sides leave free."""
     rows = motions[np.isfinite(body.prescribed)]
     if body.images is not None:
         periodic = body.images.period > 0.0
@@ -58,7 +58,7 @@ def _free_motions(body: Body, motions: np.ndarray) -> np.ndarray:
 
 
 def rotation(start: np.ndarray, now: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Rotation matrix [3, 3] that takes start [n, 3] nearest to now [n, 3], both with weights mass [n]."""
+    """Return the rotation matrix [3, 3] that takes start [n, 3] nearest to now [n, 3], with weights mass [n]."""
     weights = mass / mass.sum()
     before, after = start - weights @ start, now - weights @ now
     left, _sizes, right = np.linalg.svd(np.einsum("n,ni,nj->ij", weights, after, before))
@@ -67,6 +67,6 @@ def rotation(start: np.ndarray, now: np.ndarray, mass: np.ndarray) -> np.ndarray
 
 
 def angle(turn: np.ndarray, about: np.ndarray | None = None) -> float:
-    """Angle [rad] of a rotation matrix, or that by which it tilts the unit vector `about`."""
+    """Return the angle [rad] of a rotation matrix, or the angle by which it tilts the unit vector `about`."""
     cosine = 0.5 * (np.trace(turn) - 1.0) if about is None else about @ turn @ about
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -1,10 +1,10 @@
-"""Which solver the static solve of a body takes: Gauss-Seidel sweeps, or MPRGP where they would stall (METHOD 2).
+"""Choose the solver of the static solve of a body: Gauss-Seidel sweeps, or MPRGP where they stall (METHOD 2).
 
 MPRGP needs at most one obstacle, no friction in the massless components and no penalty. Measured on one face of 32^3
-hexahedra, a product of it takes as long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full
-removal (16 products, 21 sweeps); beyond it the sweeps grow like 1/(1 - 2 poisson), the products like its root. One
-volume change per cell couples the nodes of normal removal in the same way, later; and cells much taller than wide have
-a mode that is as soft as they are tall (sweeps at a ratio of 3, 10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
+hexahedra, one product takes as long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full
+removal (16 products, 21 sweeps); above it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one
+volume change per cell this happens with normal removal too, at a larger poisson. Contact cells much taller than wide
+have soft modes (sweeps at a ratio of 3, 10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
 from .body_plan import BodyPlan
 
-FULL_POISSON = 0.45  # with full removal MPRGP takes over above it
-MEAN_POISSON = 0.49  # with normal removal and one volume change per cell
-ROUNDING = 1e-9  # of a Poisson's ratio that is computed from other moduli
-TALL = 4.0  # height over width of the contact cells above which MPRGP takes over
+FULL_POISSON = 0.45  # above it MPRGP solves with full removal
+MEAN_POISSON = 0.49  # above it MPRGP solves with normal removal and one volume change per cell
+ROUNDING = 1e-9  # error of a Poisson's ratio computed from other moduli
+TALL = 4.0  # height over width of the contact cells above which MPRGP solves
 
 
 @dataclass(frozen=True)
 class StaticSolver:
-    """Whether MPRGP solves instead of the sweeps, and why."""
+    """The solver of a static solve (projected: MPRGP, else sweeps) and the reason."""
 
     projected: bool
     reason: str
@@ -36,7 +36,7 @@ class StaticSolver:
 
 
 def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
-    """The solver of a body with massless contact nodes; `InputError` where the scene asks for one that cannot do it."""
+    """Choose the solver for massless contact nodes. Raises `InputError` if the one asked for does not apply."""
     model, contact = scene.contact, body.contact
     assert isinstance(model, MasslessContact)
     assert contact is not None
@@ -60,7 +60,7 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
 
 
 def _hindrance(scene: Scene, block: int) -> str:
-    """What MPRGP cannot solve for, "" if there is nothing."""
+    """Return what rules out MPRGP, or ""."""
     if len(scene.obstacles) > 1:
         return "more than one obstacle"
     if scene.friction is not None and block > 1:
@@ -70,7 +70,10 @@ def _hindrance(scene: Scene, block: int) -> str:
 
 
 def height_over_width(body: BodyPlan) -> float:
-    """Median over the contact cells of the distance of their contact nodes from the others, over that among them."""
+    """Return the median height over width of the contact cells.
+
+    Height is the distance of contact nodes from the others, width that between contact nodes.
+    """
     assert body.contact is not None
     assert body.contact.graph is not None
     cells = body.cells[body.contact.graph.cells]

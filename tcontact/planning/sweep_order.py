@@ -1,7 +1,7 @@
-"""The order of the sweeps: contact nodes of one colour side by side in lanes, their matrix rows entry by entry.
+"""Order the sweeps: contact nodes of one colour stand side by side in lanes, their matrix rows entry by entry.
 
-Nodes of one colour do not couple, so a sweep may take several at once; rows are filled up to the longest of their pack
-with entries of value zero.
+Nodes of one colour do not couple, so a sweep takes several at once; rows are filled up with zeros to the longest of
+their pack.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from .contact_graph import ContactGraph
 
 @dataclass(frozen=True)
 class SweepOrder:
-    """pack_start, lane_start [packs+1]: contact nodes and entries of a pack; column [entries, LANES].
+    """Packs of contact nodes and the places of their matrix entries.
 
-    entry_place [e]: where entry e of the graph puts its block, values[entry_place + (i * block + j) * LANES]; the
-    diagonal ones have no place (-1).
+    pack_start, lane_start [packs+1]: first contact node and entry of a pack; column [entries, LANES]: contact node of
+    an entry; entry_place [e]: block of entry e of the graph, values[entry_place + (i * block + j) * LANES], -1 for
+    diagonal ones.
     """
 
     pack_start: np.ndarray
@@ -30,7 +31,7 @@ class SweepOrder:
 
 
 def sweep_order(graph: ContactGraph, block: int) -> SweepOrder:
-    """Lanes for the nodes of a graph with blocks of block x block."""
+    """Arrange the nodes of a graph in lanes; its matrix entries are blocks of block x block."""
     starts = [*graph.colour_start, len(graph.nodes)]
     packs = [
         np.arange(first, min(first + LANES, end))
@@ -43,7 +44,7 @@ def sweep_order(graph: ContactGraph, block: int) -> SweepOrder:
     column = np.zeros((int(lane_start[-1]), LANES), dtype=np.int64)
     entry_place = np.full(len(graph.column), -1)
     for number, pack in enumerate(packs):
-        column[lane_start[number] : lane_start[number + 1]] = pack[0]  # filling: any node of the island will do
+        column[lane_start[number] : lane_start[number + 1]] = pack[0]  # filling; any node of the island is right
         for lane, node in enumerate(pack):
             entries = np.arange(graph.row_start[node] + 1, graph.row_start[node + 1])
             places = lane_start[number] + np.arange(len(entries))

@@ -1,6 +1,6 @@
-"""What the history of a finished run says against it: a large energy error, friction layers that were not accurate.
+"""Check the history of a finished run for a large energy error and inaccurate friction layers.
 
-Each warning says how large the error is and what makes it smaller.
+Each warning gives the error and what reduces it.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ FAR = 5.0  # largest error of the friction layers that needs no warning, over th
 def end_warnings(
     scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
 ) -> list[tuple[str, type[Warning]]]:
-    """Return what a finished run has to be warned of: text and kind.
+    """Return the warnings about a finished run: text and class.
 
-    history: as in `Result`; dt [s]: first step; rounding [J]: changes of the energy up to this are no error.
+    history: as in `Result`; dt [s]: first step; rounding [J]: changes of the energy up to this are not an error.
     """
     found = [
         (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
@@ -36,9 +36,9 @@ def end_warnings(
 def energy_warning(
     scene: Scene, scheme: Scheme, history: dict[str, np.ndarray], dt: float, rounding: float
 ) -> str | None:
-    """Say how large the energy error of the run was and what makes it smaller; None up to 5 %.
+    """Return a warning about the energy error of the run and what reduces it; None up to 5 %.
 
-    The error is that of the history: the largest change of the energy over the largest kinetic and elastic energy.
+    As in the history, the error is the largest change of the energy over the largest kinetic and elastic energy.
     """
     error = history["energy_error"]
     if not len(error) or not np.nanmax(error) > LARGE:
@@ -80,7 +80,7 @@ def _implicit(scheme: Any, dt: float) -> list[str]:
 
 
 def layer_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None:
-    """Say how far the layers were off and what makes the error smaller; None up to five times their tolerance."""
+    """Return a warning about the error of the layers and what reduces it; None up to five times their tolerance."""
     model, error = scene.friction, history.get("layer_error", np.zeros(0))
     if not isinstance(model, FrictionLayer) or not len(error) or not np.nanmax(error) > FAR * model.tolerance:
         return None

@@ -1,4 +1,4 @@
-"""One run at a time in a folder: a file that the process holds locked; the lock ends with its process in any case."""
+"""Lock a folder for one run at a time, by a file that the process locks; the lock ends with its process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _held: set[Path] = set()
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold the folder, which exists; within a process the block may be entered again.
+    """Lock an existing folder; within a process the block may be entered again.
 
     Raises `InputError` if another process runs there, or if the folder cannot be written.
     """
@@ -67,7 +67,7 @@ def _acquire(path: Path, folder: Path) -> int:
             raise InputError(
                 "out", str(folder), f"process {owner} is writing a run there; wait for it or name another folder"
             ) from error
-        if os.fstat(file).st_nlink:  # else its owner removed it just now
+        if os.fstat(file).st_nlink:  # otherwise its owner has just removed it
             with suppress(OSError):
                 os.ftruncate(file, 0)
                 os.pwrite(file, f"{os.getpid()}\n".encode(), 0)

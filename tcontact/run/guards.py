@@ -1,4 +1,4 @@
-"""Guards: look at every row and say when a run must stop, where and what to try."""
+"""Guards: check every row and stop a run that has failed, with place and remedy."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from ..schemes.explicit.body_view import BodyView
 from .history import History
 from .worst_cell import worst_cell
 
-GROWTH = 10.0  # an energy this many times what the run can hold is a blow-up
-TINY = 1e-14  # of density c^2 per volume: energies below it are rounding
+GROWTH = 10.0  # energy over the largest energy of the run above which it has diverged
+TINY = 1e-14  # energy per volume over density c^2 below which it is rounding
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Why a run stops: reason as in `Result.reason`, and a message with place, time and remedy."""
+    """The stop of a run: reason as in `Result.reason`, and a message with place, time and remedy."""
 
     reason: str
     message: str
 
 
 class Guards:
-    """NaN, inverted cells, energy growth and static solves that did not converge."""
+    """Checks for NaN, inverted cells, energy growth and static solves that did not converge."""
 
     def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
         self.scene, self.implicit = scene, implicit
@@ -35,17 +35,17 @@ class Guards:
         self.nonlinear = [not state.plan.body.material.linear for state in states]
 
     def limits(self, history: History, jacobian: float) -> dict[str, float]:
-        """What a body that does many rows at once has to stop at, for `check` to look at the row.
+        """Return the limits at which a launch of many rows ends, for `check` to judge the row.
 
-        jacobian: the smallest det F that asks for nothing.
+        jacobian: det F at or below which it ends.
         """
         if history.steps == 0:
             return {}
-        least = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
-        return {"jacobian": least, "energy": GROWTH * history.budget() + self.floor}
+        minimum = max(0.0, jacobian) if any(self.nonlinear) else -np.inf
+        return {"jacobian": minimum, "energy": GROWTH * history.budget() + self.floor}
 
     def check(self, row: np.ndarray, history: History, over_limit: bool, step: float = 0.0) -> Stop | None:
-        """The stop that the last row asks for, or None.
+        """Return the stop that the last row requires, or None.
 
         over_limit: the step is above the stable one; step [s]: the one that has been made since the row.
         """
@@ -80,7 +80,7 @@ class Guards:
         return None
 
     def _against_inversion(self) -> str:
-        """What helps when cells are crushed: in a shock bulk viscosity, as a smaller step does not."""
+        """Return the remedy for crushed cells: in a shock bulk viscosity, as a smaller step does not help."""
         elsewhere = "without a shock, refine the mesh there or lower the speed"
         if self.implicit:
             return f"use a smaller dt; in a shock use scheme='central-difference' with BulkViscosity; {elsewhere}"
@@ -92,7 +92,7 @@ class Guards:
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
     def _worst(self, step: float, among: list[BodyView]) -> tuple[BodyView, str]:
-        """The body with the smallest det F at the level of the row, and the cell in words; step [s]: made since."""
+        """Return the body with the smallest det F at the row and its cell in words; step [s]: that since the row."""
         worst = None
         for state in among:
             with np.errstate(all="ignore"):

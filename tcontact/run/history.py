@@ -9,18 +9,18 @@ import numpy as np
 
 from ..planning.measured import Layout
 
-MOST_ROWS = 10**6  # kept by default: a few hundred bytes each
-LARGE = 2**30  # bytes: from here on it is said before the run
+MOST_ROWS = 10**6  # rows kept by default, a few hundred bytes each
+LARGE = 2**30  # memory of the history above which a message precedes the run [bytes]
 
-COLUMNS = tuple(column.name for column in Layout().shown)  # those that every history has
+COLUMNS = tuple(column.name for column in Layout().shown)  # columns of every history
 
 
 class History:
     """Rows of measured values and their integrals over time, which run over every step, also when rows are thinned.
 
-    every: rows are kept of every so many steps; most: when there are more, every second one goes and `every` doubles;
-    layout: of a row; factors: of integrals, by the names of their columns; mid_step: forces of a row are those of the
-    step that ended there, not of its level.
+    every: number of steps per row; most: largest number of rows; beyond it every second one is dropped and `every`
+    doubles; layout: columns of a row; factors: factors of integrals, by their columns; mid_step: forces of a row are
+    those of the step that ended there, not of its level.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class History:
     ) -> None:
         self.every, self.most, self.mid_step = every, most, mid_step
         self.layout, self.factors = layout or Layout(), dict(factors or {})
-        self._rules = []  # places of what is integrated over time, and of the integrals
+        self._rules = []  # places of the integrands over time, and of their integrals
         for rule in dict.fromkeys(column.rule for column in self.layout.integrals):
             columns = [column for column in self.layout.integrals if column.rule == rule]
             places = [self.layout.numbers([getattr(c, part) for c in columns]) for part in ("integral_of", "name")]
@@ -42,7 +42,7 @@ class History:
         self._rows = np.zeros((256, self.layout.end))
         self.count = 0
         self._last: np.ndarray | None = None
-        self.reference_energy = 0.0  # largest kinetic + elastic so far
+        self.reference_energy = 0.0  # largest kinetic + elastic energy so far
         self.largest_work = 0.0
         self._origin: np.ndarray | None = None
 
@@ -64,19 +64,19 @@ class History:
         self.steps += count
 
     def _added(self, rule: str, table: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """What every step adds to the integrals of measured places; table: the rows at its start and its end."""
+        """Return the increments of the integrals in every step; table: the rows at its start and its end."""
         old, new, step = table[:-1, places], table[1:, places], np.diff(table[:, self.layout.place["time"]], axis=0)
         if rule == "kicks":  # work already, in two parts
             after = table[:-1, self.layout.place["friction_after"]].copy()
             if self.steps == 0:
-                after[0] = 0.0  # the first row stands in for the one before it
+                after[0] = 0.0  # the first row replaces the one before it
             return after + new
-        if rule == "step":  # that of the step before, not of the level
+        if rule == "step":  # force of the step before, not of the level
             return step * new
         return 0.5 * step * (2.0 * new if self.mid_step else old + new)
 
     def _column(self, name: str, rows: np.ndarray) -> np.ndarray:
-        """A column [m] or [m, 3] of whole rows; 0 where the scene has none."""
+        """Return a column [m] or [m, 3] of complete rows; 0 if the scene does not have it."""
         place = self.layout.place.get(name)
         if place is None:
             return np.zeros(len(rows))
@@ -84,14 +84,14 @@ class History:
         return self.factors[name] * values if name in self.factors else values.copy()
 
     def _external_work(self, rows: np.ndarray) -> np.ndarray:
-        """Work [m] of loads, supports and moving obstacles from the first row on [J]."""
+        """Return the work [m] of loads, supports and moving obstacles since the first row [J]."""
         if self._origin is None:
             return np.zeros(len(rows))
         work = self._column("load_work", rows) - self._origin[self.layout.place["load_work"]]
         return work + self._column("support_work", rows) + self._column("obstacle_work", rows)
 
     def forecast(self, steps: float, beside: int) -> str | None:
-        """What a user should know before so many steps; beside: bytes kept beside each row."""
+        """Return messages about the memory of so many steps; beside: bytes kept besides each row."""
         rows, every = steps / self.every, self.every
         while rows > self.most:
             rows, every = 0.5 * rows, 2 * every
@@ -106,7 +106,7 @@ class History:
         return "; ".join(said) or None
 
     def thin(self) -> bool:
-        """Drop every second row if there are more than wanted, and keep as few from now on; whether it did."""
+        """Drop every second row, now and later, if there are too many; return whether it did."""
         if self.count <= self.most:
             return False
         kept = self._rows[: self.count : 2]
@@ -115,12 +115,12 @@ class History:
         return True
 
     def budget(self) -> float:
-        """Energy the run may hold: what it started with and what was put into it [J]."""
+        """Return the energy of the start and the work done on the bodies so far [J], a bound of the energy."""
         assert self._origin is not None
         return float(self.layout.stored(self._origin)) + self.largest_work
 
-    def rubbed(self) -> float:
-        """Work of friction so far [J]."""
+    def friction_work(self) -> float:
+        """Return the work of friction so far [J]."""
         return 0.0 if self._last is None else float(self._column("friction_work", self._last[None])[0])
 
     def _store(self, rows: np.ndarray) -> None:
@@ -131,12 +131,12 @@ class History:
         self.count = end
 
     def finish(self) -> None:
-        """Keep the last row even when rows are thinned."""
+        """Add the last row even if rows are thinned."""
         if self._last is not None and (self.steps - 1) % self.every != 0:
             self._store(self._last[None])
 
     def checkpoint(self) -> dict[str, Any]:
-        """The rows, the names of what stands in them, and the running sums."""
+        """Return the rows, their columns and the running sums."""
         parts = {} if self._last is None else {"last": self._last, "origin": np.asarray(self._origin)}
         sums = np.array([self.reference_energy, self.largest_work])
         return parts | {
@@ -148,7 +148,7 @@ class History:
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go on from there. Raises `KeyError` for rows with other columns."""
+        """Set the state that `checkpoint` returned. Raises `KeyError` for rows with other columns."""
         if list(saved["names"]) != list(self.layout.place):
             raise KeyError("columns")
         self._rows, self.steps = saved["rows"], saved["steps"]
@@ -158,7 +158,7 @@ class History:
         self._last, self._origin = saved.get("last"), saved.get("origin")
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The public history: name -> array [rows] or [rows, 3]."""
+        """Return the public history: name -> array [rows] or [rows, 3]."""
         rows = self._rows[: self.count]
         result = {column.name: self._column(column.name, rows) for column in self.layout.shown}
         result["external_work"] = self._external_work(rows)

@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM as a flag, so that a run stops between two steps with everything kept.
+"""Turn Ctrl-C and SIGTERM into a flag, so that a run stops between two steps with its results.
 
-Batch systems send SIGTERM some seconds before they kill. A program that handles or ignores SIGTERM itself keeps its
-way: then that signal does not stop a run. In other threads than the main one no signal is watched.
+Batch systems send SIGTERM some seconds before they kill. If the program handles or ignores SIGTERM itself, that signal
+does not stop a run. Signals are watched in the main thread only.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ NAMES = {signal.SIGINT: "the user (Ctrl-C)", signal.SIGTERM: "the signal SIGTERM
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM outside of the steps of a run, for the command line."""
+    """SIGTERM has come outside of the steps of a run, for the command line."""
 
 
 @contextmanager
 def interrupts() -> Iterator[Callable[[], str]]:
-    """Gives a function that says who wants the run to stop, "" if nobody does.
+    """Yield a function that returns the name of the signal that stops the run, or "".
 
-    The first Ctrl-C or SIGTERM is remembered; the second one has its usual effect at once.
+    The first Ctrl-C or SIGTERM is stored; the second one has its usual effect at once.
     """
     sender = [""]
     if threading.current_thread() is not threading.main_thread():
@@ -47,7 +47,7 @@ def interrupts() -> Iterator[Callable[[], str]]:
 
 @contextmanager
 def terminations() -> Iterator[None]:
-    """SIGTERM raises `Terminated` in the block, so that what a command has begun is left in order."""
+    """Make SIGTERM raise `Terminated` in the block, so that a command can clean up."""
     main = threading.current_thread() is threading.main_thread()
     if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
@@ -64,7 +64,7 @@ def _raise(_number: int, _frame: Any) -> None:
 
 
 def _ours(number: int, handler: Any) -> bool:
-    """Whether a signal may be taken: Ctrl-C, unless it is handled outside of Python; SIGTERM if nobody handles it."""
+    """Return whether to handle a signal: Ctrl-C, unless handled outside of Python; SIGTERM, unless handled at all."""
     if number == signal.SIGINT:
         return handler is not None
     return handler in (signal.SIG_DFL, _raise)

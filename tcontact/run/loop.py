@@ -1,4 +1,4 @@
-"""The loop: one step after the other, a row of history each, until the end or until a guard stops it."""
+"""The time loop: steps with a row of history each, until the end or until a guard stops the run."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ from .recorder import Recorder
 from .snapshot import Snapshot
 from .watches.looks import Looks
 
-FIRST_CHECK = 100  # steps between looks at the stable step of a body that deforms; doubled while it stays
+FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear body; doubled while it does not change
 LAST_CHECK = 800
 FEW_PRODUCTS = 6
 CLOSE = 0.95  # a step larger than this share of the present stable step is shortened to cfl times it
-SLID = 0.05  # work of friction over the largest energy from which on something slides; what sticks at once stays below
-CRUSHED = 0.05  # a drop of the smallest det F by this much asks for a look at once
+SLID = 0.05  # work of friction over the largest energy above which a body slides
+CRUSHED = 0.05  # drop of the smallest det F after which the stable step is estimated at once
 
 
 @dataclass
 class Course:
-    """How far a run has come, between two steps: what a checkpoint needs beside bodies and history.
+    """The progress of a run between two steps, which a checkpoint holds besides bodies and history.
 
-    time [s] of the row to come; before [s]: the step that ended there; due [s]: when frames are wanted; frames: how
-    many in all; first_dt [s]; wall [s] spent on steps so far.
+    time [s]: of the next row; before [s]: the step that ended there; due [s]: times of the frames; frames: their
+    number; first_dt [s]: first step; wall [s]: time spent on steps so far.
     """
 
     begun: bool = False
@@ -60,7 +60,7 @@ class Course:
 
 
 class Run:
-    """One run: bodies, step size, history, course. Attributes that change are what a checkpoint holds."""
+    """A run: bodies, step size, history, course. A checkpoint holds its attributes that change."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class Run:
         self.domains: list[Any] = scheme.states(scene, planned, displacement, velocity)
         views = {id(view.plan): view for domain in self.domains for view in domain.views}
         self.states: list[BodyView] = [views[id(body)] for body in planned.bodies]
-        # a function of time that fails is asked by what can touch, which goes first: then nothing has moved yet
+        # domains with contact step first: they evaluate functions of time, and if one fails nothing has moved yet
         self._order = sorted(self.domains, key=lambda domain: domain.contact is None)
         for body in planned.bodies:
             text = locking(body.body, body.label)
@@ -95,7 +95,7 @@ class Run:
         ]
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
-            self.limits = []  # it stays what it is: free the memory
+            self.limits = []  # it does not change: free the memory
         self.dt: float = self.scheme.step_size(self.dt_limit)
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
@@ -124,17 +124,17 @@ class Run:
             self.warn(f"dt = {dt:.6g} s is above the stable step {limit:.6g} s; the run may blow up")
 
     def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
-        """Warn now and in the result."""
+        """Issue a warning now and store it in the result."""
         self.warnings.append(text)
         warnings.warn(text, kind, stacklevel=4)
 
     def go(
         self, frames: int, recorder: Recorder | None, bar: ProgressBar, started: float, keeper: Keeper | None = None
     ) -> Result:
-        """All steps; returns the result.
+        """Do all steps and return the result.
 
-        frames: how many to record; started: when the call of the user began; keeper: leaves checkpoints. A run that was
-        restored from a checkpoint goes on from there, with the frames that it had.
+        frames: number of frames; started: time at which the call of the user began; keeper: writes checkpoints. A run
+        restored from a checkpoint continues from there, with its frames.
         """
         if not np.isfinite(self.dt):
             raise InputError("scheme.dt", self.dt, "the stable step is not finite; give dt")
@@ -212,9 +212,9 @@ class Run:
         return result
 
     def _begin(self, frames: int, end: float) -> None:
-        """When frames are due, and the bodies at the start; end [s]: of the run."""
+        """Set the times of the frames and the bodies at the start; end [s]: end of the run."""
         steps, course = max(1, int(np.ceil(end / self.dt))), self.course
-        if frames > 1:  # the last comes anyway
+        if frames > 1:  # the last frame is always written
             course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
         course.begun, course.frames, course.first_dt = True, frames, self.dt
         for domain in self.domains:
@@ -224,7 +224,7 @@ class Run:
         return Snapshot(self.states, before, after, self.dt, self.scheme.implicit)
 
     def _keep(self, table: np.ndarray | None) -> None:
-        """Take rows into the history, None to close it, and the pressures of the row that it kept."""
+        """Add rows to the history with the pressures of the row that it keeps; None closes it."""
         count = self.history.count
         if table is None:
             self.history.finish()
@@ -238,18 +238,18 @@ class Run:
                 record.thin()
 
     def _warn_flutter(self) -> None:
-        """Say so when something slides with a coefficient that is beyond the viscosity of the contact cells."""
-        if self._may_flutter and self.history.rubbed() > SLID * self.history.reference_energy:
+        """Warn when a body slides with a coefficient above which the viscosity of contact cells cannot stop flutter."""
+        if self._may_flutter and self.history.friction_work() > SLID * self.history.reference_energy:
             self._may_flutter = False
             assert self.scene.friction is not None
             self.warn(
-                f"flutter: what slides on nodes that keep their tangential mass with a friction coefficient of"
-                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) loses some of its friction; compare with"
+                f"flutter: nodes that keep their tangential mass and slide with a friction coefficient of"
+                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) lose some of their friction; compare with"
                 " MasslessContact(removal='full')"
             )
 
     def _step(self, time: float, before: float, after: float, many: int) -> int:
-        """One step of every body, or up to `many` of a small one; returns how many."""
+        """Do one step of every domain, or up to `many` of a small one; return the number of steps."""
         if many == 1:
             for domain in self._order:
                 self.scheme.step(domain, time, before, after)
@@ -259,11 +259,11 @@ class Run:
             stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
         try:
             return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
-        except FunctionError:  # at one of these rows: go as far as the functions do
+        except FunctionError:  # in one of these rows: do one row
             return self._step(time, before, after, 1)
 
     def _rows_until(self, span: float, number: int) -> int:
-        """Rows from row `number` on that can be done at once: none of them a frame, the end, due for a look or read."""
+        """Return the number of rows from `number` on for one launch: up to the next frame, look, reader or the end."""
         if len(self.domains) > 1 or self.pressures:
             return 1
         rows = min(self.domains[0].rows_at_once, int(span / self.dt))
@@ -272,11 +272,11 @@ class Run:
         return max(1, min(rows, self.looks.rows(number)))
 
     def _of(self, row: np.ndarray, name: str) -> float:
-        """A number of a measured row."""
+        """Return a number of a measured row."""
         return float(row[self.history.layout.place[name].start])
 
     def _warn_held(self, row: np.ndarray) -> None:
-        """Say so when a support drove a contact node into an obstacle: the static solve cannot move it out."""
+        """Warn when a support has driven a contact node into an obstacle: the static solve cannot move it out."""
         gap = self._of(row, "gap_min")
         held = any(len(state.plan.support_rows) for state in self.states)
         exact = isinstance(self.scene.contact, MasslessContact) and self.scene.contact.penalty is None
@@ -284,7 +284,7 @@ class Run:
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
     def _watch(self, row: np.ndarray, number: int) -> None:
-        """Look at the stable step again: every row of a viscous body, now and then as a nonlinear one deforms."""
+        """Estimate the stable step again: at every row of a viscous body, at intervals as a nonlinear one deforms."""
         self._warn_flutter()
         if self.scene.viscosity is not None:
             self._keep_below(with_viscosity(self._elastic, self._of(row, "viscous_rate"), self._damped))
@@ -295,7 +295,7 @@ class Run:
         if number < self._next_check and not crushed:
             return
         if not all(np.isfinite(arrays.get(domain.u)).all() for domain in self.domains):
-            return  # for the guards to stop at the next row
+            return  # the guards stop at the next row
         limit = self._limit(products=FEW_PRODUCTS)
         if self._keep_below(limit):
             self._check_every = FIRST_CHECK // 2
@@ -305,11 +305,11 @@ class Run:
         self._next_check = number + self._check_every
 
     def _keep_below(self, limit: float) -> bool:
-        """Shorten a step that comes close to the stable one [s], or warn where it was given; whether it changed."""
+        """Shorten a step close to the stable one [s], or warn if the user set it; return whether it changed."""
         if self.scheme.dt is not None or self.over_limit:
             self._warn_over(self.dt, limit)
             return False
-        if self.dt <= CLOSE * limit:  # an even step is worth more than the cfl number asked for
+        if self.dt <= CLOSE * limit:  # a constant step is worth more than the exact cfl number
             return False
         self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
         return True

@@ -1,4 +1,4 @@
-"""A progress bar with the remaining time: on a terminal only, silent anywhere else."""
+"""A progress bar with the remaining time, on a terminal only."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 class ProgressBar:
-    """Shows how far a run has come. Use as a context manager; `update` is cheap, the bar is drawn ten times a second.
+    """Shows the progress of a run. Use as a context manager; `update` is cheap, the bar is drawn ten times a second.
 
-    duration: simulated time at the end [s]; label: words before the bar; enabled: False keeps silent. Nothing is drawn
+    duration: simulated time at the end [s]; label: words before the bar; enabled: False draws nothing. Nothing is drawn
     unless standard error is a terminal.
     """
 

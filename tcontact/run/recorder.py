@@ -1,4 +1,4 @@
-"""Writes frames into result.vtkhdf while a run goes on; everything complete survives a stop."""
+"""Write frames into result.vtkhdf during a run; complete frames survive a stop."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FILE = "result.vtkhdf"
 
 
 def check_folder(out: Any) -> Path:
-    """The output folder, checked before anything starts. Raises `InputError` if it cannot take a new result."""
+    """Check and return the output folder before a run. Raises `InputError` if it cannot hold a new result."""
     try:
         folder = Path(out)
     except TypeError as error:
@@ -48,7 +48,7 @@ def check_folder(out: Any) -> Path:
 
 
 def make_folder(folder: Path) -> None:
-    """Make the output folder, before time is spent on the run. Raises `InputError` where that is impossible."""
+    """Make the output folder before the run. Raises `InputError` if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -56,8 +56,8 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells;
-    with friction layers also their surface temperature [K] and shear stress [Pa]."""
+    """Writes the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of
+    cells; with friction layers also their surface temperature [K] and shear stress [Pa]."""
 
     def __init__(
         self,
@@ -68,9 +68,9 @@ class Recorder:
         fields: Sequence[str],
         frames: int | None = None,
     ) -> None:
-        """fields: what frames hold; frames: go on with so many frames of the file that is there; None = start anew.
+        """Open the file; fields: those of the frames; frames: number of frames to keep in the file, None = new file.
 
-        Raises `InputError` where the file cannot be made or gone on with.
+        Raises `InputError` if the file cannot be made or continued.
         """
         self.states, self.folder = states, folder
         self.fields = fields
@@ -95,11 +95,11 @@ class Recorder:
             raise InputError("out", str(folder), remedy) from error
 
     def prepare(self) -> None:
-        """Before the first frame: what every frame needs, for the fields that it holds."""
+        """Prepare for the fields of the frames, before the first one."""
         if "contact_pressure" in self.fields:
             area = _joined([state.contact_areas() for state in self.states])
-            self._touching = np.flatnonzero(area > 0.0)
-            self._area = area[self._touching]
+            self._contact_nodes = np.flatnonzero(area > 0.0)
+            self._area = area[self._contact_nodes]
         if "von_mises" in self.fields:
             self.stress = [VonMises(state.plan.body) for state in self.states]
 
@@ -116,7 +116,7 @@ class Recorder:
                 nodal["contact_force"] = force
             if "contact_pressure" in self.fields:
                 nodal["contact_pressure"] = pressure = np.zeros(len(force))
-                pressure[self._touching] = np.linalg.norm(force[self._touching], axis=1) / self._area
+                pressure[self._contact_nodes] = np.linalg.norm(force[self._contact_nodes], axis=1) / self._area
         if not LAYERS.keys().isdisjoint(self.fields):
             layers = [state.layer_fields() for state in self.states]
             nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
@@ -132,7 +132,7 @@ class Recorder:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
         try:
             there = describe(self.obstacles, sorted(set(self.times)))
-        except FunctionError:  # at a time that the run did not ask for: without the motion
+        except FunctionError:  # at a time at which the run did not evaluate it: without the motion
             there = self.attributes["obstacles"]
         try:
             self.file.write_history(history)
@@ -154,7 +154,7 @@ class Recorder:
 
 
 def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:
-    """What is said when a file cannot be written."""
+    """Return the error for a file that cannot be written."""
     if not (folder / FILE).exists():
         where = "the folder" if not folder.is_dir() else "the file"
         text = f"{what} cannot be written: {where} was removed or renamed while the run went on; run again"
@@ -164,5 +164,5 @@ def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Values of all bodies, one after the other; no copy for one body."""
+    """Concatenate values of all bodies; no copy for one body."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -1,4 +1,4 @@
-"""`resume`: go on with a run from the last whole checkpoint in its folder, bit for bit as if it had never stopped."""
+"""Resume a run from the last complete checkpoint in its folder, bit for bit as if it had never stopped."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ def resume(
     progress: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = 60.0,
 ) -> Result:
-    """Go on with the run that stopped in `folder` and return its `Result`, history and frames from its start included.
+    """Resume the run that stopped in `folder` and return its `Result`, with history and frames from its start.
 
-    scene, scheme: the same as before; what else `simulate` was told (frames, history, pressures) is in the checkpoint;
-    threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits); checkpoint=None
-    leaves none but the one of a run that Ctrl-C or SIGTERM stops.
-    A damaged checkpoint is passed over for the older one, with a warning.
+    scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
+    checkpoint; threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits);
+    checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run. A damaged checkpoint is replaced by the older
+    one, with a warning.
 
-    Raises `InputError` if the scene differs, naming the difference, if there is nothing to go on from, or if another
-    process runs in the folder. All fields of the scene and the scheme are compared. Of a function of time no more can
-    be known than its values: it is compared at 4096 times over the duration, and at the times at which the run has
-    asked it so far (all of them up to 32768 calls, then evenly thinned ones). A function that differs between these
-    times alone, for less than 1/4096 of the duration, goes unnoticed.
+    Raises `InputError` if the scene differs, naming the difference, if there is no checkpoint, or if another
+    process runs in the folder. All fields of the scene and the scheme are compared. A function of time is compared by
+    its values at 4096 times over the duration, and at the times at which the run has evaluated it so far (all of them
+    up to 32768 calls, then evenly thinned ones). A function that differs between these times alone, for less than
+    1/4096 of the duration, goes unnoticed.
     """
     started = perf_counter()
     if not isinstance(scene, Scene):
@@ -77,7 +77,7 @@ def resume(
             warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
         try:
             contents.restore(run, stored.found, stored.values)
-        except InputError:  # a function of time is another one
+        except InputError:  # a function of time differs
             raise
         except (KeyError, ValueError, IndexError) as error:
             made = stored.head.get("versions", {})
@@ -95,7 +95,7 @@ def resume(
 
 
 def checked_folder(folder: Any) -> Path:
-    """The folder of a run. Raises `InputError`."""
+    """Check and return the folder of a run. Raises `InputError`."""
     path = validate.path("folder", folder, "give the folder of a run")
     if not validate.is_folder(path):
         raise InputError("folder", str(path), "no such folder; give the folder of a run that stopped")
@@ -103,7 +103,7 @@ def checked_folder(folder: Any) -> Path:
 
 
 def latest(folder: Path) -> store.Stored:
-    """The latest whole checkpoint whose frames are in the result file. Raises `InputError` if there is none."""
+    """Return the latest complete checkpoint whose frames are in the result file. Raises `InputError` without any."""
     good, bad = store.read_all(folder)
     for path in bad:
         warnings.warn(f"{path} is damaged and passed over", RuntimeWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""`simulate`: check the input, plan, start the runtime, run the loop, write what was asked for."""
+"""Simulate a scene: check the input, plan, start the runtime, run the loop, write the results."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ def simulate(
     `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
     are removed when the run has finished; fields: what frames hold, None = all (names in
     `tcontact.results.frame_fields`; the
-    displacement always); history_rows: most rows that are kept: with more, every second one is dropped and
-    `history_every` doubles from there on (sums over time stay those of every step; it is said before the run).
+    displacement always); history_rows: largest number of rows: beyond it every second one is dropped and
+    `history_every` doubles (sums over time still include every step; a message before the run says so).
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
-    program that makes several looks at the reason "interrupted" before the next one.
+    program with several runs checks the reason "interrupted" before the next one.
 
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).
@@ -117,7 +117,7 @@ def simulate(
             head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
-        take_over(run, layers)  # after the fingerprints of the run as it is made anew
+        take_over(run, layers)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -131,7 +131,7 @@ def carry_out(
     bar: ProgressBar,
     started: float,
 ) -> Result:
-    """Run, and leave result file, history and summary in the folder; checkpoints that nobody needs any more go."""
+    """Run, write result file, history and summary to the folder, and remove checkpoints without further use."""
     try:
         result = run.go(frames, recorder, bar, started, keeper)
         attributes = run_attributes(result)
@@ -171,7 +171,7 @@ def _check_laws(scene: Scene, scheme: Any) -> None:
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:
-    """Coulomb friction in the static solve has one solution for coefficients up to about 1 (METHOD 3)."""
+    """Warn of coefficients above 1: Coulomb friction in the static solve may then have several solutions (METHOD 3)."""
     coefficient = 0.0 if scene.friction is None else scene.friction.coefficient
     stays = any(body.contact is not None and body.contact.block > 1 and body.contact.graph for body in planned.bodies)
     if coefficient > 1.0 and stays:
@@ -184,7 +184,7 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
 
 
 def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Displacement and velocity [n, 3] of every body as the scene says."""
+    """Return the displacement and velocity [n, 3] of every body in the scene."""
     return (
         [np.array(body.initial_displacement) for body in scene.bodies],
         [np.array(body.initial_velocity) for body in scene.bodies],
@@ -192,7 +192,7 @@ def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Displacement and velocity [n, 3] of every body at the start."""
+    """Return the displacement and velocity [n, 3] of every body at the start."""
     if initial is None:
         return start_of_scene(scene)
     if not isinstance(initial, Result):
@@ -220,7 +220,7 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
 def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
     """Refuse the end of another run, positions [n, 3] [m] of every body, deep inside an obstacle. Raises `InputError`.
 
-    Less than a cell is left to the first step; a penalty may be pressed in further.
+    Less than a cell is corrected by the first step; a penalty allows more.
     """
     contact = scene.contact
     if contact is None or isinstance(contact, PenaltyContact) or getattr(contact, "penalty", None) is not None:
@@ -242,7 +242,7 @@ def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
 
 
 def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
-    """The friction layers that a run has left and this one goes on with. Raises `InputError` where they do not fit."""
+    """Return the friction layers of another run with which this one starts. Raises `InputError` if they do not fit."""
     model = scene.friction
     if not isinstance(model, FrictionLayer):
         return ()
@@ -261,7 +261,7 @@ def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
 
 
 def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
-    """Begin with the friction layers that another run has left, one for each body."""
+    """Start from the friction layers of another run, one for each body."""
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
             state.take_over_layers(left)

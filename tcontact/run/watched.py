@@ -1,4 +1,4 @@
-"""The part of a run that watches and checkpoints see."""
+"""The interface of a run for watches and checkpoints."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ class Run(Protocol):
     dt: float
 
     def warn(self, text: str, kind: type[Warning] = RuntimeWarning) -> None:
-        """Warn now and in the result."""
+        """Issue a warning now and store it in the result."""
         ...

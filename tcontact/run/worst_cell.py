@@ -1,4 +1,4 @@
-"""The cell that is crushed most, for the message of a run that stops."""
+"""Find the most compressed cell, for the message of a run that stops."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..mesh.mesh import Mesh
 
 
 def _mean_gradient(mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
-    """Mean displacement gradient [m, 3, 3] over the volume of every cell, which 2x2x2 points integrate exactly."""
+    """Return the mean displacement gradient [m, 3, 3] over every cell, exact with 2x2x2 points."""
     corners, moved = mesh.nodes[mesh.cells], displacement[mesh.cells]
     moved = moved - moved[:, :1]
     total, volume = np.zeros((mesh.cell_count, 3, 3)), np.zeros(mesh.cell_count)
@@ -24,21 +24,21 @@ def _mean_gradient(mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
 
 
 def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") -> tuple[int, float]:
-    """The cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m]."""
+    """Return the cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m]."""
     if formulation == "reduced":
         with np.errstate(all="ignore"):
             found = np.linalg.det(np.eye(3) + _mean_gradient(mesh, displacement))
         return _smallest(np.where(np.isfinite(found), found, -np.inf))
     _values, gradients, _weights = shape_functions(mesh.kind)
-    least = np.full(mesh.cell_count, np.inf)
+    smallest = np.full(mesh.cell_count, np.inf)
     moved = displacement[mesh.cells]
     for gradient in gradients:
         jacobian = np.einsum("mad,ac->mdc", mesh.nodes[mesh.cells], gradient, optimize=True)
         slope = np.einsum("mad,ac->mdc", moved - moved[:, :1], gradient, optimize=True)
         with np.errstate(all="ignore"):
             here = np.linalg.det(jacobian + slope) / np.linalg.det(jacobian)
-        least = np.fmin(least, np.where(np.isfinite(here), here, -np.inf))
-    return _smallest(least)
+        smallest = np.fmin(smallest, np.where(np.isfinite(here), here, -np.inf))
+    return _smallest(smallest)
 
 
 def _smallest(values: np.ndarray) -> tuple[int, float]:

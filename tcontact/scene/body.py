@@ -1,4 +1,4 @@
-"""A body: mesh, material, how it starts, what holds it and what it may touch."""
+"""A body: mesh, material, start, supports and contact faces."""
 
 from __future__ import annotations
 
@@ -53,16 +53,16 @@ Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A deformable body: mesh, material, how it starts and what it may touch.
+    """A deformable body: mesh, material, start, supports and contact faces.
 
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
     touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
     first), or None for a body that passes through; supports: held and driven components; formulation: "full"
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
-    displacement [m]: where the nodes start, from the mesh as its unstrained state, given like velocity (None = there);
-    supported components too are held or driven from where it puts them, and contact nodes without mass are put in
-    equilibrium before the first row, so that the strain energy of their cells may be less than that of the field given;
+    displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
+    supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
+    the first row, so that the strain energy of their cells may be less than that of the field given;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
     a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
@@ -117,22 +117,22 @@ class Body:
 
     @property
     def element(self) -> str:
-        """Kind of the cells as their forces are computed: that of the mesh, with the formulation if not "full"."""
+        """Name of the element: the kind of the cells, with the formulation if not "full"."""
         return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
 
     @property
     def finds_contact(self) -> bool:
-        """Whether its contact faces are found by the scene it is put into."""
+        """Return whether the scene finds its contact faces."""
         return self.contact == ("auto",) and not {"auto"} & {*self.mesh.node_sets, *self.mesh.face_sets}
 
     @property
     def touches(self) -> bool:
-        """Whether it has faces that can touch an obstacle."""
+        """Return whether it has faces that can touch an obstacle."""
         return self.contact is not None and len(self.contact_faces) > 0
 
     @property
     def outer_faces(self) -> np.ndarray:
-        """Faces [k, 4|3] of the surface, oriented outward, but for sides that repeat."""
+        """Faces [k, 4|3] of the surface, oriented outward, without periodic sides."""
         faces = self.mesh.boundary_faces()
         return faces if self.images is None else faces[~repeated_faces(self.images, self.mesh, faces)]
 
@@ -145,12 +145,12 @@ class Body:
 
     @cached_property
     def images(self) -> Images | None:
-        """Which nodes share their degrees of freedom; None unless the body is periodic."""
+        """Nodes that share their degrees of freedom; None unless the body is periodic."""
         return None if self.periodic is None else images_of(self.mesh, self.periodic)
 
     @cached_property
     def contact_nodes(self) -> np.ndarray:
-        """Nodes [k] of the contact faces with all that share with them, ascending."""
+        """Nodes [k] of the contact faces with all their images, ascending."""
         nodes = np.unique(self.contact_faces)
         return nodes if self.images is None else self.images.with_images(nodes)
 
@@ -199,11 +199,11 @@ class Body:
 
     @property
     def initial_nodes(self) -> np.ndarray:
-        """Where the nodes start [n, 3] [m]."""
+        """Positions of the nodes at the start [n, 3] [m]."""
         return np.asarray(self.mesh.nodes + self.initial_displacement)
 
     def _nodal(self, field: str, given: Nodal) -> np.ndarray:
-        """A vector, an array or a callable as an array [n, 3] of its own."""
+        """Return a vector, an array or the values of a callable as a new array [n, 3]."""
         value = given
         if isinstance(value, Callable):  # type: ignore[arg-type]
             try:

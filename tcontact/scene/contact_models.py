@@ -1,4 +1,4 @@
-"""Ways to resolve contact with rigid obstacles."""
+"""Contact models for rigid obstacles."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from ..base import validate
 class MasslessContact:
     """Contact nodes without mass, resolved by a projected static solve every step (METHOD 1 and 2, paper 4.2-4.3).
 
-    removal: which mass the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
-    "auto" (normal if all planes share one direction that the contact faces look along, and the body does not start
+    removal: the mass that the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
+    "auto" (normal if all obstacles are planes of one direction that the contact faces face, and the body does not start
     with a spin that turns it by more than 0.05 rad in the duration; else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
-    depth: layers of nodes that receive the mass (1 = the paper). sweeps: least number of sweeps a step.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
     solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
     for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products
-    with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` says which and why).
-    cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness C, the
-    strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave speed).
-    Without it what slides on nodes that keep their tangential mass flutters at the scale of the mesh. None means
-    `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and
-    a number is refused. History: `viscous_work` [J], dissipated so far.
+    with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` names it with the
+    reason). cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness
+    C, the strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave
+    speed). Without it, sliding nodes with tangential mass flutter at the scale of the mesh. None means
+    `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and a
+    number is refused. History: `viscous_work` [J], dissipated so far.
     """
 
     removal: str = "auto"

@@ -1,4 +1,4 @@
-"""What a scene may dissipate besides contact and friction: damping of all motion, viscosity in shocks."""
+"""Dissipation of a scene besides contact and friction: mass damping, bulk viscosity."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from ..base.errors import InputError
 
 
 class Damping:
-    """What every law of damping that is proportional to the mass says of itself.
+    """Base class of the laws of damping proportional to the mass.
 
-    name: of the term, of the law in kernels/nodes/damping.py, and of what columns of its own need (kernels/columns.py).
+    name: name of the term, of the law in kernels/nodes/damping.py and of its columns (kernels/columns.py).
     """
 
     name: ClassVar[str]
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """Its fields, as the kernels take them."""
+        """Its constants for the kernels."""
         return tuple(vars(self).values())
 
     @property
     def factors(self) -> dict[str, float]:
-        """Factors of its columns, which are integrals over time."""
+        """Factors of its columns, the integrals over time."""
         raise NotImplementedError
 
 
@@ -46,7 +46,7 @@ class MassDamping(Damping):
 
     @property
     def factors(self) -> dict[str, float]:
-        """Power rate v.Mv, force -rate M v."""
+        """Factors for the power rate v.Mv and the force -rate M v."""
         return {"damping_work": 2.0 * self.rate, "damping_impulse": -self.rate}
 
 

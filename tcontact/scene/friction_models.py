@@ -10,13 +10,13 @@ from ..friction_layer.grid import THICKEST, THINNEST
 from ..friction_layer.layer import METHODS
 from ..friction_layer.metals import STAINLESS_304, Metal
 
-CELL_VISCOSITY = 0.2  # beta of the contact cells with normal removal: the flutter of the mesh does not grow
-FLUTTERS = 0.6  # from this coefficient on sliding loses friction in spite of it
+CELL_VISCOSITY = 0.2  # beta of the contact cells with normal removal at which flutter of the mesh does not grow
+FLUTTERS = 0.6  # coefficient above which flutter reduces friction in spite of it
 
 
 @dataclass(frozen=True)
 class Coulomb:
-    """|t| <= mu lambda, t against the slip; it sticks exactly: a node that does not slip does not creep (METHOD 3).
+    """Coulomb friction, |t| <= mu lambda, t against the slip; sticking nodes do not creep (METHOD 3).
 
     coefficient: mu [-], at least 0. With full removal the problem has one solution for mu up to about 1 on ordinary
     meshes; a scene with more is warned about. Raises `InputError`.
@@ -30,10 +30,12 @@ class Coulomb:
 
 @dataclass(frozen=True)
 class RegularizedCoulomb:
-    """|t| = mu lambda phi(|v|/e), phi(z) = z (2 - z) below 1, 1 above (Oden and Martins 1985): the usual baseline.
+    """Regularised Coulomb friction, |t| = mu lambda phi(|v|/e), phi(z) = z (2 - z) below 1, 1 above.
 
-    coefficient: mu [-], at least 0; slip_speed: e [m/s] > 0, where friction is fully mobilised. What should stick
-    creeps at a part of it. Raises `InputError`.
+    This is the usual baseline (Oden and Martins 1985).
+
+    coefficient: mu [-], at least 0; slip_speed: e [m/s] > 0, where friction is fully mobilised. Sticking
+    nodes creep at a part of it. Raises `InputError`.
     """
 
     coefficient: float
@@ -46,17 +48,16 @@ class RegularizedCoulomb:
 
 @dataclass(frozen=True)
 class FrictionLayer:
-    """A thermo-plastic layer under every contact node gives the traction (METHOD 5, paper 2): |t| = min(stick, layer,
-    mu P).
+    """Friction by a thermo-plastic layer under every contact node, |t| = min(stick, layer, mu P) (METHOD 5, paper 2).
 
-    material: the metal of the layer; coefficient: mu [-], what dry friction transmits at most; points, grading,
+    material: the metal of the layer; coefficient: mu [-], the limit of dry friction; points, grading,
     thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in
     `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
     (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most
-    `substeps` (with full removal friction goes on with the stress of the step before: the error reported holds that
+    `substeps` (with full removal friction uses the stress of the step before: the reported error includes that
     lag, which only a smaller mechanical step lowers).
     History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
-    All are those of the time of their row; while layers take one step for several mechanical ones (`layer_substeps`
+    All are values at the time of their row; while layers take one step for several mechanical ones (`layer_substeps`
     below 1) temperature and stress are those after the last of these. Raises `InputError`.
     """
 
@@ -103,7 +104,7 @@ FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
 
 
 def cell_viscosity(given: float | None, friction: FrictionModel | None) -> float:
-    """beta of contact cells with normal removal from `MasslessContact.cell_viscosity`; 0 where nothing rubs."""
+    """Return beta of contact cells with normal removal from `MasslessContact.cell_viscosity`; 0 without friction."""
     if friction is None:
         return 0.0
     usual = CELL_VISCOSITY if friction.coefficient > 0.0 else 0.0
@@ -111,7 +112,7 @@ def cell_viscosity(given: float | None, friction: FrictionModel | None) -> float
 
 
 def law_of(model: FrictionModel | None) -> str:
-    """What the kernels call its law; "" without friction."""
+    """Return the name of its law in the kernels; "" without friction."""
     if model is None:
         return ""
     return "regularized" if isinstance(model, RegularizedCoulomb) else "coulomb"

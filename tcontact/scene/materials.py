@@ -1,7 +1,7 @@
 """Materials: an elastic law with its constants and a density.
 
 Each law names its stored energy W per reference volume [J/m^3]; the kernels take its parameters at run time. `LAWS` at
-the end is the one list of them, from which scene files, cases and the benchmark take theirs.
+the end is the list of laws for scene files, cases and the benchmark.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from typing import ClassVar
 from ..base import validate
 from ..base.errors import InputError
 
-PAIRS = 3  # most pairs (mu_p, alpha_p) of an Ogden law
-LARGEST_EXPONENT = 20.0  # of an Ogden law: a stretch of 10 then still has a finite square
+PAIRS = 3  # maximum number of pairs (mu_p, alpha_p) of an Ogden law
+LARGEST_EXPONENT = 20.0  # largest exponent of an Ogden law: powers of a stretch of 10 then have finite squares
 
 
 class Material:
-    """Isotropic elastic material: what every law has, whatever constants it is given by.
+    """Base class of isotropic elastic materials.
 
-    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name where a law is
-    chosen by a word; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
-    times the square of the volume change is a part of W, the one that formulation="mean-dilatation" takes per cell.
+    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name for users;
+    linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
+    times the square of the volume change is a part of W, which formulation="mean-dilatation" takes per cell.
     """
 
     law: ClassVar[str]
@@ -45,7 +45,7 @@ class Material:
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """What the kernels take (kernels/materials/) [Pa]."""
+        """Constants for the kernels (kernels/materials/) [Pa]."""
         return (self.lame_lambda, self.lame_mu)
 
     @classmethod
@@ -94,7 +94,7 @@ class Hookean(Material):
 
 @dataclass(frozen=True)
 class LinearElastic(Hookean):
-    """Small strains: W = mu eps:eps + lambda/2 (tr eps)^2. A rotation strains it: for small rotations only."""
+    """Linear elasticity at small strains: W = mu eps:eps + lambda/2 (tr eps)^2. For small rotations only."""
 
     law: ClassVar[str] = "linear_elastic"
     word: ClassVar[str] = "linear"
@@ -103,7 +103,7 @@ class LinearElastic(Hookean):
 
 @dataclass(frozen=True)
 class StVenantKirchhoff(Hookean):
-    """W = mu E:E + lambda/2 (tr E)^2 with Green's strain E; loses ellipticity in strong compression (J < 1/sqrt 3)."""
+    """St Venant-Kirchhoff law W = mu E:E + lambda/2 (tr E)^2, Green's strain E; not elliptic for J < 1/sqrt 3."""
 
     law: ClassVar[str] = "st_venant_kirchhoff"
     word: ClassVar[str] = "st-venant-kirchhoff"
@@ -112,7 +112,7 @@ class StVenantKirchhoff(Hookean):
 
 @dataclass(frozen=True)
 class NeoHookean(Hookean):
-    """W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations."""
+    """Neo-Hookean law W = mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2: the default for finite deformations."""
 
     law: ClassVar[str] = "neo_hookean"
     word: ClassVar[str] = "neo-hookean"
@@ -143,9 +143,9 @@ class MooneyRivlin(Material):
 
     @classmethod
     def of(cls, young: float, poisson: float, density: float, second: float = 0.2) -> MooneyRivlin:
-        """The material with these constants at small strains and c2 = second (c1 + c2), 0 <= second < 1.
+        """Return the material with these constants at small strains and c2 = second (c1 + c2), 0 <= second < 1.
 
-        Raises `InputError`; bulk > 0 asks for lambda > 2 second mu, that is poisson > second/(1 + 2 second).
+        Raises `InputError`; bulk > 0 requires lambda > 2 second mu, that is poisson > second/(1 + 2 second).
         """
         small = Hookean(young, poisson, density)
         validate.number("second", second, low=0.0, strict=False)
@@ -182,7 +182,7 @@ class MooneyRivlin(Material):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """bulk, 2 (c1 + 2 c2), 4 c2: W is neo-Hookean in the first two and a quadratic in E [Pa]."""
+        """Constants bulk, 2 (c1 + 2 c2), 4 c2 [Pa]: W is neo-Hookean in the first two, plus a quadratic in E."""
         return (self.bulk, 2.0 * (self.c1 + 2.0 * self.c2), 4.0 * self.c2)
 
 
@@ -254,13 +254,13 @@ class Ogden(Material):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """lambda and the shear modulus [Pa], then mu_p/alpha_p [Pa] and alpha_p of each pair, 0 and 1 for none."""
+        """Constants lambda and shear modulus [Pa], then mu_p/alpha_p [Pa] and alpha_p of each pair, else 0 and 1."""
         pairs = [(mu / alpha, alpha) for mu, alpha in zip(self.mu, self.alpha, strict=True)]
         pairs += [(0.0, 1.0)] * (PAIRS - len(pairs))
         return (self.lame_lambda, self.lame_mu, *[value for pair in pairs for value in pair])
 
 
-# the laws by their words: what scene files, cases and the benchmark offer
+# the laws by their words, for scene files, cases and the benchmark
 LAWS: dict[str, type[Material]] = {
     kind.word: kind for kind in (NeoHookean, MooneyRivlin, LinearElastic, StVenantKirchhoff, Ogden)
 }

@@ -1,8 +1,8 @@
-"""Periodic bodies: nodes on opposite sides that share their degrees of freedom, called the images of one node.
+"""Periodic bodies: nodes on opposite sides share their degrees of freedom; they are the images of one node.
 
-The first of them, the master, carries the mass, load, contact and force of all; the others follow it. Nothing here
-looks at the inside of a body: its cells, their forces and their masses stay those of a body with free sides. Momentum
-and energy count every degree of freedom once; angular momentum, which no periodic body conserves, at the master.
+The first image, the master, has the mass, load, contact and force of all; the others follow it. Cells, their forces and
+their masses are those of a body with free sides. Momentum and energy count every degree of freedom once; angular
+momentum, which a periodic body does not conserve, is that of the masters.
 """
 
 from __future__ import annotations
@@ -18,82 +18,82 @@ from ..mesh.geometry import grid_planes, shortest_edge
 from ..mesh.mesh import Mesh
 from .obstacles import Obstacle, Plane
 
-MATCH = 1e-6  # of the shortest edge: how far partners may be off each other, and images start apart
-SAME_SPEED = 1e-6  # of the largest initial velocity
-ACROSS = 1e-9  # largest part of an obstacle's unit normal along a periodic direction
+MATCH = 1e-6  # distance of partners, and of images at the start, over the shortest edge
+SAME_SPEED = 1e-6  # difference of velocities of images over the largest initial velocity
+ACROSS = 1e-9  # largest component of an obstacle's unit normal along a periodic direction
 
 
 @dataclass(frozen=True)
 class Images:
-    """Who shares: master [n] of every node (itself if it has no images); period [3] [m], 0 where nothing repeats."""
+    """Images of the nodes: master [n] of every node (itself without images); period [3] [m], 0 where not periodic."""
 
     master: np.ndarray
     period: np.ndarray
 
     @cached_property
     def followers(self) -> np.ndarray:
-        """All images but the masters."""
+        """Images other than the masters."""
         return np.flatnonzero(self.master != np.arange(len(self.master)))
 
     @cached_property
     def members(self) -> np.ndarray:
-        """All nodes that share: masters and followers."""
+        """Masters and followers."""
         return np.unique(np.concatenate([self.followers, self.master[self.followers]]))
 
     @cached_property
     def size(self) -> np.ndarray:
-        """How many images the node is one of [n]."""
+        """Number of images [n] that share the degrees of freedom of a node."""
         return np.bincount(self.master, minlength=len(self.master))[self.master]
 
     def followers_of(self, nodes: np.ndarray) -> np.ndarray:
-        """The other images of the given masters."""
+        """Return the followers of the given masters."""
         return self.followers[np.isin(self.master[self.followers], nodes)]
 
     def with_images(self, nodes: np.ndarray) -> np.ndarray:
-        """The nodes and all that share with them, ascending."""
+        """Return the nodes with all their images, ascending."""
         return np.flatnonzero(np.isin(self.master, self.master[nodes]))
 
     def follow(self, values: np.ndarray) -> np.ndarray:
-        """Values [n, ...] with those of the master at every image."""
+        """Return values [n, ...] with those of the master at every image."""
         return np.asarray(values[self.master])
 
     def total(self, values: np.ndarray) -> np.ndarray:
-        """Values [n, ...] summed to the masters; zero at the others."""
+        """Sum values [n, ...] to the masters; zero at the followers."""
         result = np.zeros_like(values)
         np.add.at(result, self.master, values)
         return result
 
     def shared(self, values: np.ndarray) -> np.ndarray:
-        """Values [n, ...] of the masters in equal shares to all images: the sum stays."""
+        """Distribute values [n, ...] of the masters in equal shares to all images, which keeps the sum."""
         return self.follow(values) / self.size.reshape(-1, *[1] * (values.ndim - 1))
 
     def mean(self, values: np.ndarray, mass: np.ndarray) -> np.ndarray:
-        """Accelerations [n, 3] of free nodes with mass [n] as those of the tied ones."""
+        """Average accelerations [n, 3] over images, weighted by mass [n]."""
         return self.follow(self.total(mass[:, None] * values) / np.maximum(self.total(mass), 1e-300)[:, None])
 
     def shortest(self, difference: np.ndarray) -> np.ndarray:
-        """Differences of positions [.., 3] [m] to the nearest repetition."""
+        """Reduce differences of positions [.., 3] [m] to those with the nearest repetition."""
         whole = np.where(self.period > 0.0, self.period, 1.0)
         return difference - self.period * np.round(difference / whole)
 
     def boundary(self, first: np.ndarray, special: np.ndarray) -> np.ndarray:
-        """Boundary nodes: the contact nodes `first`, their followers, then the other special nodes and images."""
+        """Return the boundary nodes: contact nodes `first`, their followers, other special nodes and images."""
         start = np.concatenate([first, self.followers_of(first)])
         rest = np.setdiff1d(np.union1d(special, self.members), start)
         return np.concatenate([start, rest]).astype(np.int64)
 
     def pairs(self, boundary: np.ndarray) -> np.ndarray:
-        """(follower, master) as places in the list of boundary nodes [.., 2]."""
+        """Return (follower, master) as places in the list of boundary nodes [.., 2]."""
         row = np.full(len(self.master), -1)
         row[boundary] = np.arange(len(boundary))
         return np.stack([row[self.followers], row[self.master[self.followers]]], axis=1)
 
     def renumbered(self, node_order: np.ndarray, place: np.ndarray) -> Images:
-        """The same where node i is node node_order[i] of this numbering and place is its inverse."""
+        """Return the images in a numbering where node i is node_order[i] of this one, with its inverse place."""
         return Images(place[self.master[node_order]], self.period)
 
     def prescribed(self, components: np.ndarray, supports: object) -> np.ndarray:
-        """Prescribed components [n, 3] (NaN: free) of one image prescribed at all. Raises `InputError`."""
+        """Give prescribed components [n, 3] (NaN: free) of one image to all. Raises `InputError` if they differ."""
         low, high = np.full_like(components, np.nan), np.full_like(components, np.nan)
         np.fmin.at(low, self.master, components)
         np.fmax.at(high, self.master, components)
@@ -103,7 +103,7 @@ class Images:
         return self.follow(low)
 
     def agreed(self, field: str, given: object, values: np.ndarray, tolerance: float) -> np.ndarray:
-        """Values [n, 3] that are the same at all images. Raises `InputError` where they differ by more."""
+        """Make values [n, 3] equal at all images. Raises `InputError` where they differ by more than rounding."""
         result = self.follow(values)
         if values.size and np.abs(result - values).max() > tolerance:
             node = int(np.abs(result - values).max(axis=1).argmax())
@@ -113,7 +113,7 @@ class Images:
 
 
 def images_of(mesh: Mesh, directions: str) -> Images:
-    """The images of a mesh that repeats along the axes named. Raises `InputError` where opposite sides differ."""
+    """Find the images of a mesh, periodic along the axes named. Raises `InputError` where opposite sides differ."""
     known = isinstance(directions, str) and directions and set(directions) <= set("xyz")
     if not known or len(set(directions)) != len(directions):
         raise InputError("Body.periodic", directions, "give distinct letters out of 'xyz', for example 'xy'")
@@ -135,7 +135,7 @@ def images_of(mesh: Mesh, directions: str) -> Images:
 
 
 def _partners(mesh: Mesh, axis: int, tolerance: float) -> np.ndarray | None:
-    """The partner on the low side of every node on the high side, itself for the others; None if the sides differ."""
+    """Return the partner on the low side of every node on the high side, else the node; None if the sides differ."""
     along = mesh.nodes[:, axis]
     low, high = np.flatnonzero(along <= along.min() + tolerance), np.flatnonzero(along >= along.max() - tolerance)
     if len(low) != len(high):
@@ -158,21 +158,21 @@ def _corner_sets(faces: np.ndarray) -> set[frozenset[int]]:
 
 
 def _faces_within(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
-    """Faces of the surface with all corners among the nodes."""
+    """Return the faces of the surface with all corners among the nodes."""
     faces = mesh.boundary_faces()
     return faces[np.isin(faces, nodes).all(axis=1)]
 
 
 def check_contact(images: Images | None, mesh: Mesh, faces: np.ndarray, contact: object) -> None:
-    """Refuse a contact set with faces on a side that repeats: it is no surface. Raises `InputError`."""
+    """Refuse a contact set with faces on a periodic side, which is no surface. Raises `InputError`."""
     if images is not None and repeated_faces(images, mesh, faces).any():
         axes = " and ".join("xyz"[axis] for axis in np.flatnonzero(images.period))
-        remedy = f"it has faces on the periodic sides along {axes}; name the faces that can touch alone"
+        remedy = f"it has faces on the periodic sides along {axes}; name only the faces that can touch"
         raise InputError("Body.contact", contact, remedy)
 
 
 def repeated_faces(images: Images, mesh: Mesh, faces: np.ndarray) -> np.ndarray:
-    """Which of the faces [k, 4|3] lie on sides that repeat: [k]."""
+    """Return which of the faces [k, 4|3] lie on periodic sides: [k]."""
     nodes = mesh.nodes
     result = np.zeros(len(faces), dtype=bool)
     tolerance = MATCH * shortest_edge(nodes, mesh.cells)
@@ -183,10 +183,9 @@ def repeated_faces(images: Images, mesh: Mesh, faces: np.ndarray) -> np.ndarray:
 
 
 def check_obstacles(images: Images, periodic: str | None, obstacles: Sequence[Obstacle]) -> None:
-    """Refuse obstacles that do not repeat as the body does, for a body that could touch. Raises `InputError`.
+    """Refuse obstacles without the period of a body that could touch them. Raises `InputError`.
 
-    A body whose contact faces are found by the scene could touch even if none was found: sides that repeat are no
-    surface, and it would fall through a wall that they face.
+    This holds even if the scene found no contact faces: a body would fall through a wall that its periodic sides face.
     """
     for obstacle in obstacles:
         along = isinstance(obstacle, Plane) and np.abs(obstacle.normal[images.period > 0.0]).max() <= ACROSS

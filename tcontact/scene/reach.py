@@ -1,7 +1,7 @@
-"""Which faces of a body may meet an obstacle, `Body(contact="auto")`, and which obstacles are out of reach.
+"""Find the faces of a body that may meet an obstacle, `Body(contact="auto")`, and the obstacles within reach.
 
-A face may, if it looks towards the obstacle (its outward normal within 90 degrees of minus the obstacle's) and the
-obstacle is near enough at t = 0:
+A face may meet an obstacle that it faces (its outward normal within 90 degrees of minus the obstacle's) and that is
+close enough at t = 0:
 
     distance <= 1.5 (|v| + |g| T + w) T + |u| + shortest edge,
 
@@ -23,24 +23,24 @@ from .body import Body
 from .obstacles import Obstacle
 from .obstacles.motion import Rate
 
-SLACK = 1.5  # on the way, for what the body's waves add to its speed
-FACING = -1e-6  # cosine: faces along the way do not look at it
-SAMPLES = 257  # of a motion given as a function of time
-OUT_OF_REACH = 10.0  # times the way that a node can go
+SLACK = 1.5  # factor on the distance, for waves that add to the speed of the body
+FACING = -1e-6  # cosine below which a face does not face the obstacle
+SAMPLES = 257  # samples of a function of time
+OUT_OF_REACH = 10.0  # times the distance that a node can cover
 
 
 def with_reached_faces(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> Body:
-    """The body with the faces that may meet one of the obstacles as its contact faces; itself unless "auto"."""
+    """Return the body with the faces that may meet an obstacle as contact faces; the body itself unless "auto"."""
     if not body.finds_contact:
         return body
     faces = body.outer_faces
     if len(obstacles) == 0 or len(faces) == 0:
         faces = faces[:0]
     else:
-        near = np.zeros(len(faces), dtype=bool)
+        reached = np.zeros(len(faces), dtype=bool)
         for obstacle in obstacles:
-            near |= _meets(body, faces, obstacle, duration, gravity)
-        faces = faces[near]
+            reached |= _meets(body, faces, obstacle, duration, gravity)
+        faces = faces[reached]
     result = copy.copy(body)
     result.__dict__.pop("contact_nodes", None)
     result.__dict__["contact_faces"] = faces
@@ -58,12 +58,12 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
-    near = obstacle.gap(centre) - radius <= way + shift + shortest_edge(body.mesh.nodes, body.mesh.cells)
-    return np.asarray(facing & near)
+    close = obstacle.gap(centre) - radius <= way + shift + shortest_edge(body.mesh.nodes, body.mesh.cells)
+    return np.asarray(facing & close)
 
 
 def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
-    """Largest speed [m/s] that the obstacle's motion has at the distance of the farthest position."""
+    """Return the largest speed [m/s] of the obstacle's motion at the distance of the farthest position."""
     if not obstacle.moves:
         return 0.0
     times = np.linspace(0.0, duration, SAMPLES)
@@ -73,7 +73,7 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
 
 
 def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> list[int]:
-    """Numbers of the obstacles that the contact nodes of the body may come to; all, if it is none."""
+    """Return the numbers of the obstacles that the contact nodes may meet; all numbers if there is none."""
     nodes = body.initial_nodes[body.contact_nodes]
     edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
@@ -82,8 +82,8 @@ def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gra
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     try:
         pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)
-    except FunctionError:  # it may go anywhere; the run that asks it then stops there
+    except FunctionError:  # no bound of the motion; a run stops where the function fails
         pushed = np.inf
     way = OUT_OF_REACH * ((own + fall + pushed) * duration + edge)
-    near = [number for number, obstacle in enumerate(obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way]
-    return near or list(range(len(obstacles)))
+    within = [number for number, obstacle in enumerate(obstacles) if len(nodes) and obstacle.gap(nodes).min() <= way]
+    return within or list(range(len(obstacles)))

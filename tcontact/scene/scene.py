@@ -94,28 +94,28 @@ class Scene:
         elif self.obstacles and all(body.contact is None for body in self.bodies):
             warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
         elif self.friction is not None and not self.obstacles:
-            warnings.warn("the scene has friction but no obstacles: nothing rubs", stacklevel=3)
+            warnings.warn("the scene has friction but no obstacles: it has no effect", stacklevel=3)
         if self.pairs is None and len(self.bodies) > 1:
             warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
         self._check_bodies_apart()
 
     @property
     def touching(self) -> bool:
-        """Whether anything can touch: obstacles, a contact model and a body with a contact set."""
+        """Return whether contact can occur: obstacles, a contact model and a body with a contact set."""
         return bool(self.obstacles) and self.contact is not None and any(body.touches for body in self.bodies)
 
     @property
     def moving(self) -> bool:
-        """Whether an obstacle moves."""
+        """Return whether an obstacle moves."""
         return any(obstacle.moves for obstacle in self.obstacles)
 
     @property
     def tracked(self) -> bool:
-        """Whether the history holds forces and moments of the obstacles: of several, or of one that moves."""
+        """Return whether the history has forces and moments of the obstacles: of several, or of one that moves."""
         return len(self.obstacles) > 1 or self.moving
 
     def obstacle_label(self, index: int) -> str:
-        """Name of an obstacle for messages and results."""
+        """Return the name of an obstacle for messages and results."""
         return self.obstacles[index].name or f"obstacle-{index}"
 
     def _check_start(self, index: int, body: Body) -> None:
@@ -151,7 +151,7 @@ class Scene:
                     )
 
     def label(self, index: int) -> str:
-        """Name of a body for messages and results."""
+        """Return the name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
 
 

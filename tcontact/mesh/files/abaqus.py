@@ -1,6 +1,6 @@
-"""Abaqus input files: nodes, elements, NSET, ELSET, SURFACE. Read here because meshio misplaces their sets.
+"""Read Abaqus input files: nodes, elements, NSET, ELSET, SURFACE; meshio misplaces their sets.
 
-One part; coordinates as the part has them. Names are told apart without regard to case, as Abaqus does.
+A file has one part, in whose coordinates the mesh is read. Names ignore case, as in Abaqus.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _TYPES = [
 ]
 _FACES = {element.meshio: element.abaqus_faces for element in ELEMENTS.values()}
 _SOLIDS = ", ".join(sorted(element.abaqus for element in ELEMENTS.values()))
-MOST_IDS = 2**28  # of a generated set
+MAXIMUM_IDS = 2**28  # in a generated set
 _UNKNOWN = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE"}
 
 
@@ -40,10 +40,10 @@ class _Section:
     rows: list[list[str]]
 
     def ids(self, sets: dict[str, IntArray]) -> IntArray:
-        """Ids of a set's data lines: numbers, ranges (GENERATE) or names of earlier sets."""
+        """Return the ids of a set's data lines: numbers, ranges (GENERATE) or names of earlier sets."""
         if "GENERATE" in self.options:
             ranges = [[int(word) for word in row if word] for row in self.rows]
-            if any(abs(end) > MOST_IDS or r[2:3] == [0] for r in ranges for end in r[:2]):
+            if any(abs(end) > MAXIMUM_IDS or r[2:3] == [0] for r in ranges for end in r[:2]):
                 raise MeshFileError("a generated set runs over more ids than a mesh has; export it anew")
             return _joined([np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in ranges])
         words = [word for row in self.rows for word in row if word]
@@ -60,7 +60,7 @@ class _Block:
 
 
 def read_abaqus(path: Path) -> FileMesh:
-    """Cells and sets of an Abaqus input file.
+    """Read cells and sets of an Abaqus input file.
 
     NSET and node surfaces become node sets; ELSET and SURFACE become face sets where they name faces or surface
     elements, and sets of their nodes where they name volume or line elements. Sets of Abaqus' own (_name) are left out.
@@ -131,7 +131,7 @@ def read_abaqus(path: Path) -> FileMesh:
 
 
 def _check_instances(instances: list[dict[str, str]]) -> None:
-    """Several instances make one mesh: say so. Raises `MeshFileError` where one part stands for several of them."""
+    """Warn that several instances make one mesh. Raises `MeshFileError` if several instances share one part."""
     if len(instances) < 2:
         return
     names = " and ".join(repr(options.get("NAME", "")) for options in instances)
@@ -143,7 +143,7 @@ def _check_instances(instances: list[dict[str, str]]) -> None:
 
 
 class _Places:
-    """From ids in the file to rows counted from 0."""
+    """Maps ids in the file to rows counted from 0."""
 
     def __init__(self, ids: IntArray | list[int], what: str = "node") -> None:
         self.order = np.argsort(ids, kind="stable")
@@ -192,7 +192,7 @@ def _nodes(section: _Section) -> tuple[IntArray, FloatArray]:
 
 
 def _elements(section: _Section) -> _Block | None:
-    """A block of elements; None for masses, springs and others that are no cells."""
+    """Return a block of elements; None for masses, springs and others that are no cells."""
     name = section.options.get("TYPE", "").upper()
     found = [(word, corners) for pattern, word, corners in _TYPES if re.fullmatch(pattern, name)]
     if not found:

@@ -1,4 +1,4 @@
-"""What a mesh file holds, whatever its format, and how it becomes a `Mesh`."""
+"""The content of a mesh file of any format, and its conversion to a `Mesh`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ ORDINARY = {"vertex", "line", "triangle", "quad", *KINDS}
 
 
 class MeshWarning(UserWarning):
-    """Something in a mesh file was repaired or left out."""
+    """A part of a mesh file was repaired or left out."""
 
 
 class MeshFileError(Exception):
-    """A mesh file that cannot be used; the text says what to do."""
+    """A mesh file cannot be used; the text says what to do."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class FileMesh:
 
 
 def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
-    """Mesh of the volume cells; nodes without cells are dropped, mirrored cells turned.
+    """Make a mesh of the volume cells; nodes without cells are dropped, mirrored cells turned.
 
     Raises `MeshFileError` for cells of other or of several kinds, `InputError` as `Mesh` does.
     """
@@ -68,7 +68,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
 
 
 def cell_kind(types: set[str], wanted: str | None) -> str:
-    """The one kind of volume cell among the types; `MeshFileError` if there is none, `InputError` if not as wanted."""
+    """Return the kind of the volume cells; `MeshFileError` if there is none, `InputError` if not the one asked for."""
     strange = sorted(types - ORDINARY)
     if any(name[-1].isdigit() for name in strange):
         raise MeshFileError(
@@ -94,7 +94,7 @@ def cell_kind(types: set[str], wanted: str | None) -> str:
 
 
 def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
-    """Cells with the corners of mirrored ones reordered; a cell counts as mirrored if negative throughout."""
+    """Reorder the corners of mirrored cells; a cell is mirrored if its Jacobian is negative at all points."""
     element = ELEMENTS[kind]
     gradients = np.concatenate([element.rule[1], element.shape(element.reference)[1]])
     mirrored = np.zeros(len(cells), dtype=bool)
@@ -108,7 +108,7 @@ def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
 
 
 def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
-    """Return those faces of a file with several kinds of cells that the chosen cells can have."""
+    """Select the faces of a file with several kinds of cells that the chosen cells can have."""
     lengths = {len(face) for face in ELEMENTS[kind].faces}
     fitting = [faces for faces in arrays if faces.shape[1] in lengths]
     kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
@@ -116,7 +116,7 @@ def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntAr
 
 
 def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:
-    """Faces of a set in the new numbering, each once."""
+    """Return the faces of a set in the new numbering, each once."""
     lengths = {len(face) for face in ELEMENTS[kind].faces}
     if any(faces.shape[1] not in lengths for faces in arrays):
         raise MeshFileError(f"surface {name!r} has faces that are no faces of {kind} cells; mesh it with the volume")

@@ -1,4 +1,4 @@
-"""Gmsh and VTU files, read by meshio."""
+"""Read Gmsh and VTU files with meshio."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .content import KINDS, FileMesh, MeshFileError
 from .meshio_guard import guarded
 
 _DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
-_UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # gmsh's own words in its exports
+_UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # names in gmsh's exports
 
 
 def read_vtu(path: Path) -> FileMesh:
-    """Cells of a VTU file. Data arrays are no sets."""
+    """Read the cells of a VTU file. Data arrays are not sets."""
     mesh = read_file(path, "vtu")
     return FileMesh(mesh.points, _blocks(mesh))
 
 
 def read_gmsh(path: Path) -> FileMesh:
-    """Cells and physical groups of a gmsh file, 2.2 or 4.1, ASCII or binary.
+    """Read cells and physical groups of a gmsh file, 2.2 or 4.1, ASCII or binary.
 
     Groups of dimension 2 become face sets, all others sets of their nodes. A group without a name is called
     PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named group but only the first
@@ -60,7 +60,7 @@ def read_gmsh(path: Path) -> FileMesh:
 
 
 def read_file(path: Path, file_format: str) -> Any:
-    """meshio's mesh, without its printing; its `SystemExit` and complaints about open sections become errors."""
+    """Read a mesh by meshio without its printing; its `SystemExit` and warnings of open sections become errors."""
     import meshio
 
     said = io.StringIO()
@@ -82,7 +82,7 @@ def read_file(path: Path, file_format: str) -> Any:
 
 
 def _read_partly_grouped(path: Path) -> Any:
-    """A 4.1 file in which only some entities have groups (Mesh.SaveAll=1), which meshio's own table refuses."""
+    """Read a 4.1 file in which only some entities have groups (Mesh.SaveAll=1), which meshio's table refuses."""
     import meshio
     from meshio.gmsh import _gmsh41
 
@@ -103,14 +103,14 @@ def _blocks(mesh: Any) -> list[tuple[str, IntArray]]:
 
 
 def _physical_names(path: Path) -> dict[tuple[int, int], str]:
-    """(dimension, tag) -> name. meshio's own table loses a name that two dimensions share."""
+    """Return (dimension, tag) -> name. meshio's own table loses a name that two dimensions share."""
     section = re.search(rb"\$PhysicalNames\s(.*?)\$EndPhysicalNames", path.read_bytes(), re.DOTALL)
     text = section.group(1).decode(errors="replace") if section else ""
     return {(int(d), int(tag)): name for d, tag, name in re.findall(r'(?m)^\s*(\d)\s+(\d+)\s+"(.*)"\s*$', text)}
 
 
 def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[str, IntArray]:
-    """All cells of one type, each once."""
+    """Return all cells of one type, each once."""
     rows = np.concatenate([block for name, block in blocks if name == cell_type]).astype(np.int64)
     if len(rows) == 0 or _DIMENSION.get(cell_type) != 3 or rows.min() < 0:
         return cell_type, rows

@@ -1,4 +1,4 @@
-"""meshio against damaged files: no memory for counts that the file cannot hold, no waiting at its end."""
+"""Guard meshio against damaged files: against arrays larger than the file and endless reading at its end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from .content import MeshFileError
 
-# modules of meshio that make arrays of a length they have read
+# modules of meshio that allocate arrays of a length read from the file
 READERS = (
     "gmsh.common",
     "gmsh._gmsh22",
@@ -25,12 +25,12 @@ READERS = (
     "vtu._vtu",
 )
 MAKERS = ("empty", "zeros", "ones", "full", "arange")
-PER_BYTE, ALWAYS = 64, 2**28  # memory of an array, by the size of the file and in any case
+PER_BYTE, ALWAYS = 64, 2**28  # largest memory of an array, over the size of the file, and at least [bytes]
 
 
 @contextmanager
 def guarded(path: Path) -> Iterator[None]:
-    """While meshio reads the file: arrays too long for it and reading on behind its end raise `MeshFileError`."""
+    """Raise `MeshFileError` while meshio reads the file for arrays too long for it and for reading beyond its end."""
     numpy = GuardedNumpy(path.stat().st_size)
     with ExitStack() as stack:
         for name in READERS:
@@ -43,7 +43,7 @@ def guarded(path: Path) -> Iterator[None]:
 
 
 class GuardedNumpy:
-    """numpy, but for functions that make arrays of a given length; size: of the file, in bytes."""
+    """NumPy with checked functions that make arrays of a given length; size: size of the file [bytes]."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -54,7 +54,7 @@ class GuardedNumpy:
             return function
 
         def checked(shape: Any, *arguments: Any, **options: Any) -> Any:
-            # as Python's numbers, which do not overflow; arange may have its end second
+            # as Python's integers, which do not overflow; the second argument of arange may be its end
             counts = [shape] if np.ndim(shape) == 0 else list(shape)
             if name == "arange":
                 counts = [max([abs(shape), *(abs(a) for a in arguments[:1] if isinstance(a, (int, np.integer)))])]
@@ -68,7 +68,7 @@ class GuardedNumpy:
         return checked
 
     def fromfile(self, file: Any, dtype: Any = float, count: int = -1, sep: str = "", **options: Any) -> np.ndarray:
-        """As numpy's, never longer than the file."""
+        """Read like `numpy.fromfile`, but never more than the file has."""
         least = 2 if sep else np.dtype(dtype).itemsize  # bytes of a number: a digit and a blank as text
         if int(count) * least > self.size + 2:
             raise MeshFileError("it names counts that its size cannot hold; the file is damaged, save it again")
@@ -76,7 +76,7 @@ class GuardedNumpy:
 
 
 def _next_line(stream: Any) -> str:
-    """The next line of a PLY file that is no comment; meshio's own waits at the end of the file for ever."""
+    """Return the next line of a PLY file that is no comment; meshio's own function never returns at its end."""
     while True:
         line = stream.readline()
         if not line:

@@ -1,4 +1,4 @@
-"""Meshes from files."""
+"""Read meshes from files."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     """Read a mesh of one kind of cells.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind (as of `Mesh`): if the file must hold that kind, None for any; of a
-    file with several, the cells of that kind with the sets on them (two calls, two bodies).
+    file in millimetres. kind (see `Mesh`): the kind of cells to read with their sets, None for the only one in
+    the file; a file with several kinds takes a call for each.
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the
@@ -48,7 +48,7 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
         raise _refusal(file, f"not usable as a mesh: {error}") from error
     except MemoryError as error:
         raise _refusal(file, "needs more memory than there is; the file is damaged or too large") from error
-    except Exception as error:  # readers stumble over broken files in many ways
+    except Exception as error:  # readers raise all kinds of errors for broken files
         reason = " ".join(f"{type(error).__name__} {error}".split())
         raise _refusal(file, f"cannot be read ({reason}); check that it is complete, or save it again") from error
 
@@ -75,5 +75,5 @@ def _reader(file: Path) -> Any:
 
 
 def _refusal(file: Path, remedy: str) -> InputError:
-    """Error with the file's name, which long paths would lose in the shortened value."""
+    """Make an error with the file's name, which the shortened value of a long path would lose."""
     return InputError("path", str(file), f"{file.name}: {remedy}")

@@ -1,8 +1,8 @@
-"""What a run consists of: every array and number that its objects hold, by the path that leads to it.
+"""Collect the state of a run: every array and number that its objects hold, by the path of attributes to it.
 
-The walk starts at the `Run` and enters every object of this package, lists, tuples and dictionaries; what cannot change
-stays out: frozen dataclasses (scene, plan, scheme), kernels, modules. So a new term or scheme is covered without a
-word about checkpoints, as long as what it keeps from step to step are attributes: arrays of the device or of NumPy,
+The walk starts at the `Run` and enters every object of this package, lists, tuples and dictionaries; it leaves out
+immutable ones: frozen dataclasses (scene, plan, scheme), kernels, modules. A new term or scheme needs no code for
+checkpoints, as long as its attributes hold all that it keeps from step to step: arrays of the device or of NumPy,
 numbers, text, lists of these. An object that keeps something else, or grows, has `checkpoint() -> dict` of arrays
 and such values, and `restore(dict)`. Arrays are saved if they differ from those of a run that was just made.
 """
@@ -19,25 +19,25 @@ import numpy as np
 from ...device import arrays
 from ...device.launch import Prepared
 
-SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts")  # written before it is read, in every step
+SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts")  # written in every step before it is read
 PLAIN = (bool, int, float, str, type(None))
 
-Prints = dict[str, tuple[str, int]]  # of arrays by path: the first path to the same array, its checksum
+Prints = dict[str, tuple[str, int]]  # array by path: first path to the same array, checksum
 
 
 class Leaf:
-    """A value of a run: its path, what holds it under which key, and what it is."""
+    """A value of a run with its path, its holder and the key there."""
 
     def __init__(self, path: str, owner: Any, key: Any, value: Any) -> None:
         self.path, self.owner, self.key, self.value = path, owner, key, value
 
     @property
     def is_array(self) -> bool:
-        """Whether it is an array, of NumPy or of the device."""
+        """Return whether the value is an array, of NumPy or of the device."""
         return isinstance(self.value, np.ndarray) or hasattr(self.value, "from_numpy")
 
     def put(self, value: Any) -> None:
-        """Set it: arrays in place, where kernels look for them."""
+        """Set the value; arrays in place, as kernels hold references to them."""
         if self.is_array and isinstance(value, np.ndarray) and self._fits(value):
             if isinstance(self.value, np.ndarray):
                 self.value[...] = value
@@ -55,7 +55,7 @@ class Leaf:
 
 
 def collect(run: Any, new: Prints) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and plain values of a run by path; arrays that are still as in `new` are left out."""
+    """Return arrays and plain values of a run by path, without arrays that are still as in `new`."""
     found: dict[str, np.ndarray] = {}
     values: dict[str, Any] = {}
     firsts: dict[int, str] = {}
@@ -79,7 +79,7 @@ def collect(run: Any, new: Prints) -> tuple[dict[str, np.ndarray], dict[str, Any
 
 
 def prints(run: Any) -> Prints:
-    """Fingerprints of all arrays of a run that was just made."""
+    """Return the fingerprints of all arrays of a new run."""
     firsts: dict[int, str] = {}
     return {
         leaf.path: (firsts.setdefault(id(leaf.value), leaf.path), _check(arrays.get(leaf.value)))
@@ -89,12 +89,12 @@ def prints(run: Any) -> Prints:
 
 
 def differs(stored: dict[str, list], new: Prints, found: dict[str, np.ndarray]) -> list[str]:
-    """Paths of the arrays that were left out and are not what they were in the run that was saved."""
+    """Return the paths of arrays left out of a checkpoint that differ from those of the saved run."""
     return [path for path, known in stored.items() if path not in found and list(new.get(path, ())) != known]
 
 
 def restore(run: Any, found: dict[str, np.ndarray], values: dict[str, Any]) -> None:
-    """Bring a run that was just made to where `collect` found it. Raises `KeyError` for what it does not have."""
+    """Restore the state that `collect` returned to a new run. Raises `KeyError` for a path that it does not have."""
     leaves = list(_leaves(run, set()))
     places = {leaf.path: leaf for leaf in leaves}
     own: dict[str, dict[str, Any]] = {leaf.path: {} for leaf in leaves if isinstance(leaf.value, Saved)}
@@ -116,7 +116,7 @@ def restore(run: Any, found: dict[str, np.ndarray], values: dict[str, Any]) -> N
 
 
 class Saved:
-    """Stands for an object that saves itself."""
+    """Marks an object that saves itself."""
 
     def __init__(self, owner: Any) -> None:
         self.owner = owner
@@ -125,7 +125,7 @@ class Saved:
 def _leaves(thing: Any, seen: set[int], path: str = "", owner: Any = None, key: Any = None) -> Iterator[Leaf]:
     plain = isinstance(thing, (list, tuple)) and all(isinstance(item, PLAIN) for item in thing)
     if plain or isinstance(thing, (*PLAIN, np.generic)):
-        if not isinstance(owner, tuple):  # those cannot change
+        if not isinstance(owner, tuple):  # immutable
             yield Leaf(path, owner, key, thing)
     elif id(thing) in seen or isinstance(thing, (type, Prepared)):
         return

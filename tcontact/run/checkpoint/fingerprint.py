@@ -1,9 +1,9 @@
-"""The physics of a scene in plain words, to tell whether another scene is the same and what differs.
+"""Make a fingerprint of a scene in words, which shows whether another scene is the same and what differs.
 
-It is made of all fields of all dataclasses of the scene and the scheme, so that a new option is part of it without a
-word here. A function counts by its values: one of the nodes by those at the nodes, one of time by `SAMPLES` values,
-evenly spaced over the duration. A function of time that differs over less than `duration / SAMPLES` may go unnoticed
-here; the times that the run has asked for are compared besides (`obstacles.call_record`).
+It holds all fields of all dataclasses of the scene and the scheme, so that new options are included. A function counts
+by its values: one of the nodes by those at the nodes, one of time by `SAMPLES` values, evenly spaced over the duration.
+A function of time that differs over less than `duration / SAMPLES` may go unnoticed here; its values at the times of
+the run are compared besides (`obstacles.call_record`).
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ...scene.body import Body, Support
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.scene import Scene
 
-SHORT = 12  # numbers of an array that are written out
-SAMPLES = 4096  # of a function of time
-FUNCTIONS_OF_TIME = (Obstacle, Support)  # what has a velocity or an angular_velocity that may be one
+SHORT = 12  # longest array that is written out
+SAMPLES = 4096  # values of a function of time
+FUNCTIONS_OF_TIME = (Obstacle, Support)  # objects whose velocity or angular_velocity may be a function of time
 
 
 def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
-    """Every property that the motion depends on, by its name: numbers with all digits, arrays by their contents.
+    """Return every property that the motion depends on by name: numbers with all digits, arrays by their contents.
 
-    A run that started from the end of another one (`initial`) is known by the state in its checkpoint alone.
+    The start of a run from the end of another one (`initial`) is in its checkpoint only.
     Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
     """
     found: dict[str, str] = {}
@@ -50,7 +50,7 @@ def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:
 
 
 def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
-    """The fields of a dataclass; those given as functions by what the functions give."""
+    """Return the fields of a dataclass, functions by their values."""
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
         found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
@@ -64,13 +64,13 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
 
 
 def _samples(function: Callable[[float], Any], name: str, duration: float) -> np.ndarray:
-    """Values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run that comes there."""
+    """Return values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run at that time."""
     times = duration * (np.arange(SAMPLES) + 0.381966) / SAMPLES
 
     def value(time: float) -> np.ndarray:
         try:
             given = np.asarray(function(time), dtype=np.complex128).ravel()
-        except Exception:  # the run stops there and says so
+        except Exception:  # the run stops there with a message
             return np.full(3, np.nan)
         return given.view(np.float64) if given.imag.any() else given.real
 
@@ -86,7 +86,7 @@ def _samples(function: Callable[[float], Any], name: str, duration: float) -> np
 
 
 def _add(found: dict[str, str], name: str, value: Any, duration: float) -> None:
-    """Put the text of a value into `found`; that of a compound one by parts."""
+    """Add the text of a value to `found`, of a compound value by parts."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             _add(found, f"{name}.{key}", item, duration)

@@ -1,4 +1,4 @@
-"""When to write a checkpoint, and what stands in it."""
+"""Decide when to write a checkpoint, and write it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .options import Checkpoint
 if TYPE_CHECKING:
     from ..recorder import Recorder
 
-SHARE = 0.01  # of the wall time that checkpoints may take
+SHARE = 0.01  # largest share of the wall time for checkpoints
 
 
 START = "start:"
@@ -24,7 +24,7 @@ Start = tuple[list[np.ndarray], list[np.ndarray]]
 
 
 def start_of(stored: store.Stored) -> Start | None:
-    """Takes the start out of the arrays of a checkpoint; None if it is the one of the scene."""
+    """Remove the start from the arrays of a checkpoint and return it; None if it is that of the scene."""
     parts: Start = ([], [])
     for name in [name for name in stored.found if name.startswith(START)]:
         parts[int(name[len(START)])].append(stored.found.pop(name))
@@ -34,9 +34,9 @@ def start_of(stored: store.Stored) -> Start | None:
 class Keeper:
     """Writes the checkpoints of one run into its folder.
 
-    options: when, None = only before a run stops for a signal; new: fingerprints of the arrays of the run as it was
-    made, with nothing done yet; head: what `resume` has to know: fingerprint, options, origin of the run; start:
-    displacements [m] and velocities [m/s] that it was made with if those are not the ones of the scene.
+    options: when to write, None = only before a run stops for a signal; new: fingerprints of the arrays of the new run;
+    head: data for `resume`: fingerprint, options, origin of the run; start: displacements [m] and velocities [m/s] at
+    the start, if they are not those of the scene.
     """
 
     def __init__(
@@ -58,9 +58,9 @@ class Keeper:
         self._next_row, self._next_time = self.every_steps or 0, self._wait(perf_counter(), 0.0)
 
     def due(self, row: int, stopping: bool, ended: bool) -> bool:
-        """Whether a checkpoint is wanted before the step that starts at `row`.
+        """Return whether a checkpoint is due before the step that starts at `row`.
 
-        stopping: no more steps follow, for a signal; ended: because it is the last one.
+        stopping: a signal stops the run; ended: the run has ended.
         """
         if stopping or (ended and self.keep):
             return True
@@ -69,12 +69,12 @@ class Keeper:
         return self.every_seconds is not None and perf_counter() >= self._next_time
 
     def restored(self, row: int) -> None:
-        """The run goes on from that row."""
+        """Note that the run continues from that row."""
         if self.every_steps is not None:
             self._next_row = row + self.every_steps
 
     def save(self, run: Run, row: int) -> None:
-        """Write one; a run goes on without it where that is impossible, with a warning."""
+        """Write a checkpoint; if that fails, warn and let the run continue."""
         began = perf_counter()
         found, values = contents.collect(run, self.new)
         head = self.head | {"row": row, "frames": len(self.recorder.file), "new": self.new}
@@ -92,5 +92,5 @@ class Keeper:
             self._next_row = row + self.every_steps
 
     def _wait(self, now: float, cost: float) -> float:
-        """When the next one is due [s], cost [s]: of the last one."""
+        """Return the time of the next checkpoint; cost [s]: wall time of the last one."""
         return now + max(self.every_seconds or 0.0, cost / SHARE)

@@ -1,4 +1,4 @@
-"""What a user asks for: how often."""
+"""The options of checkpoints."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ...base.errors import InputError
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """When a run with an output folder leaves a checkpoint there, from which `tcontact.resume` goes on.
+    """Options for checkpoints in the output folder of a run, from which `tcontact.resume` continues.
 
     every_seconds [s]: of wall time; checkpoints come less often where they would take more than 1 % of it; every_steps:
-    after so many steps, at the first look of the loop (a small body does many steps at once); either or both. Ctrl-C
-    and SIGTERM leave one too. origin: plain data kept with it, for whoever resumes: {"case": name, "set": [...]} of the
-    command line; keep: leave one at the end as well, and do not remove them when the run has finished: for work after
-    it that a kill may cut short, such as pictures. Raises `InputError`.
+    after so many steps, or soon after (a small body does many steps at once); either or both. Ctrl-C and SIGTERM leave
+    one too. origin: plain data kept with it for resuming: {"case": name, "set": [...]} of the command line; keep: write
+    one at the end as well, and do not remove them when the run has finished, if work follows that a kill may interrupt,
+    such as pictures. Raises `InputError`.
     """
 
     every_seconds: float | None = None
@@ -45,7 +45,7 @@ class Checkpoint:
 
 
 def checked(value: Any, out: Any) -> Checkpoint | None:
-    """The options from what `simulate` was given: seconds, a dictionary, the options or None. Raises `InputError`."""
+    """Make the options from seconds, a dictionary, the options or None. Raises `InputError`."""
     if value is None:
         return None
     if isinstance(value, Mapping):

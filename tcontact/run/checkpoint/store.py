@@ -1,4 +1,4 @@
-"""The two files of a folder: a new checkpoint takes the place of the older one, by renaming, when it is whole."""
+"""Keep two checkpoint files in a folder: a new one, once complete, replaces the older one by renaming."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEAD = "head"
 
 @dataclass(frozen=True)
 class Stored:
-    """A checkpoint that was read: head and values are plain data, found are the arrays; path: its file."""
+    """A checkpoint that was read: head and values are plain data, found holds the arrays; path: its file."""
 
     path: Path
     head: dict[str, Any]
@@ -29,12 +29,12 @@ class Stored:
 
     @property
     def row(self) -> int:
-        """The step that it stands at."""
+        """Row of the history at which it was written."""
         return int(self.head["row"])
 
 
 def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dict[str, np.ndarray]) -> Path:
-    """Write a checkpoint in place of the older one of the two; returns its file. Raises `OSError`."""
+    """Replace the older of the two checkpoints by a new one; return its file. Raises `OSError`."""
     rows = {name: -1 if (stored := _head(folder / name)) is None else int(stored["row"]) for name in FILES}
     path = folder / min(FILES, key=lambda name: rows[name])
     text = json.dumps({"format": FORMAT, **head, "values": values, "names": list(found)})
@@ -47,7 +47,7 @@ def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dic
 
 
 def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
-    """The whole checkpoints of a folder, latest first, and the files that are damaged."""
+    """Read the complete checkpoints of a folder, latest first; also return the damaged files."""
     good, bad = [], []
     for path in (folder / name for name in FILES):
         if path.is_file():
@@ -59,14 +59,14 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
 
 
 def remove(folder: Path) -> None:
-    """Remove the checkpoints of a folder, and what a kill left of one."""
+    """Remove the checkpoints of a folder and temporary files left by a kill."""
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
         part_of(folder / name).unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Stored:
-    """Raises one of several errors for a file that is damaged; zip keeps a checksum of every part."""
+    """Read a checkpoint. Raises one of several errors for a damaged file; zip checks a sum of every part."""
     data = path.read_bytes()
     with zipfile.ZipFile(io.BytesIO(data)) as parts:
         if parts.testzip() is not None:
@@ -81,7 +81,7 @@ def _read(path: Path) -> Stored:
 
 
 def _head(path: Path) -> dict[str, Any] | None:
-    """Only the plain data of a checkpoint; None if there is none that can be read."""
+    """Read the plain data of a checkpoint; None if it is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as stored:
             return dict(json.loads(stored[HEAD].tobytes()))

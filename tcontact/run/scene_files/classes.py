@@ -1,4 +1,4 @@
-"""The classes a scene file can name, by the place they stand in."""
+"""The classes that a scene file can name, by their places."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...scene.materials import LAWS
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
 from ...schemes import SCHEMES
 
-# place -> type words -> class; a place with one class needs no word
+# place -> type word -> class; a place with one class needs no word
 CLASSES: dict[str, dict[str, type]] = {
     "material": {kind.__name__: kind for kind in LAWS.values()},
     "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
@@ -25,18 +25,18 @@ CLASSES: dict[str, dict[str, type]] = {
     "scheme": dict(SCHEMES),
 }
 METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
-SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # each may be "none"
+SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # places that may be "none"
 RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")
-SURFACE = ("surface", "cells", "margin", "scale")  # of an Sdf from a file of triangles
+SURFACE = ("surface", "cells", "margin", "scale")  # options of an Sdf from a file of triangles
 
 
 def keys_of(kind: type) -> list[str]:
-    """Names of the arguments of a dataclass."""
+    """Return the names of the arguments of a dataclass."""
     return [field.name for field in fields(kind) if field.init]
 
 
 def word_of(place: str, value: Any) -> str | None:
-    """The type word of an object at a place; None if it is none of the classes there."""
+    """Return the type word of an object at a place; None if its class is not one of those there."""
     for word, kind in CLASSES[place].items():
         if type(value) is kind:
             return word

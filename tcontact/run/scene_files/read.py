@@ -1,4 +1,4 @@
-"""From a TOML file to a scene; every refusal names the place in the file."""
+"""Read a scene from a TOML file; every error names the place in the file."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
-MOST_BYTES = 2**24  # of the TOML itself; long arrays stand beside it
+MAXIMUM_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
 BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
 FILE = {"file": "path", "scale": "scale", "kind": "kind"}
 ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets")}
 
 
 def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, dict[str, Any]]:
-    """The scene of a TOML file, and the options of its [run] table as keywords of `simulate`.
+    """Read the scene of a TOML file, and the options of its [run] table as keywords of `simulate`.
 
-    Files named in it are looked for beside it. Raises `InputError` naming the place in the file: no or broken TOML,
+    Paths in it are relative to its folder. Raises `InputError` naming the place in the file: no or broken TOML,
     unknown keys and words, missing keys, files that are missing or broken, and everything the classes refuse.
     """
     if not isinstance(path, (str, os.PathLike)):
@@ -52,7 +52,7 @@ def _toml(file: Path) -> dict[str, Any]:
     try:
         if not file.is_file():
             raise InputError("path", str(file), "no such file; give a scene as TOML")
-        if file.stat().st_size > MOST_BYTES:
+        if file.stat().st_size > MAXIMUM_BYTES:
             raise InputError("path", str(file), "is too large for a scene; put long arrays into an .npz file beside it")
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, RecursionError) as error:
@@ -64,13 +64,13 @@ def _toml(file: Path) -> dict[str, Any]:
 
 
 class Reader:
-    """Builds the objects of a scene file; folder: where the files it names lie."""
+    """Builds the objects of a scene file; folder: folder of the files that it names."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def scene(self, data: dict[str, Any]) -> Scene:
-        """The scene of the whole table."""
+        """Build the scene of the whole table."""
         known = keys_of(Scene)
         check_keys("", data, [*known, "run"])
         for key in ("bodies", "duration"):
@@ -89,7 +89,7 @@ class Reader:
         return made("scene", Scene, values)
 
     def run(self, data: Any) -> dict[str, Any]:
-        """Keywords of `simulate`."""
+        """Return the keywords of `simulate`."""
         check_keys("run", table("run", data), RUN)
         values = dict(data)
         if isinstance(values.get("scheme"), dict):
@@ -97,7 +97,7 @@ class Reader:
         return values
 
     def body(self, place: str, data: dict[str, Any]) -> Body:
-        """A body."""
+        """Build a body."""
         check_keys(place, data, keys_of(Body))
         values = dict(data)
         for key in ("mesh", "material"):
@@ -117,7 +117,7 @@ class Reader:
         return made(place, Body, values)
 
     def mesh(self, place: str, data: Any) -> Mesh:
-        """A box, a mesh file, or nodes and cells."""
+        """Build a mesh: a box, a mesh file, or nodes and cells."""
         given = table(place, data)
         for first, names, build in (("box", BOX, box_mesh), ("file", FILE, self._mesh_file), ("nodes", ARRAYS, Mesh)):
             if first in given:
@@ -127,7 +127,7 @@ class Reader:
         raise InputError(place, list(given), remedy)
 
     def obstacle(self, place: str, data: dict[str, Any]) -> Any:
-        """An obstacle; an Sdf from a surface or from arrays in a file."""
+        """Build an obstacle; an Sdf from a surface or from arrays in a file."""
         if data.get("type") != "Sdf":
             return self.plain(place, data, "obstacles")
         values = {key: value for key, value in data.items() if key != "type"}
@@ -148,7 +148,7 @@ class Reader:
         return made(place, Sdf, values)
 
     def plain(self, place: str, data: Any, kind: str, word: str | None = None) -> Any:
-        """An object of plain data; kind: the place it belongs to in `CLASSES`."""
+        """Build an object of plain data; kind: the place it belongs to in `CLASSES`."""
         if kind == "metal" and isinstance(data, str):
             return METALS[choice(place, data, METALS)]
         values = dict(table(place, data))
@@ -164,7 +164,7 @@ class Reader:
         return made(place, built, values)
 
     def array(self, place: str, data: Any) -> Any:
-        """Numbers written out, or those of an array in an .npz file."""
+        """Return an array written out, or one of an .npz file."""
         if not isinstance(data, dict):
             return data
         check_keys(place, data, ("file", "array"))
@@ -195,7 +195,7 @@ class Reader:
 
 
 def _from_npz(place: str, file: Path, names: list[str] | None) -> dict[str, np.ndarray]:
-    """Arrays of an .npz file by name, None for all."""
+    """Read the array of this name in an .npz file, None for all."""
     if not file.is_file():
         raise InputError(place, str(file), "no such file; it is looked for beside the scene")
     try:
@@ -205,13 +205,13 @@ def _from_npz(place: str, file: Path, names: list[str] | None) -> dict[str, np.n
             if not missing:
                 return {name: np.asarray(arrays[name]) for name in wanted}
             held = ", ".join(arrays.files) or "nothing"
-    except Exception as error:  # a broken archive fails in many ways
+    except Exception as error:  # a broken archive raises all kinds of errors
         raise InputError(place, str(file), f"cannot be read ({error}); save the scene again") from error
     raise InputError(place, missing[0], f"{file.name} holds no such array; it holds {held}")
 
 
 def made(place: str, build: Callable[..., Any], values: dict[str, Any]) -> Any:
-    """What `build` makes of the values; its refusals and missing arguments name the place."""
+    """Call `build` with the values; its errors and those for missing arguments name the place."""
     try:
         return build(**values)
     except InputError as error:
@@ -223,14 +223,14 @@ def made(place: str, build: Callable[..., Any], values: dict[str, Any]) -> Any:
 
 
 def table(place: str, data: Any) -> dict[str, Any]:
-    """A table of TOML."""
+    """Return a table of TOML."""
     if not isinstance(data, dict):
         raise InputError(place, data, "give a table, [like.this] or { like = 'this' }")
     return data
 
 
 def tables(place: str, data: dict[str, Any], key: str | None = None) -> list[dict[str, Any]]:
-    """A list of tables."""
+    """Return a list of tables."""
     given = data[key or place]
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
         raise InputError(place, given, f"give a list of tables: [[{place}]]")
@@ -238,7 +238,7 @@ def tables(place: str, data: dict[str, Any], key: str | None = None) -> list[dic
 
 
 def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
-    """Refuse a key that is none of the known ones."""
+    """Refuse an unknown key."""
     words = list(known)
     for key in data:
         if key not in words:

@@ -1,4 +1,4 @@
-"""Plain data as TOML: tables, lists of tables, numbers in all digits, text."""
+"""Write plain data as TOML: tables, lists of tables, numbers in all digits, text."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 
 def to_toml(data: Mapping[str, Any]) -> str:
-    """The text of a table: first plain keys, then tables, then lists of tables."""
+    """Return the text of a table: plain keys, then tables, then lists of tables."""
     plain = {key: value for key, value in data.items() if not isinstance(value, Mapping) and not _is_tables(value)}
     lines = [f"{key_text(key)} = {value_text(value)}" for key, value in plain.items()]
     for key, value in data.items():
@@ -26,12 +26,12 @@ def to_toml(data: Mapping[str, Any]) -> str:
 
 
 def key_text(key: str) -> str:
-    """A key, quoted where it must be."""
+    """Return the text of a key, quoted where necessary."""
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
 
 
 def value_text(value: Any) -> str:
-    """A value; tables within are written inline."""
+    """Return the text of a value; tables within are written inline."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int):

@@ -1,4 +1,4 @@
-"""From a scene to a TOML file, exactly: numbers in all their digits, long arrays in an .npz file beside it."""
+"""Write a scene to a TOML file exactly: numbers in all their digits, long arrays in an .npz file beside it."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ...scene.scene import Scene
 from .classes import METALS, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
 
-INLINE = 24  # numbers; longer arrays stand beside the TOML
+INLINE = 24  # numbers of an array; longer ones go to the .npz file
 
 
 def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     """Write a scene, and options of `simulate` as its [run] table; `load_scene` then gives the same run, bit for bit.
 
-    path: the TOML file; what is too long for it goes to NAME.npz beside it (boxes of `box_mesh` are written as such).
+    path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
     Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
     that are functions of time, which have no plain data, and for a file that cannot be written.
     """
@@ -57,7 +57,7 @@ class Writer:
         self.meshes: dict[str, dict[str, Any]] = {}
 
     def scene(self, scene: Scene, run: Mapping[str, Any]) -> dict[str, Any]:
-        """The whole table."""
+        """Return the whole table."""
         data: dict[str, Any] = {"duration": float(scene.duration)}
         if scene.gravity is not None:
             data["gravity"] = scene.gravity.tolist()
@@ -82,7 +82,7 @@ class Writer:
         return data
 
     def body(self, index: int, body: Body) -> dict[str, Any]:
-        """A body."""
+        """Return the table of a body."""
         data: dict[str, Any] = {} if body.name is None else {"name": body.name}
         data |= {"mesh": self.mesh(index, body.mesh), "material": self.plain("material", body.material)}
         data["velocity"] = self.nodal(f"velocity-{index}", body.velocity, body.initial_velocity)
@@ -106,7 +106,7 @@ class Writer:
         return data
 
     def mesh(self, index: int, mesh: Mesh) -> dict[str, Any]:
-        """A box by its numbers, or a file of arrays."""
+        """Return the table of a mesh: a box by its numbers, or a file of arrays."""
         box = box_of(mesh)
         if box is not None:
             return box
@@ -119,7 +119,7 @@ class Writer:
         return {"file": name}
 
     def obstacle(self, index: int, obstacle: Obstacle) -> dict[str, Any]:
-        """An obstacle; the grid of an Sdf stands beside the file."""
+        """Return the table of an obstacle; the grid of an Sdf goes to the .npz file."""
         for key in ("velocity", "angular_velocity"):
             if callable(getattr(obstacle, key)):
                 remedy = "a function of time has no plain data; give a vector, or keep this scene in Python"
@@ -138,7 +138,7 @@ class Writer:
         return data
 
     def plain(self, place: str, value: Any, leave: tuple[str, ...] = ()) -> dict[str, Any]:
-        """An object of plain data by its arguments, without those at their defaults."""
+        """Return the table of an object of plain data: its arguments that differ from their defaults."""
         word = word_of(place, value)
         if word is None:
             raise InputError(place, value, "is of no class that a scene file knows")
@@ -155,13 +155,13 @@ class Writer:
         return data
 
     def nodal(self, name: str, given: Any, values: np.ndarray) -> Any:
-        """A vector as it is, anything else as an array."""
+        """Return a vector as it is, anything else as an array."""
         if not callable(given) and np.shape(given) == (3,):
             return np.asarray(given, dtype=np.float64).tolist()
         return self.array(name, values)
 
     def array(self, name: str, values: np.ndarray) -> Any:
-        """Numbers written out if they are few, else the name of an array beside the file."""
+        """Return the numbers if they are few, else a reference to an array in the .npz file."""
         if values.size <= INLINE:
             return values.tolist()
         self.arrays[name] = values
@@ -169,7 +169,7 @@ class Writer:
 
 
 def box_of(mesh: Mesh) -> dict[str, Any] | None:
-    """Arguments that make `box_mesh` give this very mesh, None if there are none."""
+    """Return the arguments with which `box_mesh` makes exactly this mesh, or None."""
     low, high = mesh.bounds
     cells = [len(np.unique(mesh.nodes[:, axis])) - 1 for axis in range(3)]
     if min(cells) < 1 or np.prod([n + 1 for n in cells], dtype=object) != mesh.node_count:

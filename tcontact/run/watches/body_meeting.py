@@ -1,10 +1,10 @@
-"""Whether two bodies meet in mid-run: contact between bodies does not exist yet, and the run must not go on.
+"""Stop a run in which two bodies meet: contact between bodies is not modelled yet.
 
-Every pair of bodies has a clearance: a distance that their surfaces are known to be apart. What the bodies have moved
-relative to each other since is taken off, and the next look comes before it can be used up. Then it is measured anew:
-by the boxes of both bodies, swept from the look before; where these overlap, by the surfaces, at so many places on the
-way that neither moves by more than half a cell from one to the next. So a step is as good as the mesh is fine, a look
-costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass as long as the surfaces stay apart.
+Every pair of bodies has a clearance, a lower bound of the distance of their surfaces. Their relative motion reduces it,
+and the next look comes before it can be 0. Then it is measured anew: by the boxes of both bodies, swept since the last
+look; where these overlap, by the surfaces, at so many places on the way that neither moves by more than half a cell
+between two. A look costs little, and bodies whose boxes overlap, such as a ball in a ring, may pass while their
+surfaces stay apart.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ..guards import Stop
 from ..watched import Run
 
 RARELY = 64  # rows between looks at bodies that are far apart
-SOON = 16  # rows until the next look that surfaces are searched for, if they come no nearer than that
-TOUCH = 1e-6  # of the shortest edge of both surfaces: nearer than this they meet
-AHEAD = 2.0  # how much faster than now bodies may get until the next look
-MOST_PLACES = 1000  # on the way of one step
+SOON = 16  # rows until the next look for which a clearance is measured
+TOUCH = 1e-6  # distance over the shortest edge of both surfaces below which they meet
+AHEAD = 2.0  # speed until the next look over the present speed
+MAXIMUM_PLACES = 1000  # maximum number of places on the way of one step
 
 
 class Surface:
@@ -49,7 +49,7 @@ class Surface:
         self.period = np.zeros(3) if body.images is None else np.array(body.images.period)
 
     def positions(self, state: BodyView) -> np.ndarray:
-        """Where the surface nodes are now [k, 3] [m]."""
+        """Return the present positions of the surface nodes [k, 3] [m]."""
         return np.asarray(self.start + state.latest()[self.nodes])
 
 
@@ -67,14 +67,14 @@ class BodyMeeting:
 
     @staticmethod
     def of(run: Run) -> BodyMeeting | None:
-        """The looks of a run, None for one body and for bodies that may pass through each other."""
+        """Make the looks of a run; None for one body and for bodies that may pass through each other."""
         return BodyMeeting(run) if len(run.scene.bodies) > 1 and run.scene.pairs is not None else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where two bodies have met since the last look."""
         now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         if not all(np.isfinite(there).all() for there in now):
-            return None  # for the guards to stop at the next row
+            return None  # the guards stop at the next row
         travel, rows = self._travel(now), max(1, row - self._seen)
         self._clearance -= travel
         for pair in np.flatnonzero(self._clearance <= 0.0):
@@ -89,7 +89,7 @@ class BodyMeeting:
         return None
 
     def _travel(self, now: list[np.ndarray]) -> np.ndarray:
-        """How far the bodies of every pair have moved relative to each other at most since the last look [m]."""
+        """Return the largest relative motion of the bodies of every pair since the last look [m]."""
         moves = [after - before for after, before in zip(now, self._before, strict=True)]
         means = np.array([move.mean(axis=0) for move in moves])
         spread = np.array([np.linalg.norm(move - mean, axis=1).max() for move, mean in zip(moves, means, strict=True)])
@@ -113,7 +113,7 @@ class BodyMeeting:
         if outside > reach:
             self._clearance[pair] = outside
             return None
-        places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MOST_PLACES))
+        places = int(np.clip(np.ceil(travel / (0.5 * edge)), 1, MAXIMUM_PLACES))
 
         def distance(part: float) -> float:
             there = [before + part * (after - before) for before, after in ways]
@@ -135,7 +135,7 @@ class BodyMeeting:
 
 
 def _first(happened: Callable[[float], bool], before: float, after: float) -> float:
-    """The place between two where something has just happened, by bisection to 1/256 of the way between them."""
+    """Return the place between two where a condition becomes true, by bisection to 1/256 of the way between them."""
     for _ in range(8):
         middle = 0.5 * (before + after)
         before, after = (before, middle) if happened(middle) else (middle, after)
@@ -149,7 +149,7 @@ def _met(first: str, second: str, time: float, at_start: bool) -> Stop:
 
 
 def _triangles(faces: np.ndarray) -> np.ndarray:
-    """Triangles [m, 3] of faces [k, 4|3]."""
+    """Return the triangles [m, 3] of faces [k, 4|3]."""
     if faces.shape[1] == 3:
         return faces
     second = faces[faces[:, 3] != faces[:, 2]]
@@ -157,7 +157,7 @@ def _triangles(faces: np.ndarray) -> np.ndarray:
 
 
 def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[np.ndarray]:
-    """Whole periods [3] [m] by which the first body can be moved for its box to come within reach of the second's."""
+    """Return the whole periods [3] [m] by which the box of the first body comes within reach of the second's."""
     steps = []
     for axis in range(3):
         if period[axis] == 0.0:
@@ -170,7 +170,7 @@ def _shifts(there: list[np.ndarray], period: np.ndarray, reach: float) -> list[n
 
 
 def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.ndarray) -> bool:
-    """Whether a piece of one body lies within the other: a node of every piece is enough where no surfaces cut."""
+    """Return whether a piece of one body lies within the other: one node of a piece decides where no surfaces cut."""
     for points, triangles, around in ((first, own, second[other]), (second, other, first[own])):
         low, high = around.min(axis=(0, 1)), around.max(axis=(0, 1))
         for node in _pieces(len(points), triangles):
@@ -181,7 +181,7 @@ def _nested(first: np.ndarray, own: np.ndarray, second: np.ndarray, other: np.nd
 
 
 def _pieces(count: int, triangles: np.ndarray) -> np.ndarray:
-    """A node of every connected piece of a surface."""
+    """Return a node of every connected piece of a surface."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

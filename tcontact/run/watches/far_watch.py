@@ -1,7 +1,7 @@
-"""Whether a body comes to an obstacle that was out of its reach at the start (`reach.within_reach`).
+"""Stop a run in which a body comes to an obstacle that was out of reach at the start (`reach.within_reach`).
 
-With normal removal its contact nodes keep their mass along the normal of such an obstacle, which could not hold them.
-The run stops before that, with the remedy. Looks come before half of the distance that is left can be used up.
+With normal removal its contact nodes keep their mass along the normal of such an obstacle, which could not stop them.
+The next look comes before half of the remaining distance can be covered.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ class FarWatch:
 
     @staticmethod
     def of(run: Run) -> FarWatch | None:
-        """The looks of a run, None where all obstacles are within reach or the nodes have no mass left."""
+        """Make the looks of a run; None if all obstacles are within reach or the contact nodes have no mass."""
         far, scene = [], run.scene
         if isinstance(scene.contact, MasslessContact):
             for index, state in enumerate(run.states):
                 contact = state.plan.contact
                 if contact is not None and contact.removal == "normal" and len(contact.nodes):
-                    near = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.gravity)
-                    far += [(index, number) for number in range(len(scene.obstacles)) if number not in near]
+                    reached = within_reach(state.plan.body, scene.obstacles, scene.duration, scene.gravity)
+                    far += [(index, number) for number in range(len(scene.obstacles)) if number not in reached]
         return FarWatch(run, far) if far else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
@@ -47,14 +47,14 @@ class FarWatch:
             state = run.states[index]
             now = crossing.positions(state, time + step)
             if not np.isfinite(now).all():
-                return None  # for the guards to stop at the next row
+                return None  # the guards stop at the next row
             gap = float(crossing.obstacle.local(now)[0].min())
             if gap <= 0.0:
                 name = run.scene.obstacle_label(number)
                 where = f"{state.plan.label} comes to obstacle {name} at t = {time + step:.6g} s"
                 return Stop(
                     "missed-contact",
-                    f"{where}, which was out of its reach at the start, and removal='normal' left its nodes their mass"
+                    f"{where}, which was out of its reach at the start, and removal='normal' kept the mass of its nodes"
                     " along that normal: use MasslessContact(removal='full')",
                 )
             travel = float(np.linalg.norm(now - crossing.before, axis=1).max())

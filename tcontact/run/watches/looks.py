@@ -1,4 +1,4 @@
-"""Looks that a run takes between launches, beside the guards of every row: one object for each thing to look for."""
+"""Looks: checks of a run between launches, besides the guards of every row, one object for each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOREVER = 2**62
 
 
 class Look(Protocol):
-    """Something to look for.
+    """A check of a run between launches.
 
     due: the row after which the next look is wanted; ends_launches: whether a launch of several rows has to end there.
     """
@@ -25,23 +25,23 @@ class Look(Protocol):
     ends_launches: bool
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
-        """Look at the bodies after that row; step [s]: made since, towards the positions that they have now."""
+        """Check the bodies after that row; step [s]: the step since, which led to their present positions."""
         ...
 
 
 class Looks:
-    """The looks that a scene needs; none for most scenes."""
+    """The looks that a scene needs, none for most scenes."""
 
     def __init__(self, run: Run) -> None:
         found: list[Look | None] = [BodyMeeting.of(run), PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
         self.looks = [one for one in found if one is not None]
 
     def rows(self, number: int) -> int:
-        """Most rows of a launch that starts at that row, none of them beyond a look that is wanted."""
+        """Return the largest number of rows of a launch that starts at that row, up to the next look."""
         return max(1, min((one.due for one in self.looks if one.ends_launches), default=FOREVER) - number + 1)
 
     def take(self, run: Run, row: int, time: float, step: float) -> Stop | None:
-        """Take the looks that are due after a row, all of them after the last (step = 0). Returns a stop or None."""
+        """Take the looks due after a row, all of them after the last (step = 0). Returns a stop or None."""
         for one in self.looks:
             if row >= one.due or step == 0.0:
                 try:

@@ -1,4 +1,4 @@
-"""Warns where removal="normal" meets bodies or walls that turn: before the run, and as soon as one has turned."""
+"""Warn of removal="normal" with bodies or walls that turn, before the run and as soon as one has turned."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ...scene.obstacles.motion import Motion
 from ..guards import Stop
 from ..watched import Run
 
-TURNED = np.radians(5.0)  # of a body or a wall, from where it was at the start
-OFTEN, RARELY = 8, 32  # rows between looks, for what turns fast and what hardly turns; launches of more go on
-SAMPLES = 512  # nodes that tell how a body has turned
-TIMES = 65  # at which the motion of a wall is looked at before the run
+TURNED = np.radians(5.0)  # rotation of a body or a wall since the start
+OFTEN, RARELY = 8, 32  # rows between looks, for fast and for slow rotation
+SAMPLES = 512  # largest number of nodes for the rotation of a body
+TIMES = 65  # times at which the motion of a wall is checked before the run
 REMEDY = (
     "normal removal takes mass along the normals of the start and loses angular momentum where they turn:"
     " use removal='full'; where full removal does not converge, as for poisson near 1/2, a finer mesh loses"
@@ -28,7 +28,7 @@ REMEDY = (
 
 
 class NormalWatch:
-    """Looks at the rotation of bodies with normal removal and of the walls.
+    """Checks the rotation of bodies with normal removal and of the walls.
 
     Only rotations that tilt the normal count, if all obstacles are planes of one direction: a body that spins about
     it keeps its normals.
@@ -51,7 +51,7 @@ class NormalWatch:
 
     @staticmethod
     def of(run: Run) -> NormalWatch | None:
-        """The watch of a run, None if no body has normal removal. Warns of what turns by prescription or spins."""
+        """Make the watch of a run, None if no body has normal removal. Warns of prescribed rotations and spins."""
         contacts = [state.plan.contact for state in run.states]
         chosen = [i for i, contact in enumerate(contacts) if contact is not None and contact.removal == "normal"]
         if not chosen or not isinstance(run.scene.contact, MasslessContact):
@@ -77,7 +77,7 @@ class NormalWatch:
             if obstacle.turns:
                 try:
                     far = _wall_angle(Motion(obstacle), np.linspace(0.0, duration, TIMES))
-                except FunctionError:  # the run stops there; until then its looks tell
+                except FunctionError:  # the run stops there; until then the looks warn
                     continue
                 if far > SPINS:
                     text = f"the {obstacle.shape} {obstacle.name or ''}".rstrip()
@@ -92,7 +92,7 @@ class NormalWatch:
         furthest = 0.0
         for who, far in self._angles(run, time + step):
             if not np.isfinite(far):
-                return None  # for the guards to stop at the next row
+                return None  # the guards stop at the next row
             if far > TURNED:
                 self._warn(run, who, far, time + step)
                 return None
@@ -104,7 +104,7 @@ class NormalWatch:
         return None
 
     def _angles(self, run: Run, time: float) -> Iterator[tuple[str, float]]:
-        """Name and angle [rad] of every body with normal removal and of every wall that turns."""
+        """Return name and angle [rad] of every body with normal removal and of every wall that turns."""
         for number, picked, start, mass in zip(self._numbers, self._picked, self._start, self._mass, strict=True):
             state = run.states[number]
             now = state.plan.reference[picked] + state.latest()[picked]
@@ -120,7 +120,7 @@ class NormalWatch:
 
 
 def _common_normal(obstacles: Sequence[Obstacle]) -> np.ndarray | None:
-    """The direction that planes share, None for other obstacles and for planes that do not."""
+    """Return the common direction of planes; None for other obstacles and for planes of several directions."""
     if not all(obstacle.shape == "plane" for obstacle in obstacles):
         return None
     normals = np.array([obstacle.frame[2] for obstacle in obstacles])
@@ -129,7 +129,7 @@ def _common_normal(obstacles: Sequence[Obstacle]) -> np.ndarray | None:
 
 
 def _wall_angle(motion: Motion, times: np.ndarray) -> float:
-    """Largest angle [rad] by which a wall's surface has turned at the times [s], from the start.
+    """Return the largest angle [rad] by which a wall's surface has turned at the times [s] since the start.
 
     A plane and a cylinder turn with their axis alone, a sphere does not.
     """

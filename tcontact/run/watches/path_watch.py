@@ -1,12 +1,12 @@
-"""Whether contact nodes have passed through a thin obstacle: then contact was missed, and the run must not go on.
+"""Stop a run in which a contact node has passed through a thin obstacle, so that its contact was missed.
 
-A node that comes deeper than the middle of an obstacle is pushed out on the far side, and one that moves further than
-its thickness in a step never touches it. So the way of every contact node between two looks is followed as a straight
-line in the axes of the obstacle, from both ends by steps as long as the gap (sphere tracing): it was missed if the
-normals where the way enters and where it leaves, or ends inside, are opposite. Going round a convex edge is no miss.
-Looks are so frequent that no node moves by more than a quarter of the thickness from one to the next, where steps are
-that short, and come after every step else. Planes, and shells around the bodies, have no far side. An obstacle that
-slips between two contact nodes is not seen: it has to be wider than their distance.
+A node deeper than the middle of an obstacle leaves it on the far side, and one that moves further than its thickness in
+a step never meets it. So the path of every contact node between two looks is followed as a straight line in the axes of
+the obstacle, from both ends by steps as long as the gap (sphere tracing): contact was missed if the normals where the
+path enters and where it leaves, or ends inside, are opposite. A path around a convex edge misses no contact. Between
+two looks no node moves by more than a quarter of the thickness, or there is a look after every step. Planes, and shells
+around the bodies, have no far side. An obstacle that slips between two contact nodes is not seen: it has to be wider
+than their distance.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
 from ..watched import Run
 
-RARELY = 256  # rows between looks at nodes that are far from the obstacle or slow
-AHEAD = 2.0  # how much faster than now nodes may get until the next look
-SURFACE = 1e-6  # of half the thickness: a gap up to this is none
-OPPOSITE = -0.1  # cosine between the normals where a node enters and leaves, below which it passed through
-FAR = 0.25  # of the thickness: what a node may move in a step, and between looks
-SAMPLES = 9  # of a motion given as a function of time, until the next look
-TRACED = 100  # most steps of the search for a surface
+RARELY = 256  # rows between looks for nodes that are slow or far from the obstacle
+AHEAD = 2.0  # speed until the next look over the present speed
+SURFACE = 1e-6  # gap over half the thickness that counts as closed
+OPPOSITE = -0.1  # cosine between the normals at entry and exit below which a node has passed through
+FAR = 0.25  # motion over the thickness in a step, and between looks
+SAMPLES = 9  # samples of a function of time until the next look
+TRACED = 100  # maximum number of steps of the search for a surface
 
 
 def half_thickness(obstacle: Obstacle) -> float:
-    """Smallest depth [m] of an obstacle's middle; infinite without a far side."""
+    """Return the smallest depth [m] of an obstacle's middle; infinite without a far side."""
     if obstacle.shape in ("sphere", "cylinder"):
         radius, side = obstacle.parameters
         return radius if side > 0.0 else np.inf
@@ -44,9 +44,9 @@ def half_thickness(obstacle: Obstacle) -> float:
 
 
 class Crossing:
-    """The contact nodes of one body and one obstacle: where they were at the last look, in the obstacle's axes.
+    """Positions of the contact nodes of a body at the last look, in the axes of an obstacle.
 
-    entry [k, 3]: normal where a node that is inside came in, 0 for nodes outside.
+    entry [k, 3]: normal at which a node inside has entered, 0 for nodes outside.
     """
 
     def __init__(self, state: BodyView, obstacle: Obstacle, half: float, dt: float) -> None:
@@ -61,7 +61,7 @@ class Crossing:
         self.entry = np.where((gap < -SURFACE * self.half)[:, None], normal, 0.0)
 
     def positions(self, state: BodyView, time: float) -> np.ndarray:
-        """Where the nodes are [k, 3] [m], in the axes that the obstacle has at the time [s]."""
+        """Return the positions of the nodes [k, 3] [m] in the axes of the obstacle at the time [s]."""
         now = self.reference + state.latest()[self.nodes]
         if self.motion is None:
             return np.asarray((now - self.obstacle.reference) @ self.obstacle.frame.T)
@@ -69,9 +69,9 @@ class Crossing:
         return np.asarray((now - points[0]) @ frames[0].T)
 
     def speed_to_come(self, times: np.ndarray) -> float:
-        """Largest speed [m/s] that a function of time gives the obstacle near the nodes at the times [s]; else 0.
+        """Return the largest speed [m/s] of the obstacle near the nodes at the times [s]; 0 without functions of time.
 
-        It is infinite where a function fails: the next look then comes after the next row, if the run gets there.
+        It is infinite where a function fails: the next look then comes after the next row.
         """
         motion = self.motion
         if motion is None or not (motion.velocity.varies or motion.spin.varies):
@@ -84,16 +84,16 @@ class Crossing:
         return float((speeds + arm * spins).max())
 
     def follow(self, now: np.ndarray) -> tuple[int | None, float, float]:
-        """Follow the nodes to where they are now [k, 3], in the obstacle's axes.
+        """Follow the nodes to their present positions [k, 3] in the obstacle's axes.
 
-        Returns the place in the list of a node that passed through, or None; how far [m] a node has moved at most;
-        and how far [m] nodes may move until the next look.
+        Returns the number of a node that has passed through, or None; the largest motion [m]; and the motion [m]
+        allowed until the next look.
         """
         travel = np.linalg.norm(now - self.before, axis=1)
         gap, normal = self.obstacle.local(now)
         surface = SURFACE * self.half
         inside = gap < -surface
-        # from where a node is now the surface is `gap` away: one that came less far has been outside all the way
+        # the surface is `gap` away: a node that has moved less has been outside all the way
         picked = np.flatnonzero((gap < 1.5 * travel + surface) | inside | self.entry.any(axis=1))
         missed = None
         if len(picked):
@@ -112,7 +112,7 @@ class Crossing:
         return missed, float(travel.max()), allowed
 
     def _first_normal(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Normals [n, 3] where the ways from start to end [n, 3] first come to the surface, 0 where they do not."""
+        """Return the normals [n, 3] where the paths from start to end [n, 3] first meet the surface, else 0."""
         length = np.linalg.norm(end - start, axis=1)
         along = (end - start) / np.maximum(length, 1e-300)[:, None]
         surface = SURFACE * self.half
@@ -130,7 +130,7 @@ class Crossing:
 
 
 class PathWatch:
-    """Looks for contact nodes of a run that passed through an obstacle."""
+    """Checks for contact nodes that have passed through an obstacle."""
 
     ends_launches = True
 
@@ -146,7 +146,7 @@ class PathWatch:
 
     @staticmethod
     def of(run: Run) -> PathWatch | None:
-        """The looks of a run, None if nothing can touch or no obstacle has a far side."""
+        """Make the looks of a run; None without contact or without an obstacle that has a far side."""
         if not run.scene.touching:
             return None
         halves = [half_thickness(obstacle) for obstacle in run.scene.obstacles]
@@ -160,7 +160,7 @@ class PathWatch:
             for number, crossing in zip(self._thin, crossings, strict=False):
                 now = crossing.positions(state, time + step)
                 if not np.isfinite(now).all():
-                    return None  # for the guards to stop at the next row
+                    return None  # the guards stop at the next row
                 missed, travel, allowed = crossing.follow(now)
                 if missed is not None:
                     node = int(state.plan.node_order[crossing.nodes[missed]])
@@ -175,12 +175,12 @@ class PathWatch:
 
 
 def times_to_come(run: Run, time: float, step: float) -> np.ndarray:
-    """Times [s] until the next look, none beyond the end of the run: functions may be known until there only."""
+    """Return times [s] until the next look, none after the end of the run, where functions need not exist."""
     return np.minimum(time + step + step * np.linspace(0.0, RARELY, SAMPLES), max(run.scene.duration, time))
 
 
 def _remedy(run: Run, crossing: Crossing, travel: float) -> str:
-    """What to try; travel [m]: of the fastest node in a step. Thin parts stand for a sampled obstacle."""
+    """Return the remedy; travel [m]: motion of the fastest node in a step."""
     thickness = 2.0 * crossing.half
     found = []
     if travel > FAR * thickness:

@@ -1,4 +1,4 @@
-"""What every rigid obstacle has: a place, a frame, a prescribed motion and a gap."""
+"""The base class of rigid obstacles: a place, a frame, a prescribed motion and a gap."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Obstacle:
     """A rigid obstacle with prescribed motion; use one of its shapes (`Plane`, `Sphere`, ...).
 
     name: for messages and results, or None; velocity [m/s] of its reference point and angular_velocity [rad/s], in
-    world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is asked
+    world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is called
     from t = 0 until up to one step after the duration, where the last row lies.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.
@@ -33,7 +33,7 @@ class Obstacle:
         if self.name is not None:
             if not isinstance(self.name, str) or not self.name:
                 raise InputError(f"{kind}.name", self.name, "give a non-empty string or None")
-            if "/" in self.name or not self.name.isprintable():  # it names columns of history and result files
+            if "/" in self.name or not self.name.isprintable():  # columns of history and result files have the name
                 raise InputError(f"{kind}.name", self.name, "leave out '/' and characters that cannot be printed")
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
@@ -42,12 +42,12 @@ class Obstacle:
 
     @property
     def moves(self) -> bool:
-        """Whether a velocity or an angular velocity is prescribed that is not zero."""
+        """Return whether a velocity or an angular velocity other than zero is prescribed."""
         return self.turns or _not_zero(self.velocity)
 
     @property
     def turns(self) -> bool:
-        """Whether an angular velocity is prescribed that is not zero."""
+        """Return whether an angular velocity other than zero is prescribed."""
         return _not_zero(self.angular_velocity)
 
     @property
@@ -57,7 +57,7 @@ class Obstacle:
 
     @property
     def frame(self) -> np.ndarray:
-        """Rows: the local axes [3, 3] in the world at t = 0."""
+        """Local axes in the world at t = 0, rows [3, 3]."""
         return np.eye(3)
 
     @property
@@ -71,15 +71,15 @@ class Obstacle:
         return None
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         raise NotImplementedError
 
     def gap(self, positions: np.ndarray) -> np.ndarray:
-        """Signed distance [n] [m] of positions [n, 3] at t = 0, open positive."""
+        """Return the signed distance [n] [m] of positions [n, 3] at t = 0, open positive."""
         return self.local(self._local_coordinates(positions))[0]
 
     def normal_at(self, positions: np.ndarray) -> np.ndarray:
-        """Unit normal [n, 3] from the obstacle into the body at positions [n, 3] at t = 0."""
+        """Return the unit normal [n, 3] from the obstacle into the body at positions [n, 3] at t = 0."""
         return np.asarray(self.local(self._local_coordinates(positions))[1] @ self.frame)
 
     def _local_coordinates(self, positions: np.ndarray) -> np.ndarray:
@@ -91,22 +91,22 @@ def _not_zero(rate: Any) -> bool:
 
 
 def direction(field: str, value: Any, remedy: str) -> np.ndarray:
-    """A vector of non-zero length as a read-only unit vector [3]."""
+    """Return a vector of non-zero length as a read-only unit vector [3]."""
     given = validate.vector(field, value)
     largest = float(np.abs(given).max())
     if largest == 0.0:
         raise InputError(field, value, remedy)
-    if not 1e-100 < largest < 1e100:  # its squares would not be numbers
+    if not 1e-100 < largest < 1e100:  # its squares would overflow
         given = given / largest
     length = float(np.linalg.norm(given))
-    # one that is a unit vector stays as it is, to the bit: what is copied or read from a file is normalised only once
+    # a unit vector stays as it is, to the bit, so that a copied or reloaded vector is normalised only once
     unit = np.array(given) if abs(length - 1.0) <= 4.0 * np.finfo(float).eps else np.asarray(given / length)
     unit.setflags(write=False)
     return unit
 
 
 def axes_around(third: np.ndarray) -> np.ndarray:
-    """Right-handed unit axes [3, 3] in rows, the third one given."""
+    """Return right-handed unit axes in rows [3, 3], the third one given."""
     first = np.eye(3)[np.argmin(np.abs(third))]
     first = first - third * (first @ third)
     first /= np.linalg.norm(first)
@@ -114,13 +114,13 @@ def axes_around(third: np.ndarray) -> np.ndarray:
 
 
 def unit_or(vectors: np.ndarray, spare: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths [n] and unit vectors [n, 3]; `spare` [3] where the length is zero."""
+    """Return lengths [n] and unit vectors [n, 3]; `spare` [3] where the length is zero."""
     length = np.linalg.norm(vectors, axis=1)
     safe = np.where(length > 0.0, length, 1.0)
     return length, np.where(length[:, None] > 0.0, vectors / safe[:, None], spare)
 
 
 def flag(field: str, value: Any) -> None:
-    """True or False."""
+    """Return True or False."""
     if not isinstance(value, (bool, np.bool_)):
         raise InputError(field, value, "give True or False")

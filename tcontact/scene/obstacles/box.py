@@ -54,7 +54,7 @@ class Box(Obstacle):
         return tuple(float(length) / 2.0 for length in self.size)
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         beyond = np.abs(positions) - np.array(self.parameters)
         side = np.where(positions < 0.0, -1.0, 1.0)
         away, outward = unit_or(side * np.maximum(beyond, 0.0), np.zeros(3))

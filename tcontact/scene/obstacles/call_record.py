@@ -1,16 +1,16 @@
-"""What a function of time gave during a run: a resumed run asks its function again and compares, bit by bit.
+"""Record the values of a function of time during a run; a resumed run compares those of its function, bit by bit.
 
-The first `MOST` calls are all kept. Then every second one is given up, and from there on only every second call is
-taken, and so on: of more calls at least `MOST / 2` are kept, evenly spread over the run. So a function that differs at
-any time which the run has asked for is found in runs of up to `MOST` calls (one to four calls a step); in longer ones
-it is found if it differs over more than two of the calls that are kept.
+The first `MAXIMUM_CALLS` calls are all kept. Then every second one is dropped, and from there on only every second call
+is recorded, and so on: of more calls at least half as many are kept, evenly spread over the run. So a different
+function is found in runs of up to `MAXIMUM_CALLS` calls (one to four calls a step); in longer ones it is found if it
+differs over more than two of the recorded calls.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-MOST = 2**15
+MAXIMUM_CALLS = 2**15
 
 
 class CallRecord:
@@ -18,16 +18,16 @@ class CallRecord:
 
     def __init__(self) -> None:
         self._rows = np.empty((64, 4))
-        self._count, self._every, self._calls = 0, 1, 0  # rows kept; every so many calls; calls so far
+        self._count, self._every, self._calls = 0, 1, 0  # rows kept; calls per row; calls so far
 
     def add(self, times: np.ndarray, values: np.ndarray) -> None:
-        """Take calls at times [m] with values [m, 3]."""
+        """Record calls at times [m] with values [m, 3]."""
         while True:
             chosen = slice(-self._calls % self._every, None, self._every)
             end = self._count + len(times[chosen])
             if end <= len(self._rows):
                 break
-            if len(self._rows) < MOST:
+            if len(self._rows) < MAXIMUM_CALLS:
                 self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
             else:
                 kept = self._rows[: self._count : 2].copy()
@@ -44,16 +44,16 @@ class CallRecord:
 
     @property
     def values(self) -> np.ndarray:
-        """What the function gave then [m, 3]."""
+        """Values [m, 3] of the calls that are kept."""
         return self._rows[: self._count, 1:]
 
     def checkpoint(self) -> dict[str, np.ndarray]:
-        """The calls, and how they are thinned."""
+        """Return the calls and their thinning."""
         counters = np.array([self._every, self._calls])
         return {"calls": self._rows[: self._count].copy(), "counters": counters}
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Go on from there."""
+        """Set the state that `checkpoint` returned."""
         self._every, self._calls = (int(number) for number in saved["counters"])
         self._count = len(saved["calls"])
         size = 64

@@ -2,9 +2,9 @@
 
     g(x) = sum_abc w_a(t_x) w_b(t_y) w_c(t_z) g_abc,   t: place in the cell, a, b, c: four nodes around it
 
-(Keys, IEEE Trans. Acoust. Speech Signal Process. 29, 1153, 1981: third order, quadratics are exact.) A force along the
-gradient of a gap that bends at the faces of the grid jumps there, and Newton's method then finds no end of a step.
-Beyond the grid it goes on linearly from the nearest point of the grid, as `interpolation.py` does.
+(Keys, IEEE Trans. Acoust. Speech Signal Process. 29, 1153, 1981: third order, quadratics are exact.) The gradient of a
+trilinear gap jumps at the faces of the grid, and so does a force along it: Newton's method then does not converge.
+Beyond the grid the distance continues linearly from the nearest point of the grid, as in `interpolation.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ POWERS = np.array([[0.0, 1.0, 0.0, 0.0], [-0.5, 0.0, 0.5, 0.0], [1.0, -2.5, 2.0,
 def smooth_distance(
     distance: np.ndarray, origin: np.ndarray, spacing: float, positions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distance [n] [m], its gradient [n, 3] and second derivatives [n, 3, 3] [1/m] at positions [n, 3].
+    """Return distance [n] [m], its gradient [n, 3] and second derivatives [n, 3, 3] [1/m] at positions [n, 3].
 
     distance [nx, ny, nz], at least four nodes along each axis; origin: node [0, 0, 0]. Beyond the grid the second
     derivatives leave out how they change there.
@@ -48,9 +48,9 @@ def smooth_distance(
 
 
 def _along(scaled: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Four nodes [n, 4] along an axis of `count` and their weights [n, 3, 4] for value, first and second derivative.
+    """Return four nodes [n, 4] along an axis of `count`, with weights [n, 3, 4] for value and two derivatives.
 
-    scaled [n]: places in units of the spacing. Before the first and after the last node a quadratic goes on.
+    scaled [n]: places in units of the spacing. Before the first and after the last node it continues as a quadratic.
     """
     cell = np.clip(scaled.astype(np.int64), 0, count - 2)
     t = scaled - cell

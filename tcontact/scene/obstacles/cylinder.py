@@ -1,4 +1,4 @@
-"""The rigid circular cylinder without ends, touched from outside or from within."""
+"""The rigid circular cylinder without ends, in contact from outside or from within."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Cylinder(Obstacle):
         return float(self.radius), -1.0 if self.inside else 1.0
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         radius, side = self.parameters
         across = positions * np.array([1.0, 1.0, 0.0])
         length, outward = unit_or(across, np.array([1.0, 0.0, 0.0]))

@@ -1,4 +1,4 @@
-"""Obstacles in plain numbers, for result files and pictures."""
+"""Describe obstacles in plain numbers, for result files and pictures."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .base import Obstacle
 from .isosurface import isosurface
 from .motion import Motion
 
-STEPS = 1000  # of the motion over the frames
+STEPS = 1000  # times of the motion per frame
 
 
 def describe(obstacles: Iterable[Obstacle], times: Sequence[float] = ()) -> list[dict[str, Any]]:
-    """One dictionary for each obstacle; moving ones with their poses at `times` [s].
+    """Return a dictionary for each obstacle; moving ones with their poses at `times` [s].
 
     kind; point [3] and frame [3, 3] at t = 0, parameters as in `Obstacle`; normal [3] of a plane; points [k, 3] (local)
     and triangles [m, 3] of a sampled one; motion: time [m], point [m, 3], frame [m, 3, 3].

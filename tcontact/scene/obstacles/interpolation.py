@@ -1,4 +1,4 @@
-"""Trilinear interpolation of a sampled distance, carried on linearly beyond the grid.
+"""Interpolate a sampled distance trilinearly, and linearly beyond the grid.
 
 D(y) = D(c) + grad D(c) . (y - c) with c the point of the grid nearest to y: exact for a plane, and a lower bound of
 the distance to a convex body. For a body within the grid it grows outward, since grad D(c) . (y - c) > 0 there.
@@ -14,7 +14,7 @@ import numpy as np
 def interpolate(
     grid: np.ndarray, origin: np.ndarray, spacing: float, positions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distance [n] [m] and gradient [n, 3] at positions [n, 3], in the axes of the grid [nx, ny, nz, 4]."""
+    """Return distance [n] [m] and gradient [n, 3] at positions [n, 3], in the axes of the grid [nx, ny, nz, 4]."""
     count = np.array(grid.shape[:3])
     scaled = np.clip((positions - origin) / spacing, 0.0, count - 1.0)
     cell = np.clip(np.nan_to_num(scaled), 0.0, count - 2.0).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The surface on which a sampled distance is zero, in triangles: marching tetrahedra, six to a cell of the grid."""
+"""Triangulate the surface of zero sampled distance by marching tetrahedra, six in each cell of the grid."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TETRAHEDRA = [np.cumsum([[0, 0, 0], *np.eye(3, dtype=int)[list(order)]], axis=0)
 
 
 def isosurface(distance: np.ndarray, origin: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points [k, 3] and triangles [m, 3], oriented towards positive distance [nx, ny, nz]."""
+    """Return points [k, 3] and triangles [m, 3], oriented towards positive distance [nx, ny, nz]."""
     value = np.where(distance == 0.0, 1e-300, distance).reshape(-1)
     ids = np.arange(value.size).reshape(distance.shape)
     nx, ny, nz = distance.shape
@@ -19,7 +19,7 @@ def isosurface(distance: np.ndarray, origin: np.ndarray, spacing: float) -> tupl
     for tetrahedron in TETRAHEDRA:
         tet = np.stack([ids[i : nx - 1 + i, j : ny - 1 + j, k : nz - 1 + k].ravel() for i, j, k in tetrahedron], axis=1)
         below = value[tet] < 0.0
-        order = np.argsort(~below, axis=1, kind="stable")  # those below first
+        order = np.argsort(~below, axis=1, kind="stable")  # negative ones first
         tet, count = np.take_along_axis(tet, order, axis=1), below.sum(axis=1)
         for inside, ends in (
             (1, [[(0, 1), (0, 2), (0, 3)]]),

@@ -1,4 +1,4 @@
-"""Where an obstacle is at time t: o(t) = o(0) + int v dt, R' = [w] R, axes in the world R e_i(0).
+"""Compute the pose of an obstacle at time t: o(t) = o(0) + int v dt, R' = [w] R, axes in the world R e_i(0).
 
 Constant rates in closed form (Rodrigues). Functions of time are integrated once per interval between the times asked
 for: v by three Gauss points (order 6), w by the fourth-order Magnus series with two Gauss points,
@@ -19,7 +19,7 @@ from .call_record import CallRecord
 GAUSS_3, WEIGHTS_3 = np.polynomial.legendre.leggauss(3)
 GAUSS_2 = np.polynomial.legendre.leggauss(2)[0]
 
-KEPT = 4096  # places to go back to
+KEPT = 4096  # latest places kept
 
 
 class Place(NamedTuple):
@@ -33,9 +33,9 @@ class Place(NamedTuple):
 class Motion:
     """The prescribed motion of an obstacle from t = 0.
 
-    step: longest interval [s] over which a function of time is integrated at once, None for whatever lies between two
-    times asked for. The times of a run are asked for in order, so each function is integrated once; going back goes on
-    from the last of the `KEPT` latest places before, or from t = 0 with intervals as long as the longest one so far.
+    step: longest interval [s] over which a function of time is integrated at once, None for the interval between two
+    requested times. A run requests times in order, so each function is integrated once; an earlier time starts from the
+    last of the `KEPT` latest places before it, or from t = 0 with intervals as long as the longest one so far.
     """
 
     def __init__(self, obstacle: Obstacle, step: float | None = None) -> None:
@@ -46,10 +46,12 @@ class Motion:
         self._places: deque[Place] = deque(maxlen=KEPT)
 
     def poses(self, times: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Reference points [m, 3] [m], frames [m, 3, 3] (local axes in rows), velocities [m, 3] [m/s] of these points
-        and spins [m, 3] [rad/s], all at the given times [m] [s].
+        """Return the poses of the obstacle at times [m] [s].
 
-        Raises `FunctionError` naming the obstacle and the time where a function gives no three finite numbers.
+        Reference points [m, 3] [m], frames [m, 3, 3] (local axes in rows), velocities of these points [m, 3] [m/s] and
+        spins [m, 3] [rad/s].
+
+        Raises `FunctionError` naming the obstacle and the time where a function does not return three finite numbers.
         """
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         velocities, spins = self.velocity.at(times), self.spin.at(times)
@@ -64,11 +66,11 @@ class Motion:
 
     @property
     def varies(self) -> bool:
-        """Whether a function of time is asked."""
+        """Return whether the motion is a function of time."""
         return self.velocity.varies or self.spin.varies
 
     def checkpoint(self) -> dict[str, np.ndarray]:
-        """The places to go on from, the longest interval, and what the functions gave so far."""
+        """Return the latest places, the longest interval and the recorded values of the functions."""
         rows = [np.concatenate([[place.time], place.moved, place.turn.ravel()]) for place in self._places]
         found = {"places": np.array(rows).reshape(-1, 13), "longest": np.array([self._longest])}
         for part, rate in (("velocity", self.velocity), ("spin", self.spin)):
@@ -76,7 +78,7 @@ class Motion:
         return found
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Go on from there. Raises `InputError` if a function is not the one that the run has used so far."""
+        """Set the state that `checkpoint` returned. Raises `InputError` if a function differs from that of the run."""
         self._longest = float(saved["longest"][0])
         for part, rate in (("velocity", self.velocity), ("spin", self.spin)):
             rate.restore({name: saved[f"{part}.{name}"] for name in ("calls", "counters")})
@@ -84,7 +86,7 @@ class Motion:
         self._places = deque(rows, maxlen=KEPT)
 
     def _advance(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement [3] and rotation [3, 3] at a time, from the last place before it."""
+        """Return displacement [3] and rotation [3, 3] at a time, integrated from the last place before it."""
         back = bool(self._places)
         while self._places and self._places[-1].time > time:
             self._places.pop()
@@ -101,7 +103,7 @@ class Motion:
         return place.moved, place.turn
 
     def _over(self, place: Place, end: float) -> Place:
-        """The place at the end of an interval."""
+        """Return the place at the end of an interval."""
         start, moved, turn = place
         length = end - start
         if self.velocity.varies:
@@ -125,7 +127,7 @@ class Rate:
         self.record = CallRecord()
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Values [m, 3] at times [m]. Raises `FunctionError`."""
+        """Return values [m, 3] at times [m]. Raises `FunctionError`."""
         if not self.varies:
             return np.tile(np.zeros(3) if self.value is None else self.value, (len(times), 1))
         values = np.array([self._call(float(time)) for time in times]).reshape(len(times), 3)
@@ -133,7 +135,7 @@ class Rate:
         return values
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Go on from there. Raises `InputError` if the function gives other values now than it gave to the run."""
+        """Set the recorded calls. Raises `InputError` if the function now returns other values than in the run."""
         self.record.restore(saved)
         for time, value in zip(self.record.times if self.varies else (), self.record.values, strict=False):
             if not np.array_equal(now := self._call(float(time)), value):
@@ -156,7 +158,7 @@ class Rate:
 
 
 def rotations(vectors: np.ndarray) -> np.ndarray:
-    """Rotation matrices [m, 3, 3] of rotation vectors [m, 3] [rad]: exp of their cross products (Rodrigues)."""
+    """Return rotation matrices [m, 3, 3] of rotation vectors [m, 3] [rad]: exp of cross products (Rodrigues)."""
     angle = np.linalg.norm(vectors, axis=1)[:, None, None]
     cross = np.zeros((len(vectors), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = vectors

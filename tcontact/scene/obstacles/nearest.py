@@ -1,4 +1,4 @@
-"""The nearest point of many triangles, by a tree over small pieces of them."""
+"""Find the nearest point of many triangles, by a tree over small pieces of them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-FEW, MANY = 8, 32  # pieces looked at for every point, and for those near the surface if nearer ones may be left
-AT_ONCE = 1 << 16  # points
+FEW, MANY = 8, 32  # pieces searched for every point, and for points close to the surface if that may not be enough
+AT_ONCE = 1 << 16  # points at once
 
 
 def pieces_of(corners: np.ndarray, longest: float) -> np.ndarray:
-    """Triangles [m, 3, 3] halved at their longest edge until none is longer: pieces [p, 3, 3]."""
+    """Halve triangles [m, 3, 3] at their longest edge until none is longer; return pieces [p, 3, 3]."""
     done = []
     while len(corners):
         edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
@@ -27,7 +27,7 @@ def pieces_of(corners: np.ndarray, longest: float) -> np.ndarray:
 
 
 def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest points [n, 3] of triangles [m, 3, 3] to positions [n, 3], and the triangles [n] they lie on.
+    """Return the nearest points [n, 3] of triangles [m, 3, 3] to positions [n, 3], and their triangles [n].
 
     Exact where the triangles with the nearest centres include the nearest one: `MANY` of them closer than `reach`,
     `FEW` beyond, where another triangle may be nearer by a small part of its size (see `ask_neighbours`).
@@ -47,23 +47,23 @@ def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> 
 def _portion(
     tree: Any, corners: np.ndarray, radius: np.ndarray, positions: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As `nearest_points`; tree: of the centres of the triangles, radius [m]: how far they reach from these."""
+    """Do `nearest_points` for a portion; tree: of the centres of the triangles; radius [m]: their extent from these."""
     best = np.full(len(positions), np.inf)
     found, owner = np.zeros_like(positions), np.zeros(len(positions), dtype=np.int64)
     rows = np.arange(len(positions))
     before = 0
-    for most in (FEW, MANY):
-        most = min(most, tree.n)
-        away, near = (np.reshape(part, (len(rows), most)) for part in tree.query(positions[rows], k=most))
-        for rank in range(before, most):
-            worth = away[:, rank] - radius[near[:, rank]] < best[rows]
-            who, piece = rows[worth], near[worth, rank]
+    for count in (FEW, MANY):
+        count = min(count, tree.n)
+        away, pieces = (np.reshape(part, (len(rows), count)) for part in tree.query(positions[rows], k=count))
+        for rank in range(before, count):
+            worth = away[:, rank] - radius[pieces[:, rank]] < best[rows]
+            who, piece = rows[worth], pieces[worth, rank]
             point = closest_on_triangles(corners[piece], positions[who])
             distance = np.linalg.norm(positions[who] - point, axis=1)
             nearer = distance < best[who]
             who, piece = who[nearer], piece[nearer]
             best[who], found[who], owner[who] = distance[nearer], point[nearer], piece
-        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], most
+        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], count
         if before == tree.n or not len(rows):
             break
     return found, owner
@@ -91,7 +91,7 @@ def ask_neighbours(
 
 
 def closest_on_triangles(corners: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Nearest point [n, 3] of one triangle [n, 3, 3] to each position [n, 3]."""
+    """Return the nearest point [n, 3] of one triangle [n, 3, 3] to each position [n, 3]."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     square = np.einsum("ni,ni->n", normal, normal)
@@ -101,14 +101,14 @@ def closest_on_triangles(corners: np.ndarray, positions: np.ndarray) -> np.ndarr
     third = np.einsum("ni,ni->n", np.cross(b - a, from_a), normal) / safe
     result = a + second[:, None] * (b - a) + third[:, None] * (c - a)
     off = np.flatnonzero(~((second >= 0.0) & (third >= 0.0) & (second + third <= 1.0) & (square > 0.0)))
-    least = np.full(len(off), np.inf)
+    smallest = np.full(len(off), np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
         origin, along, here = start[off], end[off] - start[off], positions[off]
         length = np.einsum("ni,ni->n", along, along)
         part = np.einsum("ni,ni->n", here - origin, along) / np.where(length > 0.0, length, 1.0)
         point = origin + np.clip(part, 0.0, 1.0)[:, None] * along
         distance = np.einsum("ni,ni->n", here - point, here - point)
-        nearer = distance < least
-        least[nearer] = distance[nearer]
+        nearer = distance < smallest
+        smallest[nearer] = distance[nearer]
         result[off[nearer]] = point[nearer]
     return result

@@ -40,13 +40,13 @@ class Plane(Obstacle):
         return axes_around(self.normal)
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         return positions[:, 2], np.tile((0.0, 0.0, 1.0), (len(positions), 1))
 
     def gap(self, positions: np.ndarray) -> np.ndarray:
-        """Signed distance [n] [m] of positions [n, 3] at t = 0, open positive."""
+        """Return the signed distance [n] [m] of positions [n, 3] at t = 0, open positive."""
         return np.asarray((positions - self.point) @ self.normal)
 
     def normal_at(self, positions: np.ndarray) -> np.ndarray:
-        """The normal, once for each position: [n, 3]."""
+        """Return the normal for each position [n, 3]."""
         return np.tile(self.normal, (len(positions), 1))

@@ -1,4 +1,4 @@
-"""Surfaces in PLY files, text or binary: the elements `vertex` and `face`, whatever else the header declares.
+"""Read surfaces in PLY files, text or binary: the elements `vertex` and `face` among any others.
 
 meshio knows `vertex_indices` but not `vertex_index`, by which the format was introduced (Turk 1994), and in binary
 files neither numbers beside the list of a face nor further elements.
@@ -17,12 +17,12 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4"
 TYPES |= {"double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
 TYPES |= {"float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8"}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-FEWEST = 64  # rows of a binary file to look at together
+FEWEST = 64  # rows of a binary file read together
 CORNERS = ("vertex_indices", "vertex_index")
 
 
 class Element(NamedTuple):
-    """What the header says of one: properties by name, (type of the count, type of the items) for a list."""
+    """An element of the header: properties by name, (type of the count, type of the items) for a list."""
 
     name: str
     rows: int
@@ -30,7 +30,7 @@ class Element(NamedTuple):
 
 
 def read_polygons(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Points [k, 3] in the unit of the file and triangles [m, 3], polygons cut into fans; ids may be wrong.
+    """Return points [k, 3] in the unit of the file and triangles [m, 3], polygons cut into fans; ids may be wrong.
 
     Raises `ValueError` saying what is wrong with the file.
     """
@@ -71,7 +71,7 @@ def _declared(header: str) -> tuple[str, list[Element]]:
 
 
 def _text(body: bytes, elements: list[Element]) -> Iterator[tuple[Element, dict[str, Any]]]:
-    """Columns of each element: arrays [count], or rows of items for a list."""
+    """Read the columns of each element from text: arrays [count], or rows of items for a list."""
     words, at = body.split(), 0
     for element in elements:
         columns: dict[str, Any] = {name: [] for name in element.properties}
@@ -90,12 +90,12 @@ def _text(body: bytes, elements: list[Element]) -> Iterator[tuple[Element, dict[
 
 
 def _binary(body: bytes, elements: list[Element], order: str) -> Iterator[tuple[Element, dict[str, Any]]]:
-    """The same; the rows of a list as blocks [rows, items] of equal length."""
+    """Read them from binary data; rows of a list come in blocks [rows, items] of equal length."""
     at = 0
     for element in elements:
         columns: dict[str, Any] = {name: [] for name in element.properties}
         left, window = element.rows, FEWEST
-        while left:  # rows like the next one at once, as far as they go; twice as far where they all were
+        while left:  # read rows of the same length at once; twice as many if all had it
             length, fields = at, list[tuple[Any, ...]]()
             for name, types in element.properties.items():
                 items = 1

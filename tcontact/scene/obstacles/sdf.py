@@ -16,8 +16,8 @@ from .interpolation import interpolate
 from .surface_distance import sample_surface
 from .thin_parts import check_thickness
 
-NODES = 4  # the fewest along an axis
-MOST = 2**26  # altogether: 2 GiB of distance and gradient
+NODES = 4  # minimum number of nodes along an axis
+MAXIMUM_NODES = 2**26  # maximum number of nodes: 2 GiB of distance and gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +29,11 @@ class Sdf(Obstacle):
     spacing: between nodes, the same along all axes [m] > 0; nodes: along x, y, z, only needed for a callable;
     center: the point it turns about [m], None for the middle of the grid; surface: (points [k, 3], triangles [m, 3])
     for pictures, or None.
-    Distance and gradient are interpolated trilinearly, the gradient then made a unit normal; beyond the grid both go
-    on linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive. Implicit
-    schemes interpolate the distance cubically and push along the gradient of that (`cubic.py`). A part thinner than the
-    spacing may lie between the nodes and is then not there: the samples alone cannot tell, `from_surface` can.
-    Raises `InputError`, also for fewer than four nodes along an axis and for numbers that are not finite.
+    Distance and gradient are interpolated trilinearly, the gradient then normalised; beyond the grid both
+    continue linearly from its nearest point: a lower bound of the distance to a body within the grid, and positive.
+    Implicit schemes interpolate the distance cubically, with the contact force along its gradient (`cubic.py`). A part
+    thinner than the spacing may lie between the nodes and be lost: only `from_surface` can detect that. Raises
+    `InputError`, also for fewer than four nodes along an axis and for numbers that are not finite.
     """
 
     distance: Any = None
@@ -68,7 +68,7 @@ class Sdf(Obstacle):
         put(self, "_grid", grid)
 
     def _count(self) -> tuple[int, int, int]:
-        """Nodes along x, y, z."""
+        """Return the number of nodes along x, y, z."""
         count, remedy = self.nodes, f"give three whole numbers of at least {NODES}: the nodes along x, y, z"
         if not callable(self.distance):
             sampled = validate.shape_of("Sdf.distance", self.distance, "give a callable, or an array [nx, ny, nz]")
@@ -81,8 +81,8 @@ class Sdf(Obstacle):
         if validate.shape_of("Sdf.nodes", count, remedy) != (3,):
             raise InputError("Sdf.nodes", count, remedy)
         x, y, z = (validate.whole("Sdf.nodes", n, NODES) for n in count)
-        if x * y * z > MOST:
-            raise InputError("Sdf.nodes", (x, y, z), f"more than {MOST} nodes; take a larger spacing")
+        if x * y * z > MAXIMUM_NODES:
+            raise InputError("Sdf.nodes", (x, y, z), f"more than {MAXIMUM_NODES} nodes; take a larger spacing")
         return x, y, z
 
     @classmethod
@@ -95,7 +95,7 @@ class Sdf(Obstacle):
         scale: float = 1.0,
         **options: Any,
     ) -> Sdf:
-        """The solid within a closed surface of triangles.
+        """Make an obstacle of the solid within a closed surface of triangles.
 
         surface: path of an STL, OBJ or PLY file, or (points [k, 3] [m], triangles [m, 3]); cells: of the grid along
         the longest side of the solid; margin: of the grid around the solid [m], None for four cells; scale: factor
@@ -111,7 +111,7 @@ class Sdf(Obstacle):
 
     @property
     def reference(self) -> np.ndarray:
-        """The point it turns about [3] [m]."""
+        """Reference point [3] [m], about which it turns."""
         return np.asarray(self.center)
 
     @property
@@ -126,13 +126,13 @@ class Sdf(Obstacle):
         return np.asarray(self._grid)  # type: ignore[attr-defined]
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         gap, gradient = interpolate(self.grid, np.array(self.parameters[:3]), self.spacing, positions)
         return gap, unit_or(gradient, np.array([0.0, 0.0, 1.0]))[1]
 
 
 def _sampled(name: str, given: Any, points: np.ndarray, wanted: tuple[int, ...]) -> np.ndarray:
-    """Values at the nodes of the grid, from an array or a callable."""
+    """Return values at the nodes of the grid, from an array or a callable."""
     value = given
     if isinstance(value, Callable):  # type: ignore[arg-type]
         try:

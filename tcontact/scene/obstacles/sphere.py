@@ -1,4 +1,4 @@
-"""The rigid sphere, touched from outside or from within."""
+"""The rigid sphere, in contact from outside or from within."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Sphere(Obstacle):
         return float(self.radius), -1.0 if self.inside else 1.0
 
     def local(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
+        """Return gap [n] [m] and unit normal [n, 3] at local coordinates [n, 3]."""
         radius, side = self.parameters
         length, outward = unit_or(positions, np.array([0.0, 0.0, 1.0]))
         return side * (length - radius), side * outward

@@ -1,4 +1,4 @@
-"""Closed surfaces of triangles: read, joined at equal points, checked, oriented outward."""
+"""Read a closed surface of triangles, join equal points, check it and orient it outward."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .wavefront import read_wavefront
 
 FIELD = "surface"
 LARGEST = 1e60  # [m]
-CLOSE = 1e-6  # points nearer than this part of the size are one, where equal points alone leave gaps
+CLOSE = 1e-6  # distance over the size below which points are joined, where joining equal points leaves gaps
 
 
 def closed_surface(given: Any, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Points [k, 3] [m] and triangles [m, 3], oriented outward, of a file or of (points, triangles).
+    """Return points [k, 3] [m] and triangles [m, 3], oriented outward, of a file or of (points, triangles).
 
     Raises `InputError` unless every edge belongs to two triangles that run through it in opposite directions.
     """
@@ -51,13 +51,13 @@ def closed_surface(given: Any, scale: float = 1.0) -> tuple[np.ndarray, np.ndarr
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume [m^3] within a closed surface, positive where it is oriented outward."""
+    """Return the volume [m^3] within a closed surface, positive where it is oriented outward."""
     a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
     return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0)
 
 
 def winding_number(points: np.ndarray, triangles: np.ndarray, position: np.ndarray) -> float:
-    """Sum of the solid angles of the triangles over 4 pi (Van Oosterom and Strackee 1983)."""
+    """Return the sum of the solid angles of the triangles over 4 pi (Van Oosterom and Strackee 1983)."""
     a, b, c = (points[triangles[:, i]] - position for i in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
     ab, bc, ca = (np.einsum("ni,ni->n", x, y) for x, y in ((a, b), (b, c), (c, a)))
@@ -88,7 +88,7 @@ def _windings_within_shells(points: np.ndarray, triangles: np.ndarray) -> list[i
 
 
 def _fault(triangles: np.ndarray) -> str | None:
-    """What keeps the surface from being closed and oriented one way, with the remedy."""
+    """Return why the surface is not closed or not oriented one way, with the remedy."""
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     low, high = ends.min(axis=1), ends.max(axis=1)
     _, owner, count = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -106,13 +106,13 @@ def _fault(triangles: np.ndarray) -> str | None:
 
 
 def _joined(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Equal points made one."""
+    """Join equal points."""
     kept, number = np.unique(points + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are equal
     return kept, number.reshape(-1)[triangles]
 
 
 def _joined_close(points: np.ndarray, triangles: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points within a distance made one, in groups."""
+    """Join points within a distance, in groups."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -126,7 +126,7 @@ def _joined_close(points: np.ndarray, triangles: np.ndarray, distance: float) ->
 
 
 def _without_flat(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Without triangles that have a corner twice, and without the points that no triangle uses."""
+    """Drop triangles that have a corner twice, and points that no triangle uses."""
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
     used, number = np.unique(triangles, return_inverse=True)
@@ -158,7 +158,7 @@ def _from_file(given: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
         points, corners = FORMATS[suffix](file)
     except MeshFileError as error:
         raise InputError(FIELD, str(file), str(error)) from error
-    except Exception as error:  # readers stumble over broken files in many ways
+    except Exception as error:  # readers raise all kinds of errors for broken files
         reason = " ".join(f"{type(error).__name__} {error}".split())
         raise InputError(FIELD, str(file), f"cannot be read ({reason}); save it again") from error
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():

@@ -1,4 +1,4 @@
-"""The signed distance to a closed surface of triangles, sampled on a grid around it."""
+"""Sample the signed distance to a closed surface of triangles on a grid around it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from .nearest import ask_neighbours, nearest_points, pieces_of
 from .surface import FIELD, closed_surface
 from .winding import winding_numbers
 
-MOST = 2**26  # nodes of the grid
-MARGIN = 4  # cells around the solid unless asked otherwise
+MAXIMUM_NODES = 2**26  # maximum number of nodes of the grid
+MARGIN = 4  # default number of cells around the solid
 PIECE = 2.0  # longest edge of the pieces, in cells
-NEAR = 4.0  # cells from the surface within which distances are exact
+EXACT_WITHIN = 4.0  # cells from the surface within which distances are exact
 SWEEPS = 2  # over the grid, for distances further off
 
 
 def sample_surface(
     surface: Any, cells: int, margin: float | None, scale: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, tuple[np.ndarray, np.ndarray]]:
-    """Distance [nx, ny, nz], gradient [nx, ny, nz, 3], origin [3], spacing and (points, triangles).
+    """Return distance [nx, ny, nz], gradient [nx, ny, nz, 3], origin [3], spacing and (points, triangles).
 
     The arguments are those of `Sdf.from_surface`. Raises `InputError`.
     """
@@ -34,8 +34,10 @@ def sample_surface(
     spacing = float((high - low).max()) / cells
     around = MARGIN * spacing if margin is None else margin
     wide = (high - low + 2.0 * around) / spacing + 2.0
-    if not np.prod(wide) <= MOST:
-        raise InputError("cells, margin", (cells, margin), f"the grid has more than {MOST} nodes; take fewer cells")
+    if not np.prod(wide) <= MAXIMUM_NODES:
+        raise InputError(
+            "cells, margin", (cells, margin), f"the grid has more than {MAXIMUM_NODES} nodes; take fewer cells"
+        )
     count = np.ceil((high - low + 2.0 * around) / spacing - 1e-9).astype(np.int64) + 1
     count = np.maximum(count, MARGIN)
     nx, ny, nz = (int(n) for n in count)
@@ -45,7 +47,7 @@ def sample_surface(
 
     corners = pieces_of(points[triangles], PIECE * spacing)
     shape = (nx, ny, nz)
-    found, piece = nearest_points(corners, positions, NEAR * spacing)
+    found, piece = nearest_points(corners, positions, EXACT_WITHIN * spacing)
     for _ in range(SWEEPS):
         ask_neighbours(corners, positions.reshape(*shape, 3), found.reshape(*shape, 3), piece.reshape(shape), spacing)
     away = positions - found
@@ -53,7 +55,7 @@ def sample_surface(
     side = _sides(surface, points, triangles, origin, spacing, shape, distance)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1).clip(1e-300)[:, None]
-    # on the surface itself the direction to its nearest point is rounding
+    # on the surface the direction to its nearest point is rounding
     clear = distance > 1e-7 * spacing
     safe = np.where(clear, distance, 1.0)[:, None]
     gradient = np.where(clear[:, None], side[:, None] * away / safe, normal[piece])
@@ -69,7 +71,7 @@ def _sides(
     count: tuple[int, int, int],
     distance: np.ndarray,
 ) -> np.ndarray:
-    """-1 for nodes [n] within the solid, 1 for the others."""
+    """Return -1 for nodes [n] within the solid, 1 for the others."""
     winding = winding_numbers(points, triangles, origin, spacing, count)
     if winding is None:
         raise InputError(FIELD, surface, "inside and outside cannot be told apart; remove slivers, or change `cells`")

@@ -1,4 +1,4 @@
-"""Parts of a surface that are too thin for the grid on which its distance is sampled.
+"""Find parts of a surface that are too thin for the grid on which its distance is sampled.
 
 Between the nodes of the grid the distance is interpolated: a plate between two layers of nodes is outside everywhere.
 At points p of the surface the ball that touches it there from within and is as large as it can be is found by shrinking
@@ -15,13 +15,13 @@ from ...base.errors import InputError
 from .interpolation import interpolate
 from .nearest import nearest_points, pieces_of
 
-MOST = 2**26  # nodes of a grid
-PIECE = 1.0  # longest edge of the pieces whose centres are looked at, in spacings
-ROUNDS = 12  # of shrinking; wedges converge by a factor in each
-PARALLEL = np.cos(np.radians(8.0))  # sides that meet at less belong to a plate
-PLATE = 2.0  # spacings that a lost part with parallel sides may reach from what is resolved
-WEDGE = 8.0  # spacings that any other may
-ENOUGH = 2.0  # spacings across a part that is resolved well
+MAXIMUM_NODES = 2**26  # maximum number of nodes of a grid
+PIECE = 1.0  # longest edge of the pieces whose centres are checked, in spacings
+ROUNDS = 12  # maximum number of shrinking steps; wedges converge by a factor in each
+PARALLEL = np.cos(np.radians(8.0))  # angle of two sides below which they belong to a plate
+PLATE = 2.0  # allowed distance of a lost part with parallel sides from a resolved one, in spacings
+WEDGE = 8.0  # the same for any other part
+ENOUGH = 2.0  # spacings across a part that is well resolved
 
 
 def check_thickness(
@@ -60,7 +60,7 @@ def check_thickness(
 def inner_balls(
     corners: np.ndarray, points: np.ndarray, normals: np.ndarray, largest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Radii [n] [m], at most `largest`, of the balls within the surface that touch it at points [n, 3]; where else.
+    """Return radii [n] [m], at most `largest`, of the balls within the surface that touch it at points [n, 3].
 
     corners [m, 3, 3]: the triangles; normals [n, 3]: outward. The second answer [n] is the triangle that a ball touches
     on its other side, or one at its own point for a ball that is not held there.
@@ -83,7 +83,7 @@ def inner_balls(
 
 
 def _reach(lost: np.ndarray, resolved: np.ndarray) -> np.ndarray:
-    """Distance [n] [m] of lost points to the nearest resolved one."""
+    """Return the distance [n] [m] of lost points to the nearest resolved one."""
     from scipy.spatial import cKDTree
 
     if not len(resolved):
@@ -92,11 +92,11 @@ def _reach(lost: np.ndarray, resolved: np.ndarray) -> np.ndarray:
 
 
 def _remedy(thickness: float, place: np.ndarray, nodes: tuple[int, ...], spacing: float, cells: int) -> str:
-    """What is wrong and what to do; nodes: of the grid along x, y and z."""
+    """Return the error and its remedy; nodes: number of nodes of the grid along x, y and z."""
     where = ", ".join(f"{x:.3g}" for x in place)
     text = f"the surface is {thickness:.3g} m thick near ({where}), and the grid has a node every {spacing:.3g} m only"
     finer = ENOUGH * spacing / max(thickness, 1e-9 * spacing)
-    if np.prod(np.array(nodes) * finer) > MOST:
+    if np.prod(np.array(nodes) * finer) > MAXIMUM_NODES:
         return f"{text}: bodies would pass through it; thicken the part, or use a Box or Cylinder for it"
     return (
         f"{text}: bodies would pass through it; take cells={int(np.ceil(finer * cells))} or more, or thicken the part"

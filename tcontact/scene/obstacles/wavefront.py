@@ -1,4 +1,4 @@
-"""Surfaces in Wavefront OBJ files: `v` and `f` lines, whatever else stands between them.
+"""Read surfaces in Wavefront OBJ files: `v` and `f` lines among any others.
 
 meshio takes texture coordinates and normals for data of the points, which they are not (there may be fewer or more of
 them), and knows no ids that count backwards.
@@ -12,7 +12,7 @@ import numpy as np
 
 
 def read_wavefront(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Points [k, 3] in the unit of the file and triangles [m, 3], polygons cut into fans; ids may be wrong.
+    """Return points [k, 3] in the unit of the file and triangles [m, 3], polygons cut into fans; ids may be wrong.
 
     Raises `ValueError` naming the line for one that cannot be read.
     """
@@ -25,7 +25,7 @@ def read_wavefront(file: Path) -> tuple[np.ndarray, np.ndarray]:
             continue
         try:
             if words[0] == "v":
-                x, y, z = (float(word) for word in words[1:4])  # weight or colour behind them
+                x, y, z = (float(word) for word in words[1:4])  # a weight or a colour may follow
                 points.append([x, y, z])
             else:
                 ids = [int(word.split("/", 1)[0]) for word in words[1:]]

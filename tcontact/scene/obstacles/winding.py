@@ -1,4 +1,4 @@
-"""How often a closed surface winds around the nodes of a grid: signed crossings of the ray upward.
+"""Compute winding numbers of a closed surface at the nodes of a grid: signed crossings of the ray upward.
 
 Columns of nodes are cut by the triangles over them. The side of an edge a column passes is computed from the edge's
 points in the same order for both its triangles, so no column slips through between them; columns stand a little off
@@ -12,13 +12,13 @@ import numpy as np
 
 SHIFTS = ((0.7548776662, 0.5698402910), (-0.3819660113, 0.8191725134), (0.2360679775, -0.6823278038))
 ASIDE = 1e-6  # of the spacing
-AT_ONCE = 1 << 20  # columns over triangles
+AT_ONCE = 1 << 20  # columns over triangles at once
 
 
 def winding_numbers(
     points: np.ndarray, triangles: np.ndarray, origin: np.ndarray, spacing: float, count: tuple[int, int, int]
 ) -> np.ndarray | None:
-    """Winding numbers [nx, ny, nz] at the nodes of a grid; None where rounding spoiled each attempt."""
+    """Return winding numbers [nx, ny, nz] at the nodes of a grid; None where rounding spoiled each attempt."""
     scaled = (points - origin) / spacing  # nodes at whole numbers
     for shift in SHIFTS:
         steps = np.zeros((count[0], count[1], count[2] + 1), dtype=np.int64)
@@ -33,7 +33,7 @@ def winding_numbers(
 
 
 def _crossings(points: np.ndarray, triangles: np.ndarray, count: tuple[int, int, int]):
-    """Column, row, height and sense (+1 out of the solid, upward) of the crossings, in portions."""
+    """Yield column, row, height and sense (+1 out of the solid, upward) of the crossings, in portions."""
     corner = points[triangles][:, :, :2]
     low = np.maximum(np.ceil(corner.min(axis=1)), 0).astype(np.int64)
     high = np.minimum(np.floor(corner.max(axis=1)), np.array(count[:2]) - 1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""One body of a domain, for whoever looks at bodies: frames, results, guards and watches."""
+"""One body of a domain, as frames, results, guards and watches read it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...scene.scene import Scene
 
 
 class Stepped(Protocol):
-    """The state of a domain: displacement u, velocity v (flat [3n]) and its terms."""
+    """The parts of a domain's state that a view reads: displacement u, velocity v (flat [3n]) and terms."""
 
     scene: Scene
     domain: Domain
@@ -29,12 +29,12 @@ class Stepped(Protocol):
 
     @property
     def layered(self) -> Any:
-        """The friction layers, None without any."""
+        """The friction layers; None without any."""
         ...
 
 
 class BodyView:
-    """What belongs to body `number` of a domain's state, in the numbering that each method names."""
+    """Values of body `number` of a domain's state, in the numbering that each method names."""
 
     def __init__(self, state: Stepped, number: int) -> None:
         domain = state.domain
@@ -44,13 +44,13 @@ class BodyView:
 
     @property
     def trouble(self) -> str | None:
-        """What is wrong with the static solve of the body, if anything is."""
+        """Reason why the static solve of the body did not converge, or None."""
         contact = self.state.contact
         return None if contact is None else contact.trouble
 
     @property
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
-        """The viscous force [3n] of a small step [3n] from u [3n], times its length in time; None without."""
+        """Function for the viscous force [3n] of a small step [3n] from u [3n] times its duration; None without."""
         serial = self.state.serial
         if serial is None or not self.plan.viscous_cells:
             return None
@@ -71,31 +71,31 @@ class BodyView:
         return self.state.start_velocity[self._nodes]
 
     def latest(self) -> np.ndarray:
-        """Displacement [n, 3] [m] as it stands, internal numbering: after a step that of the level where it ends."""
+        """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""
         return arrays.get(self.state.u).reshape(-1, 3)[self._nodes]
 
     def displacement(self) -> np.ndarray:
-        """Displacement [n, 3] in the user's numbering."""
+        """Return the displacement [n, 3] in the user's numbering."""
         return self.plan.to_user(self.latest())
 
     def displacement_before(self, step: float) -> np.ndarray:
-        """Displacement [n, 3] [m] at the level of the last row, where a step [s] has been made since."""
+        """Return the displacement [n, 3] [m] at the last row; step [s]: the step since that row."""
         if step == 0.0:
             return self.displacement()
         return self.displacement() - step * self.velocity(self.half_step_velocity(), self.massless_velocity(step))
 
     def half_step_velocity(self) -> np.ndarray:
-        """Velocity [n, 3] of the components with mass, internal numbering, as it stands."""
+        """Return the present velocity [n, 3] of the components with mass, internal numbering."""
         return np.array(arrays.get(self.state.v).reshape(-1, 3)[self._nodes])
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
-        """Position difference over dt of the massless components [k, 3]; None without any."""
+        """Return the position difference over dt of the massless components [k, 3]; None without any."""
         contact = self.state.contact
         velocity = None if contact is None else contact.velocity(self.state.u, dt)
         return None if velocity is None else velocity[self._contact]
 
     def velocity(self, massive: np.ndarray, massless: np.ndarray | None) -> np.ndarray:
-        """Velocity [n, 3] in the user's numbering from both parts."""
+        """Join both parts of the velocity [n, 3], in the user's numbering."""
         result = massive.copy()
         if massless is not None and self.plan.contact is not None:
             result[self.plan.contact.nodes] += massless
@@ -104,7 +104,7 @@ class BodyView:
         return self.plan.to_user(result)
 
     def contact_force(self) -> np.ndarray:
-        """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
+        """Return the contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result, contact = np.zeros((len(self.plan.reference), 3)), self.plan.contact
         if contact is None:
             return result
@@ -115,21 +115,21 @@ class BodyView:
         return self.plan.to_user(self.plan.images.shared(result))
 
     def contact_node_force(self) -> np.ndarray:
-        """Contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
+        """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
         if self.state.contact is None or self.plan.contact is None:
             return np.zeros((0, 3))
         count = 3 * int(self.state.domain.contact_start[-1])
         return arrays.get(self.state.contact.contact_force)[:count].reshape(-1, 3)[self._contact]
 
     def pressure_record(self) -> PressureRecord | None:
-        """An empty record for the pressures of the contact nodes; None without any."""
+        """Return an empty record for the pressures of the contact nodes; None without any."""
         contact = self.plan.contact
         if self.state.contact is None or contact is None or not len(contact.nodes):
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
     def contact_areas(self) -> np.ndarray:
-        """Area weight [n] [m^2] of every node; 0 off the contact set."""
+        """Return the area weight [n] [m^2] of every node; 0 off the contact set."""
         result = np.zeros(len(self.plan.reference))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.plan.contact.areas
@@ -138,7 +138,7 @@ class BodyView:
         return self.plan.to_user(result)
 
     def layer_fields(self) -> dict[str, np.ndarray]:
-        """Surface temperature [n] [K] and shear stress [n] [Pa] of the friction layers; off them the start, and 0."""
+        """Return surface temperature [n] [K] and shear stress [n] [Pa] of the layers; elsewhere the start and 0."""
         model, nodes, layered = self.state.scene.friction, len(self.plan.reference), self.state.layered
         if not isinstance(model, FrictionLayer):
             return {}
@@ -152,14 +152,14 @@ class BodyView:
         return {name: self.plan.to_user(values) for name, values in fields.items()}
 
     def layers(self) -> LayerState | None:
-        """The friction layers as they are now; None without any."""
+        """Return the present friction layers; None without any."""
         layered, contact = self.state.layered, self.plan.contact
         if layered is None or contact is None or not len(contact.nodes):
             return None
         return layered.state(self.plan.node_order[contact.nodes], self._contact)
 
     def take_over_layers(self, layers: LayerState) -> None:
-        """Begin with the friction layers that another run has left."""
+        """Start from the friction layers of another run."""
         layered, contact = self.state.layered, self.plan.contact
         if layered is not None and contact is not None:
             layered.take_over(self.plan.node_order[contact.nodes], layers, self._contact)

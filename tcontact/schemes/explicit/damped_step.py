@@ -1,12 +1,12 @@
-"""The stable step of a body with viscous contact cells: where dt^2 K + 2 dt C reaches 4 M, by Lanczos (METHOD 2).
+"""Find the stable step with viscous contact cells, where dt^2 K + 2 dt C reaches 4 M, by Lanczos (METHOD 2).
 
-The leapfrog with the viscous force of the rate before the kick turns its sign from step to step where
+The viscous force takes the rate before the kick; a mode then alternates in sign from step to step where
 
     4 M - dt^2 K - 2 dt C    is singular:   dt^2 a = 4,   a = largest eigenvalue of M^-1 (K + 2/dt C)
 
-C is the viscosity of the contact cells. What has no mass is at rest in the modes that are searched: its static solve
-only makes the body softer (K_JJ - K_JK K_KK^-1 K_KJ <= K_JJ, and so for K + 2/dt C), so the answer is on the safe side.
-M is the mass after redistribution, as the step has it.
+C is the viscosity of the contact cells, M the mass after redistribution. Massless components are at rest in the modes:
+their static solve only makes the body softer (K_JJ - K_JK K_KK^-1 K_KJ <= K_JJ, and so for K + 2/dt C), so the estimate
+is on the safe side.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CLOSE = 1e-3  # two steps that differ by this share are the same
 
 
 class DampedStep:
-    """Estimates that step.
+    """Estimates the stable step with viscous contact cells.
 
     stiffness(u, -M^-1 f(u), x) = K(u) x; viscous_force(u, x) = C(u) x for a small x, at most `small` [m]; all [3n].
     """
@@ -38,27 +38,28 @@ class DampedStep:
         self.start: np.ndarray | None = None  # momenta [3n] of the mode found last
 
     def _summed(self, force: np.ndarray) -> np.ndarray:
-        """A force [3n] with that of images at their masters."""
+        """Sum a force [3n] of images at their masters."""
         images = self.plan.images
         return np.array(force) if images is None else images.total(force.reshape(-1, 3)).reshape(-1)
 
     def _moved(self, p: np.ndarray) -> np.ndarray:
-        """M^-1 p [3n]; 0 where there is no mass or a support."""
+        """Return M^-1 p [3n]; 0 where there is no mass or a support."""
         images, nodes, rows = self.plan.images, self.plan.boundary, p.reshape(-1, 3)
         x = self.inverse[:, None] * rows
         x[nodes] = np.einsum("sij,sj->si", self.plan.inverses, rows[nodes])
         return np.asarray(x if images is None else images.follow(x)).reshape(-1)
 
     def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> Search:
-        """K x and C x."""
+        """Return K x and C x."""
         scale = self.small / np.abs(x).max()
         stiff = yield from self.stiffness(u, here, x)
         return stiff, self.viscous_force(u, scale * x) / scale
 
     def _mode(self, u: np.ndarray, here: np.ndarray, rate: float, products: int) -> Search:
-        """Look for the fastest mode of M^-1 (K + rate C): the largest eigenvalue with its residual, over itself.
+        """Search the fastest mode of M^-1 (K + rate C): return the largest eigenvalue and its relative residual.
 
-        Lanczos with momenta p and displacements x = M^-1 p of a kinetic energy p.x/2 of 1/2: M^-1 is all it needs.
+        Lanczos with momenta p and displacements x = M^-1 p, normalised to a kinetic energy p.x/2 = 1/2, needs M^-1
+        only.
         """
         start = np.random.default_rng(20071).uniform(-1.0, 1.0, u.size) if self.start is None else self.start
         p = self._summed(start)
@@ -84,10 +85,10 @@ class DampedStep:
         return 1.0 + float(betas[-1] * abs(top[-1]) / values[-1])
 
     def search(self, u: np.ndarray, here: np.ndarray, elastic: float, products: int) -> Search:
-        """The step [s] at displacement u [3n]; here: -M^-1 f(u); elastic [s]: where to begin.
+        """Search the stable step [s] at displacement u [3n]; here: -M^-1 f(u); elastic [s]: step to begin with.
 
-        The mode x found at a step has its own limit, dt^2 k + 2 dt c = 4 with k = x.K x, c = x.C x for x.M x = 1; there
-        the next search begins. The limit does not change in first order with the mode, so that a few are enough.
+        The mode x found for a step has the limit dt^2 k + 2 dt c = 4 with k = x.K x, c = x.C x for x.M x = 1, where the
+        next search begins. An error of the mode changes the limit in second order only, so that a few are enough.
         """
         dt = elastic
         for _ in range(ROUNDS):
@@ -103,5 +104,5 @@ class DampedStep:
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> float:
-    """a.b without BLAS, whose idle threads would keep the cores from the kernels."""
+    """Return a.b without BLAS, whose idle threads would occupy cores that the kernels need."""
     return float((a * b).sum())

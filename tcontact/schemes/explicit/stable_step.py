@@ -1,4 +1,4 @@
-"""The stable step 2/omega_max of the free body with its standard lumped mass, by Lanczos.
+"""Estimate the stable step 2/omega_max of the free body with its ordinary lumped mass by Lanczos.
 
 Force products M^-1 K w come from the force pass itself, as differences about the present state; the estimate is
 0.98 * 2/sqrt(ritz value + residual), on the safe side of the true limit and at least 90 % of it.
@@ -24,19 +24,19 @@ DIFFERENCE = 1e-6  # largest displacement of a product, over the size of the sma
 
 
 class ForcePass(Protocol):
-    """A force pass over several bodies in one numbering."""
+    """The force pass over several bodies in one numbering that the estimate needs."""
 
     def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
-        """out += -f(u)/mass, both [3n]."""
+        """Add -f(u)/mass to out; both [3n]."""
         ...
 
     def sum_of(self, name: str) -> float:
-        """A number of the cells in the last pass, by the name of its column."""
+        """Return a sum over the cells of the last pass by the name of its column."""
         ...
 
 
 class StableSteps:
-    """Estimates the stable step of every body of a domain; each product of a search is one pass for all of them."""
+    """Estimates the stable step of every body of a domain; one pass does a product of all searches."""
 
     def __init__(self, force: ForcePass, bodies: Sequence[StableStep]) -> None:
         self.force, self.bodies = force, bodies
@@ -44,7 +44,7 @@ class StableSteps:
         self.trial, self.answer = arrays.zeros(int(self._ends[-1])), arrays.zeros(int(self._ends[-1]))
 
     def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
-        """The stable step [s] at displacement u [3n] of all bodies; the next call starts from the modes found."""
+        """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
         parts = np.split(u, self._ends[:-1])
         searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
         asked: list[np.ndarray | None] = [next(search) for search in searches]
@@ -74,7 +74,7 @@ class StableSteps:
         return min(body.damped for body in self.bodies)
 
     def _acceleration(self, u: np.ndarray) -> np.ndarray:
-        """-M^-1 f(u), a copy."""
+        """Return a copy of -M^-1 f(u)."""
         arrays.set_values(self.trial, u)
         arrays.set_values(self.answer, np.zeros_like(u))
         self.force.minus_force(self.trial, self.answer)
@@ -82,10 +82,10 @@ class StableSteps:
 
 
 class StableStep:
-    """The search for the stable step of one body, with force products that somebody else takes (`StableSteps`).
+    """The search for the stable step of one body; `StableSteps` supplies the force products.
 
-    stiffness [N/m^3]: of a penalty per area, on contact nodes with their mass; taken as closed, along the normals of
-    planes that do not turn, along all directions for other obstacles; viscous_force: of viscous contact cells.
+    stiffness [N/m^3]: penalty per area of contact nodes with mass, taken as closed: along the normals of planes that do
+    not turn, along all directions for other obstacles; viscous_force: force of viscous contact cells.
     """
 
     def __init__(
@@ -103,14 +103,14 @@ class StableStep:
         fixed = all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles)
         self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
         self.start: np.ndarray | None = None
-        self.elastic = np.inf  # the last estimate without viscosity
-        self.damped = np.inf  # with that of the contact cells alone
+        self.elastic = np.inf  # last estimate without viscosity [s]
+        self.damped = np.inf  # last estimate with the viscosity of the contact cells alone [s]
         self.damping = None
         if plan.viscous_cells and viscous_force is not None:
             self.damping = DampedStep(plan, self.stiffness_product, viscous_force, DIFFERENCE * self.size)
 
     def _cell_bounds(self) -> tuple[np.ndarray, float]:
-        """(Wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
+        """Return (wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
         body = self.plan.body
         corners = self.plan.reference[self.plan.cells]
         height = spanned_heights(body.mesh.kind, corners)
@@ -120,13 +120,13 @@ class StableStep:
         return bound, float(height.min())
 
     def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
-        """K(u) vector [N] of the free body; here: -M^-1 f(u)."""
+        """Return K(u) vector [N] of the free body; here: -M^-1 f(u)."""
         scale = DIFFERENCE * self.size / np.abs(vector).max()
         there = yield u + scale * vector
         return self.mass * (here - there) / scale
 
     def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
-        """M^-1 K(u) vector; here: -M^-1 f(u)."""
+        """Return M^-1 K(u) vector; here: -M^-1 f(u)."""
         scale = DIFFERENCE * self.size / np.abs(vector).max()
         there = yield u + scale * vector
         product = (here - there) / scale
@@ -139,14 +139,14 @@ class StableStep:
         return self._tied(product)
 
     def _tied(self, acceleration: np.ndarray) -> np.ndarray:
-        """The acceleration [3n] of a periodic body; its modes are among those of the free one."""
+        """Average the acceleration [3n] over images of a periodic body; its modes are among those of the free body."""
         if self.plan.images is None:
             return acceleration
         return self.plan.images.mean(acceleration.reshape(-1, 3), self.plan.lumped).reshape(-1)
 
     def _first(self, here: np.ndarray) -> np.ndarray:
-        """Where the search begins, of length 1: the mode found last, and the acceleration [3n], which is large where
-        the body has stiffened since; at first random, where cells are small."""
+        """Return a start vector of length 1: the mode found last plus the acceleration [3n], which is large where
+        the body has stiffened since; in the first search a random one, large where cells are small."""
         if self.start is not None:
             found = self._unit(self.start) + self._unit(self._tied(here))
             return self._unit(found if found.any() else self.start)
@@ -158,17 +158,17 @@ class StableStep:
         return self._unit(found)
 
     def _unit(self, vector: np.ndarray) -> np.ndarray:
-        """The vector with a kinetic energy of 1/2; one without any stays."""
+        """Scale a vector to a kinetic energy of 1/2; one without energy is not changed."""
         length = np.sqrt(dot(vector, self.mass, vector))
         return vector / length if length > 0.0 else vector
 
     def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
-        """Set `elastic` and `damped` at displacement u [3n]; the next search starts from the mode that was found."""
+        """Estimate `elastic` and `damped` at displacement u [3n]; the next search starts from the mode found."""
         mass = self.mass
         here = yield u
         current = self._first(here)
         before = np.zeros_like(current)
-        keep = [current.astype(np.float32)]  # only to start the next estimate from
+        keep = [current.astype(np.float32)]  # for the start of the next estimate
         alphas: list[float] = []
         betas: list[float] = []
         beta = 0.0
@@ -199,7 +199,7 @@ class StableStep:
 
 
 def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:
-    """Stable step [s] with an explicit viscosity of that rate 2 xi omega [1/s]: elastic (sqrt(1 + xi^2) - xi).
+    """Return the stable step [s] with an explicit viscosity of rate 2 xi omega [1/s]: elastic (sqrt(1 + xi^2) - xi).
 
     Where 4 M - dt^2 K - 2 dt C is positive definite, with the largest eigenvalues of both parts: the safe side.
     damped [s]: the limit with the viscosity of the contact cells alone; up to it dt^2 K + 2 dt C <= 4 M dt/damped.
@@ -210,10 +210,10 @@ def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float
 
 
 def largest_rate(elastic: float, dt: float, damped: float = np.inf) -> float:
-    """The rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
+    """Return the rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
     return min(2.0 / dt - 2.0 * dt / elastic**2, 2.0 / dt - 2.0 / damped)
 
 
 def dot(a: np.ndarray, mass: np.ndarray, b: np.ndarray) -> float:
-    """a.M b without BLAS, whose idle threads would keep the cores from the kernels."""
+    """Return a.M b without BLAS, whose idle threads would occupy cores that the kernels need."""
     return float((a * mass * b).sum())

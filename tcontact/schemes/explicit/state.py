@@ -17,13 +17,14 @@ from ...scene.scene import Scene
 from .body_view import BodyView
 from .serial_step import SerialStep
 
-AT_ONCE, MOST_AT_ONCE = 60, 32  # passes of SMALL cells (20 ms on a thread), and rows, between looks at a larger domain
+AT_ONCE = 60  # passes of SMALL cells in one call of `advance` of a larger domain: 20 ms on a thread
+MAXIMUM_AT_ONCE = 32  # rows in such a call
 
 
 class DomainState:
-    """Displacement u and velocity v (flat [3n]) of a domain, and the terms it has.
+    """Displacement u and velocity v (flat [3n]) of a domain, and its terms.
 
-    displacement, velocity: where every body starts [n, 3], in the user's numbering; views: the bodies one by one.
+    displacement, velocity: start of every body [n, 3], in the user's numbering; views: one for each body.
     """
 
     def __init__(
@@ -41,37 +42,37 @@ class DomainState:
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
-        self.listed = BoundaryNodes(domain, self.internal_force.special_force) if len(domain.boundary) else None
+        self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force) if len(domain.boundary) else None
         self.supports = Supports(domain) if len(domain.support_rows) else None
-        self.contact = make_contact(scene, domain, self.listed, self.internal_force)
+        self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.serial: SerialStep | None = None
-        if self.listed is not None or self.contact is not None or domain.small:
-            parts = self.internal_force, self.listed, self.supports, self.contact, self.images
+        if self.boundary_nodes is not None or self.contact is not None or domain.small:
+            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
             self.serial = SerialStep(domain, self.groups, *parts)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
         several = 1
         if not domain.small and self.layered is None:
-            several = int(np.clip(AT_ONCE / domain.several, 1, MOST_AT_ONCE))
+            several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
 
     def _started(self, values: list[np.ndarray]) -> np.ndarray:
-        """Values [n, 3] of every body in the numbering of the domain; images start together, whatever is handed in."""
+        """Return values [n, 3] of the bodies in the numbering of the domain; images take those of their masters."""
         parts = [part[body.node_order] for body, part in zip(self.domain.bodies, values, strict=True)]
         joined = parts[0] if len(parts) == 1 else np.concatenate(parts)
         return joined if self.domain.images is None else joined[self.domain.images.master]
 
     @property
     def layered(self) -> LayeredFriction | None:
-        """The friction layers, None without any."""
+        """The friction layers; None without any."""
         friction = None if self.contact is None else self.contact.friction
         return friction if isinstance(friction, LayeredFriction) else None
 
     def _massive(self, velocity: np.ndarray) -> np.ndarray:
-        """The velocity without its massless components."""
+        """Return the velocity without its massless components."""
         result = velocity.copy()
         contact = self.domain.contact
         if contact is not None and contact.basis is not None:
@@ -88,7 +89,7 @@ class DomainState:
 
     @property
     def rows_at_once(self) -> int:
-        """Most rows that one call of `advance` does."""
+        """Largest number of rows of one call of `advance`."""
         if self.domain.small and self.serial is not None:
             return self.serial.rows_at_once
         return len(self._raw)
@@ -105,10 +106,11 @@ class DomainState:
         energy: float = np.inf,
         viscous_rate: float = np.inf,
     ) -> int:
-        """v^n = v + kick_before a,  row n,  v = v^n + kick_after a,  u += drift v, then what has no mass is placed.
+        """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
-        time [s]: of level n; steps [s]: before and after it; rows and what follows: see `SerialStep.run`. Returns the
-        rows done. Raises `FunctionError`, with nothing moved yet, if a function of time fails within the first row.
+        time [s]: that of level n; steps [s]: those that end and start there; rows and what follows: see
+        `SerialStep.run`. Returns the rows done. Raises `FunctionError`, before anything moves, if a function of time
+        fails within the first row.
         """
         force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
@@ -134,7 +136,7 @@ class DomainState:
         return number + 1
 
     def rows(self, times: np.ndarray) -> np.ndarray:
-        """The measured rows [n, width] (measured.Layout) of the last `advance`, at the given times [s]."""
+        """Return the measured rows [n, width] (measured.Layout) of the last `advance`, at these times [s]."""
         small = self.domain.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = self._reader.measured(raw, times, self.domain.gravity)
@@ -145,13 +147,21 @@ class DomainState:
         return rows
 
     def memory(self) -> dict[str, int]:
-        """Bytes by term."""
+        """Return the bytes of the terms."""
         result = {"state": arrays.size_in_bytes([self.u, self.v])}
         if self.serial is not None:
             result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
         friction = None if self.contact is None else self.contact.friction
         cells = None if self.serial is None else self.serial.cells
-        for term in (self.internal_force, self.listed, self.supports, self.contact, friction, cells, self.images):
+        for term in (
+            self.internal_force,
+            self.boundary_nodes,
+            self.supports,
+            self.contact,
+            friction,
+            cells,
+            self.images,
+        ):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())
         return result

@@ -1,4 +1,4 @@
-"""Discrete gradient invariant by invariant: S*:dC/2 = W1 - W0 without a quotient 0/0 (METHOD 4).
+"""Discrete gradient for each invariant: S*:dC/2 = W1 - W0 without a quotient 0/0 (METHOD 4).
 
 W = a (I1 - 3) + b (I2 - 3) + h(J):   S* = 2a I + 2b (tr(C_m) I - C_m) + 2 [h(J1) - h(J0)]/(J1 - J0) G,
 G:dC = J1 - J0,   f* = int F_m S* : grad U
@@ -14,7 +14,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class DiscreteGradient(ImplicitScheme):
-    """Conserves energy and momenta, contact included; second order. Options as of every implicit scheme."""
+    """The scheme conserves energy and momenta, contact included; second order. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "discrete-gradient"
     conserves: ClassVar[tuple[str, ...]] = ("energy", "linear momentum", "angular momentum")

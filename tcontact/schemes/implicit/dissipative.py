@@ -1,6 +1,6 @@
 """Discrete gradient with dissipation that keeps the momenta (Armero and Romero 2001): S* + chi/2 (S1 - S0).
 
-energy falls by chi/4 int (S1 - S0):dC each step, first order in time where chi > 0
+The energy falls by chi/4 int (S1 - S0):dC each step, first order in time where chi > 0
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Dissipative(ImplicitScheme):
-    """chi >= 0: dissipation, 0 none; contact conserving. Other options as of every scheme."""
+    """The scheme dissipates by chi >= 0 (0: none) in the cells, not in contact. Other options: `ImplicitScheme`."""
 
     chi: float = 0.1  # type: ignore[misc]
 
@@ -30,5 +30,5 @@ class Dissipative(ImplicitScheme):
 
     @property
     def hourglass_level(self) -> float:
-        """Dissipates with the rest."""
+        """Level of the hourglass stiffness between its levels: it dissipates with the stress."""
         return 0.5 * (1.0 + self.chi)

@@ -13,7 +13,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Gonzalez(ImplicitScheme):
-    """Conserves energy and momenta, contact included; second order. Options as of every implicit scheme."""
+    """The scheme conserves energy and momenta, contact included; second order. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "gonzalez"
     conserves: ClassVar[tuple[str, ...]] = ("energy", "linear momentum", "angular momentum")

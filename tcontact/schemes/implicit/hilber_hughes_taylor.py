@@ -1,8 +1,8 @@
-"""HHT-alpha (Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5, 283, 1977), -1/3 <= alpha <= 0.
+"""HHT-alpha scheme (Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5, 283, 1977), -1/3 <= alpha <= 0.
 
 M a1 + (1 + alpha) f(x1) - alpha f(x0) = f_ext, contact alike,
 x1 = x0 + dt v0 + dt^2 [(1/2 - beta) a0 + beta a1],   v1 = v0 + dt [(1 - gamma) a0 + gamma a1],
-beta = (1 - alpha)^2/4,  gamma = (1 - 2 alpha)/2:     dissipates what vibrates fast, second order
+beta = (1 - alpha)^2/4,  gamma = (1 - 2 alpha)/2:     dissipates high frequencies, second order
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class HilberHughesTaylor(ImplicitScheme):
-    """alpha: 0 (the trapezoidal rule of Newmark) to -1/3 (most dissipation). Other options as of every scheme."""
+    """HHT scheme, alpha from 0 (Newmark's trapezoidal rule) to -1/3 (maximum dissipation). Others: `ImplicitScheme`."""
 
     alpha: float = -0.1
 
@@ -52,15 +52,15 @@ class HilberHughesTaylor(ImplicitScheme):
 
     @property
     def blend(self) -> float:
-        """v1 - v0 takes this share of the new acceleration."""
+        """Share of the new acceleration in v1 - v0."""
         return self.gamma
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
-        """a1 = c d - b."""
+        """Return c and b of the acceleration a1 = c d - b."""
         return 1.0 / (self.beta * dt**2), v0 / (self.beta * dt) + (0.5 / self.beta - 1.0) * a0
 
     def motion(self, dt: float, d: np.ndarray, v0: np.ndarray, a0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Newmark's velocity and acceleration."""
+        """Return velocity and acceleration of Newmark's formulas."""
         factor, known = self.inertia(dt, v0, a0)
         a1 = factor * d - known
         return v0 + dt * ((1.0 - self.gamma) * a0 + self.gamma * a1), a1

@@ -1,4 +1,4 @@
-"""Midpoint rule: f* = f((x0 + x1)/2), contact alike. Keeps momenta; energy to second order only (paper 3.1)."""
+"""Midpoint rule: f* = f((x0 + x1)/2), contact alike. It keeps momenta, energy to second order only (paper 3.1)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Midpoint(ImplicitScheme):
-    """f* = f(x_m), fc* = fc(x_m), x_m = (x0 + x1)/2; second order. Options as of every implicit scheme."""
+    """The scheme f* = f(x_m), fc* = fc(x_m), x_m = (x0 + x1)/2; second order. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "midpoint"
     level: ClassVar[float] = 0.5

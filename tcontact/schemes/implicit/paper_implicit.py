@@ -13,7 +13,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class PaperImplicit(ImplicitScheme):
-    """f* = f(x1), fc* = fc(x1); for Fig. 4 of Le Tallec, Dambakizi and Hauret 2007. Options as of every scheme."""
+    """The scheme f* = f(x1), fc* = fc(x1) of Fig. 4 of Le Tallec, Dambakizi, Hauret 2007. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "paper-implicit"
     dissipates: ClassVar[bool] = True

@@ -13,7 +13,7 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class TransportAveraging(ImplicitScheme):
-    """F_m S(C_m) with conserving contact; exact energy for St Venant-Kirchhoff. Options as of every implicit scheme."""
+    """The scheme F_m S(C_m) with conserving contact; energy exact for StVenantKirchhoff. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "transport-averaging"
     stress: ClassVar[str] = "transport"
@@ -22,7 +22,7 @@ class TransportAveraging(ImplicitScheme):
 
 @dataclass(frozen=True)
 class StressAveraging(ImplicitScheme):
-    """F_m (S(C0) + S(C1))/2 with conserving contact. Options as of every implicit scheme."""
+    """The scheme F_m (S(C0) + S(C1))/2 with conserving contact. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "stress-averaging"
     stress: ClassVar[str] = "mean"

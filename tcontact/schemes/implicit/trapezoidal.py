@@ -10,17 +10,17 @@ from .scheme import ImplicitScheme
 
 @dataclass(frozen=True)
 class Trapezoidal(ImplicitScheme):
-    """f* = (f(x0) + f(x1))/2, fc* = (fc(x0) + fc(x1))/2; second order. Options as of every implicit scheme."""
+    """The scheme f* = (f(x0) + f(x1))/2, fc* = (fc(x0) + fc(x1))/2; second order. Options: `ImplicitScheme`."""
 
     name: ClassVar[str] = "trapezoidal"
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum",)
 
     @property
     def present(self) -> float:
-        """Half of it at x1."""
+        """Weight 1/2 of the force at x1."""
         return 0.5
 
     @property
     def past(self) -> float:
-        """Half of it at x0."""
+        """Weight 1/2 of the force at x0."""
         return 0.5

@@ -16,13 +16,13 @@ from .mass import ConsistentMass, NodalMass
 from .newton import NotConverged, Settings, newton
 from .rule import ImplicitRule
 
-DEEPEST = 10  # halvings of a step
-RECOVER = 4  # good steps before the next is tried twice as long
+DEEPEST = 10  # maximum number of halvings of a step
+RECOVER = 4  # successful steps before the next is twice as long
 
 
 @dataclass
 class Level:
-    """Displacement, velocity, acceleration [n, 3]; forces [n, 3], [p, k, 3] if the scheme looks back."""
+    """Displacement, velocity, acceleration, internal force [n, 3] and contact force [p, k, 3] of a level of time."""
 
     u: np.ndarray
     v: np.ndarray
@@ -33,8 +33,11 @@ class Level:
 
 @dataclass
 class Taken:
-    """A step: its length [s], the mean contact force of every obstacle [p, k, 3] and reaction of supports [n, 3] [N],
-    force and moment on every obstacle [p, 6], Newton iterations, the residual left."""
+    """The result of a step.
+
+    dt [s]; contact [p, k, 3] [N]: mean contact force of every obstacle; reaction [n, 3] [N]: reaction of supports;
+    loads [p, 6]: force [N] and moment [N m] on every obstacle; iterations: of Newton's method; residual: at its end.
+    """
 
     dt: float
     contact: np.ndarray
@@ -45,12 +48,12 @@ class Taken:
 
     @property
     def forces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What makes up its impulse: contact, reaction, loads."""
+        """Forces of its impulse: contact, reaction, loads."""
         return self.contact, self.reaction, self.loads
 
 
 class ImplicitBody:
-    """The equations of a body under an implicit scheme and what it takes to solve them."""
+    """The equations of a body under an implicit scheme, with their solvers and settings."""
 
     def __init__(self, scene: Scene, plan: BodyPlan, scheme: ImplicitRule) -> None:
         self.plan, self.scheme = plan, scheme
@@ -86,13 +89,13 @@ class ImplicitBody:
         return Rows(cells.sparsity, held, self.contact, where, stiff)
 
     def _statics(self) -> tuple[StaticEquations, object]:
-        """The static problem of the massless components alone, and its solver."""
+        """Return the static problem of the massless components alone, and its solver."""
         plan, contact = self.plan, self.contact
         assert contact is not None
         assert plan.contact is not None
         assert plan.contact.basis is not None
-        touched = np.isin(plan.cells, contact.nodes).any(axis=1)
-        cells = Cells(plan.body, plan.reference, plan.cells[touched], contact.nodes)
+        in_contact = np.isin(plan.cells, contact.nodes).any(axis=1)
+        cells = Cells(plan.body, plan.reference, plan.cells[in_contact], contact.nodes)
         basis = plan.contact.basis
         held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
         rows = self._rows(cells, held, np.arange(len(contact.nodes)))
@@ -105,7 +108,7 @@ class ImplicitBody:
         return equations, make_solver(kind, cells.sparsity)
 
     def massive(self, v: np.ndarray) -> np.ndarray:
-        """Velocity [n, 3] without its massless components."""
+        """Return the velocity [n, 3] without its massless components."""
         contact = self.plan.contact
         if contact is None or contact.basis is None:
             return v
@@ -115,7 +118,7 @@ class ImplicitBody:
         return result
 
     def equilibrium(self, u: np.ndarray) -> np.ndarray:
-        """u [n, 3] with what has no mass in equilibrium, everything else in place. Raises `NotConverged`."""
+        """Return u [n, 3] with massless components in equilibrium, all others fixed. Raises `NotConverged`."""
         assert self.statics is not None
         equations, solver = self.statics
         equations.prepare(u)
@@ -123,7 +126,7 @@ class ImplicitBody:
         return equations.moved(newton(equations, start, solver, self.settings).d)  # type: ignore[arg-type]
 
     def start(self, u: np.ndarray, v: np.ndarray) -> Level:
-        """The level of the start [n, 3]. Raises `NotConverged`."""
+        """Return the level at the start; u, v: displacement and velocity [n, 3]. Raises `NotConverged`."""
         looks_back = self.scheme.blend != 1.0
         if self.massless and (self.reproject or self.scheme.balances_the_end or looks_back):
             u = self.equilibrium(u)
@@ -143,17 +146,17 @@ class ImplicitBody:
         return level
 
     def at_rest(self, dt: float) -> Taken:
-        """A step of dt [s] in which nothing pushes."""
+        """Return a step of dt [s] without contact and reactions."""
         loads = np.zeros((len(self.no_contact), 6))
         return Taken(dt, self.no_contact, np.zeros((len(self.plan.reference), 3)), loads, 0, 0.0)
 
     def _loads(self, force: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Force and moment on every obstacle [p, 6] of contact forces [p, k, 3] at u [n, 3]."""
+        """Return force and moment on every obstacle [p, 6] of contact forces [p, k, 3] at u [n, 3]."""
         return np.zeros((0, 6)) if self.contact is None else self.contact.loads(force, u)
 
     @property
     def no_contact(self) -> np.ndarray:
-        """Contact forces [p, k, 3] of nothing in touch."""
+        """Return zero contact forces [p, k, 3]."""
         return np.zeros((0, 0, 3) if self.contact is None else self.contact.shape)
 
     def _level(self, u: np.ndarray, v: np.ndarray, a: np.ndarray) -> Level:
@@ -166,7 +169,7 @@ class ImplicitBody:
             level.contact = self.contact.at(level.u)[0]
 
     def take(self, level: Level, dt: float) -> tuple[Level, Taken]:
-        """One step of dt [s]. Raises `NotConverged`."""
+        """Take one step of dt [s]. Raises `NotConverged`."""
         scheme, equations = self.scheme, self.equations
         factor, known = scheme.inertia(dt, level.v, level.a)
         if scheme.past != 0.0:
@@ -187,7 +190,7 @@ class ImplicitBody:
         return self._level(u, self.massive(v), self.massive(a)), taken
 
     def _blended(self, taken: Taken) -> Taken:
-        """The step with the forces of its impulse."""
+        """Return the step with the forces of its impulse, a mean with those of the step before."""
         share = self.scheme.blend
         if share == 1.0:
             return taken
@@ -197,7 +200,7 @@ class ImplicitBody:
         return replace(taken, contact=contact, reaction=reaction, loads=loads)
 
     def advance(self, level: Level, dt: float) -> tuple[Level, Taken]:
-        """dt [s] in as many halves as Newton's method needs. Raises `NotConverged` where none is short enough."""
+        """Advance by dt [s], halved until Newton's method converges. Raises `NotConverged` if it never does."""
         done, parts = 0, []
         full = 1 << DEEPEST
         while done < full:

@@ -1,8 +1,7 @@
-"""The cells of a body over a time step: forces, tangent blocks, energy (METHOD 4).
+"""Forces, tangent blocks and energy of the cells of a body over a time step (METHOD 4).
 
 Points, weights and shape gradients are computed once with numpy and stored; a one-point hex has the mean gradient of
-its cell and the hourglass stiffness of kernels/elements/reduced_hex.py, a quadratic energy of differences that turn
-with it.
+its cell and the hourglass stiffness of kernels/elements/reduced_hex.py, a quadratic energy of corotated differences.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from .sparsity import Sparsity, sparsity_of
 
 @dataclass(frozen=True)
 class Points:
-    """gradients [m, q, corners, 3] [1/m], weights [m, q] [m^3]; stiffness [m, corners, corners] of hourglassing."""
+    """Integration points: gradients [m, q, corners, 3] [1/m], weights [m, q] [m^3], hourglass stiffness [m, a, a]."""
 
     gradients: np.ndarray
     weights: np.ndarray
@@ -30,7 +29,7 @@ class Points:
 
 
 def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
-    """The integration points of cells [m, corners] at reference positions [n, 3]."""
+    """Compute the integration points of cells [m, corners] at reference positions [n, 3]."""
     _values, slopes, weights = shape_functions(body.mesh.kind)
     corners = reference[cells]
     jacobian = np.einsum("mad,qac->mqdc", corners - corners[:, :1], slopes, optimize=True)
@@ -51,13 +50,13 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
 
 
 def stiff_modulus(body: Body) -> float:
-    """lam + 2 mu of the hourglass stiffness [Pa], as the explicit kernels take it."""
+    """Return lam + 2 mu of the hourglass stiffness [Pa], as in the explicit kernels."""
     parameters = body.material.parameters
     return parameters[0] + 2.0 * parameters[1]
 
 
 class Cells:
-    """Forces and tangents of cells [m, corners] over a step, by one rule of kernels/cells/implicit_rules.py at a time.
+    """Forces and tangents of cells [m, corners] over a step, by a rule of kernels/cells/implicit_rules.py.
 
     unknowns: nodes that have rows in the tangent, None = all. Arrays of points are shared by all rules.
     """
@@ -116,7 +115,7 @@ class Cells:
         self._prepared[name](*arguments)
 
     def evaluate(self, rule: str, u0: np.ndarray, d: np.ndarray, tangents: bool = False, chi: float = 0.0) -> None:
-        """The points for a step from u0 to u0 + d, both [n, 3] [m]."""
+        """Evaluate the points for a step from u0 to u0 + d, both [n, 3] [m]."""
         arrays.set_values(self.u0, u0)
         arrays.set_values(self.d, d)
         if self.mean:
@@ -142,7 +141,7 @@ class Cells:
         arrays.set_values(self.pressures, self.bulk * np.stack(levels, axis=1))
 
     def force(self, level: float) -> np.ndarray:
-        """Nodal forces [n, 3] [N] of the last evaluation; level: 1 for end values, 1/2 for those of mid-step."""
+        """Return nodal forces [n, 3] [N] of the last evaluation; level: 1 for end values, 1/2 for those of mid-step."""
         self._launch(
             "cell_forces", self.corners, self.per_cell, float(level), int(self.hourglass),
             self.connectivity, self.gradients, self.stress, self.stiffness, self.u0, self.d, self.corner_force,
@@ -151,11 +150,11 @@ class Cells:
         return np.array(arrays.get(self.total)).reshape(-1, 3)
 
     def magnitude(self) -> float:
-        """Largest force of a corner of a cell [N], of the last `force`: what residuals are measured by."""
+        """Return the largest force of a corner of a cell [N] in the last `force`, the scale of residuals."""
         return float(np.abs(arrays.get(self.corner_force)).max())
 
     def tangent_blocks(self, factor: float, level: float) -> np.ndarray:
-        """Blocks [b, 3, 3] of factor times d force/d u1 of the last evaluation with tangents."""
+        """Return blocks [b, 3, 3] of factor times d force/d u1 of the last evaluation with tangents."""
         arrays.set_values(self.blocks, np.zeros(9 * len(self.sparsity.columns)))
         starts = self.sparsity.colour_starts
         for begin, end in pairwise(starts):
@@ -167,7 +166,7 @@ class Cells:
         return np.array(arrays.get(self.blocks)).reshape(-1, 3, 3)
 
     def energy(self, u1: np.ndarray) -> tuple[float, float, float]:
-        """Elastic energy [J], smallest det F and energy against hourglassing [J] of the last evaluation, at u1."""
+        """Return elastic energy [J], smallest det F and hourglass energy [J] of the last evaluation, at u1."""
         measures = arrays.get(self.measures).reshape(-1, 2)
         elastic, against = float(measures[:, 0].sum()), 0.0
         if self.mean:
@@ -180,5 +179,5 @@ class Cells:
         return elastic + against, 1.0 + float(measures[:, 1].min()), against
 
     def owned(self) -> list[arrays.Array]:
-        """Arrays it holds."""
+        """Return its arrays."""
         return [item for item in vars(self).values() if hasattr(item, "shape")]

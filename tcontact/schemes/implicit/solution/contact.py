@@ -1,4 +1,4 @@
-"""Contact nodes of a body in an implicit step: which they are, their obstacles, penalty or exact (METHOD 4)."""
+"""Contact of a body in an implicit step: its nodes, their obstacles, penalty or exact contact (METHOD 4)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ROUNDING = 1e-13  # gaps below this share of the size of the body are closed
 
 
 class StepContact:
-    """nodes [k], their start [k, 3], obstacles; penalty is None for exact contact, exact is None for a
-    penalty and where no node can be pushed.
+    """Contact of the nodes [k] with the obstacles over a step.
 
-    held [k, 3, 3]: projector on the components that contact cannot move.
+    penalty is None for exact contact; exact is None for a penalty and where supports hold all nodes; held [k, 3, 3]:
+    projector on the components that contact cannot move.
     """
 
     def __init__(self, scene: Scene, plan: BodyPlan, held: np.ndarray) -> None:
@@ -34,55 +34,55 @@ class StepContact:
         self.massless = isinstance(model, MasslessContact) and len(self.nodes) > 0
         self.penalty = None if per_area is None else PenaltyForce(self.surfaces, per_area * plan.contact.areas)
         self.exact: ExactContact | None = None
-        if per_area is None and len(self.nodes):  # supports may hold every node of the set: then gaps are all there is
+        if per_area is None and len(self.nodes):  # if supports hold every contact node, only gaps are measured
             self.exact = ExactContact(np.eye(3) - held[self.nodes], len(self.surfaces))
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of forces: obstacles, nodes, components."""
+        """Shape of contact forces: obstacles, nodes, components."""
         return len(self.surfaces), len(self.nodes), 3
 
     def passages(self, u0: np.ndarray, d: np.ndarray) -> list[Passage]:
-        """The contact nodes past every obstacle, from u0 to u0 + d [n, 3]."""
+        """Return the passages of the contact nodes at every obstacle from u0 to u0 + d [n, 3]."""
         x0 = self.reference + u0[self.nodes]
         return [surface.passage(x0, x0 + d[self.nodes]) for surface in self.surfaces]
 
     def ends(self, u: np.ndarray) -> list[Passage]:
-        """The same with the gaps and normals of one level u [n, 3] only."""
+        """Return passages with the gaps and normals of one level u [n, 3]."""
         x = self.reference + u[self.nodes]
         return [surface.at(x) for surface in self.surfaces]
 
     def at(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Penalty forces [p, k, 3] and tangent [k, 3, 3] of one level."""
+        """Return penalty forces [p, k, 3] and tangent [k, 3, 3] at one level."""
         assert self.penalty is not None
         return self.penalty.at(self.reference + u[self.nodes])
 
     def closed(self, unbalanced: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Forces [p, k, 3] of exact contact at u [n, 3] that balance what is left [n, 3]."""
+        """Return forces [p, k, 3] of exact contact at u [n, 3] that balance the residual [n, 3]."""
         assert self.exact is not None
         passages = self.ends(u)
         self.exact.balance(unbalanced[self.nodes], passages, self.tolerance)
         return self.exact.force(passages)
 
     def conserving(self, u0: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Penalty forces [p, k, 3] and tangent [k, 3, 3] of a step."""
+        """Return conserving penalty forces [p, k, 3] and tangent [k, 3, 3] of a step."""
         assert self.penalty is not None
         x0 = self.reference + u0[self.nodes]
         return self.penalty.conserving(x0, x0 + d[self.nodes])
 
     def loads(self, force: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Force [N] and moment [N m] about its reference point on every obstacle [p, 6], contact at u [n, 3]."""
+        """Return force [N] and moment [N m] about its reference point on every obstacle [p, 6], contact at u [n, 3]."""
         x = self.reference + u[self.nodes]
         arms = [x - surface.obstacle.reference for surface in self.surfaces]
         moments = [-np.cross(arm, part).sum(axis=0) for arm, part in zip(arms, force, strict=True)]
         return np.concatenate([-force.sum(axis=1), np.array(moments)], axis=1)
 
     def energy(self, u: np.ndarray) -> float:
-        """Penalty energy [J]."""
+        """Return the penalty energy [J]."""
         return 0.0 if self.penalty is None else self.penalty.energy(self.reference + u[self.nodes])[0]
 
     def gap_min(self, u: np.ndarray) -> float:
-        """Smallest gap [m] of the contact set."""
+        """Return the smallest gap [m] of the contact set."""
         x = self.all_reference + u[self.all_nodes]
         return float(min(surface.gap(x).min() for surface in self.surfaces))
 

@@ -1,4 +1,4 @@
-"""A plan under an implicit scheme in words: equations, unknowns, sizes and the choice of the linear solver."""
+"""Describe a plan under an implicit scheme: equations, unknowns, sizes and the choice of the linear solver."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .rule import ImplicitRule
 
 
 def describe(plan: Plan, scheme: ImplicitRule) -> str:
-    """Terms, then for every body its size, kernels, sparsity and solver."""
+    """Describe the terms, then size, kernels, sparsity and solver of every body."""
     conserved = ", ".join(scheme.conserves)
     lines = ["terms: " + ", ".join(plan.terms), f"scheme: {scheme.name}, order {scheme.order}, conserves {conserved}"]
     for body in plan.bodies:

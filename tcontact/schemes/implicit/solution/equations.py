@@ -2,7 +2,7 @@
 
     inertia = M (c d - b),  d = x1 - x0:  c = 2/dt^2, b = 2 v0/dt for the trapezoidal rule        (METHOD 4)
 
-Held components keep their row free: it says that they move no further than they were told at the start.
+Rows of held components keep the displacement of the start value.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from .rule import ImplicitRule
 from .sparsity import Sparsity
 from .surfaces import Passage
 
-ROUNDED = 1e-3  # share of modulus times area below which forces of a static solve need not be told from rounding
+ROUNDED = 1e-3  # share of modulus times area below which forces of a static solve are rounding
 
 
 class Rows:
     """Rows of held components and of exact contact in a tangent.
 
-    held [n, 3, 3]: projectors on what is held; place [k]: rows of the contact nodes; stiff [k] [N/m]: what turns their
-    gaps into forces.
+    held [n, 3, 3]: projectors on held components; place [k]: rows of the contact nodes; stiff [k] [N/m]: factors from
+    their gaps to forces.
     """
 
     def __init__(
@@ -37,17 +37,17 @@ class Rows:
         self._bound_blocks = np.flatnonzero(np.isin(rows, self.bound))
         number = np.full(len(held), -1)
         number[place] = np.arange(len(place))
-        self._touching = np.flatnonzero(number[rows] >= 0)
-        self._owner = number[rows[self._touching]]
+        self._contact_blocks = np.flatnonzero(number[rows] >= 0)
+        self._owner = number[rows[self._contact_blocks]]
         self._rows = rows
 
     @property
     def exact(self) -> bool:
-        """Whether contact is exact."""
+        """Return whether contact is exact."""
         return self.contact is not None and self.contact.exact is not None
 
     def residual(self, residual: np.ndarray) -> np.ndarray:
-        """The residual of the rewritten rows; the set of exact contact is up to date."""
+        """Return the residual of the rewritten rows; the active set of exact contact must be up to date."""
         result = residual.copy()
         if self.exact and self.contact is not None and self.contact.exact is not None:
             result[self.place] = self.contact.exact.rows(residual[self.place], self.stiff)
@@ -56,13 +56,13 @@ class Rows:
         return result
 
     def tangent(self, blocks: np.ndarray) -> np.ndarray:
-        """The blocks of the rewritten rows, in place."""
+        """Rewrite the blocks of these rows in place."""
         diagonal = self.sparsity.diagonal
         size = np.trace(blocks[diagonal], axis1=1, axis2=2) / 3.0
         if self.exact and self.contact is not None and self.contact.exact is not None:
             exact = self.contact.exact
             blocks[diagonal[self.place]] += exact.curvature()
-            blocks[self._touching] = exact.keep()[self._owner] @ blocks[self._touching]
+            blocks[self._contact_blocks] = exact.keep()[self._owner] @ blocks[self._contact_blocks]
             blocks[diagonal[self.place]] += exact.replaced(self.stiff)
         here, among = self.bound, self._bound_blocks
         blocks[among] -= self.held[self._rows[among]] @ blocks[among]
@@ -71,7 +71,7 @@ class Rows:
 
 
 class StepEquations:
-    """The balance at one time step under the external load [n, 3]."""
+    """Balance of a time step under the external load [n, 3]."""
 
     def __init__(
         self,
@@ -90,11 +90,11 @@ class StepEquations:
     def prepare(
         self, u0: np.ndarray, factor: float, known: np.ndarray, past: np.ndarray, past_contact: np.ndarray
     ) -> None:
-        """A step from u0 with inertia M (factor d - known); past, past_contact: weighted forces of the level before."""
+        """Set a step from u0 with inertia M (factor d - known); past, past_contact: weighted forces before it."""
         self.u0, self.factor, self.known, self.past, self.past_contact = u0, factor, known, past, past_contact
 
     def evaluate(self, d: np.ndarray) -> tuple[np.ndarray, float]:
-        """As in `Equations`."""
+        """Return residual and size of forces, see `Equations`."""
         scheme, cells = self.scheme, self.cells
         cells.evaluate(scheme.stress, self.u0, scheme.level * d, False, scheme.chi)
         force = scheme.present * cells.force(scheme.hourglass_level) + self.past
@@ -118,7 +118,7 @@ class StepEquations:
         return self.rows.residual(residual), scale
 
     def tangent(self, d: np.ndarray) -> np.ndarray:
-        """As in `Equations`."""
+        """Return the tangent, see `Equations`."""
         scheme, cells = self.scheme, self.cells
         cells.evaluate(scheme.stress, self.u0, scheme.level * d, True, scheme.chi)
         blocks = cells.tangent_blocks(scheme.present * scheme.level, scheme.hourglass_level)
@@ -133,7 +133,7 @@ class StepEquations:
         return self.contact.passages(self.u0, d) if self.scheme.conserving else self.contact.ends(self.u0 + d)
 
     def _penalty(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Contact forces [p, k, 3] and their derivative, at the level of the scheme."""
+        """Return contact forces [p, k, 3] and their derivative, at the level of the scheme."""
         assert self.contact is not None
         scheme = self.scheme
         if scheme.conserving:
@@ -145,8 +145,8 @@ class StepEquations:
 class StaticEquations:
     """Balance of massless nodes with everything else fixed: f_K(x) - f_ext,K = lambda nu (paper eqs 15-17).
 
-    cells: those that have such nodes, their unknowns the contact nodes in order; load [k, 3]; modulus [Pa], area [m^2]:
-    of a node, whose product gives the forces that rounding leaves.
+    cells: cells with such nodes, whose unknowns are the contact nodes in order; load [k, 3] [N]; modulus [Pa], area
+    [m^2] of a node: their product is the scale of rounding errors of forces.
     """
 
     def __init__(
@@ -156,24 +156,24 @@ class StaticEquations:
         self.modulus, self.area = modulus, area
 
     def prepare(self, u: np.ndarray) -> None:
-        """From displacement u [n, 3]."""
+        """Set the displacement u [n, 3] to start from."""
         self.u = u
-        # strains are rounded to about 1e-16, and to that of u over the size of a cell where u is larger
+        # strains have a rounding error of 1e-16, times u over the size of a cell where u is larger
         far = float(np.abs(u).max()) / self.area**0.5
-        self.least = ROUNDED * self.modulus * self.area * max(1.0, far)
+        self.minimum_force = ROUNDED * self.modulus * self.area * max(1.0, far)
 
     def moved(self, d: np.ndarray) -> np.ndarray:
-        """The displacement [n, 3] with the contact nodes moved by d [k, 3]."""
+        """Return the displacement [n, 3] with the contact nodes moved by d [k, 3]."""
         result = self.u.copy()
         result[self.contact.nodes] += d
         return result
 
     def evaluate(self, d: np.ndarray) -> tuple[np.ndarray, float]:
-        """As in `Equations`."""
+        """Return residual and size of forces, see `Equations`."""
         u = self.moved(d)
         self.cells.evaluate("end", u, np.zeros_like(u))
         residual = self.cells.force(1.0)[self.contact.nodes] - self.load
-        scale = max(self.cells.magnitude(), float(np.abs(self.load).max()), self.least)
+        scale = max(self.cells.magnitude(), float(np.abs(self.load).max()), self.minimum_force)
         if self.contact.exact is not None:
             self.contact.exact.balance(residual, self.contact.ends(u), self.contact.tolerance)
         else:
@@ -181,7 +181,7 @@ class StaticEquations:
         return self.rows.residual(residual), scale
 
     def tangent(self, d: np.ndarray) -> np.ndarray:
-        """As in `Equations`."""
+        """Return the tangent, see `Equations`."""
         u = self.moved(d)
         self.cells.evaluate("end", u, np.zeros_like(u), True)
         blocks = self.cells.tangent_blocks(1.0, 1.0)

@@ -1,7 +1,7 @@
 """Exact contact of nodes without mass in Newton's method: g >= 0, lambda >= 0, lambda g = 0 (paper eqs 15-17).
 
-Active nodes give up their balance along the normals of the force for the equations g = 0; what they then leave
-unbalanced is the contact force, R = sum lambda nu*. The set follows the signs of lambda and g at every evaluation
+At active nodes the equations g = 0 replace the balance along the normals of the force; the residual there is the
+contact force, R = sum lambda nu*. The set follows the signs of lambda and g at every evaluation
 (a primal-dual active set: Hueber and Wohlmuth, Comput. Meth. Appl. Mech. Eng. 194, 3147, 2005).
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from .surfaces import Passage
 
-SHORT = 1e-6  # a normal shorter than this in the free components of a node cannot push it
+SHORT = 1e-6  # a normal shorter than this in the free components of a node exerts no force
 
 
 class ExactContact:
@@ -41,26 +41,26 @@ class ExactContact:
         self._along = self._inverse @ kept  # projector on the normals of the active set
 
     def force(self, passages: list[Passage]) -> np.ndarray:
-        """Contact forces of every obstacle [p, k, 3] [N]."""
+        """Return the contact forces of every obstacle [p, k, 3] [N]."""
         normals = np.stack([past.normal for past in passages])
         return np.asarray(self.pressure.T[:, :, None] * normals)
 
     def rows(self, residual: np.ndarray, stiff: np.ndarray) -> np.ndarray:
-        """The residual [k, 3] with the gaps in place of what the contact force balances; stiff [k] [N/m]."""
+        """Return the residual [k, 3] with gaps in place of the components that contact balances; stiff [k] [N/m]."""
         gaps = np.where(self.active, self._gaps, 0.0)
         rest = residual - np.einsum("kij,kj->ki", self._along, residual)
         return rest + stiff[:, None] * np.einsum("kip,kp->ki", self._inverse, gaps)
 
     def curvature(self) -> np.ndarray:
-        """-lambda d nu*/dx [k, 3, 3], part of the tangent."""
+        """Return -lambda d nu*/dx [k, 3, 3], part of the tangent."""
         pressure = np.where(self.active, self.pressure, 0.0)
         return -np.einsum("kp,kpij->kij", pressure, self._turning)
 
     def keep(self) -> np.ndarray:
-        """What stays of the rows of the nodes [k, 3, 3]."""
+        """Return the factors [k, 3, 3] of the rows of the nodes that keep the balance."""
         return np.eye(3) - self._along
 
     def replaced(self, stiff: np.ndarray) -> np.ndarray:
-        """What comes in their place on the diagonal [k, 3, 3]."""
+        """Return the diagonal blocks [k, 3, 3] of the equations that replace it."""
         gradients = np.where(self.active[:, :, None], self._gradients, 0.0)
         return stiff[:, None, None] * np.einsum("kip,kpj->kij", self._inverse, gradients)

@@ -1,4 +1,4 @@
-"""Linear systems of Newton's method: sparse factors for small or stiff bodies, BiCGStab for the others (METHOD 4).
+"""Solve the linear systems of Newton's method: sparse LU for small or stiff bodies, else BiCGStab (METHOD 4).
 
 The tangents are not symmetric. Blocks [b, 3, 3] come in the fixed sparsity; the preconditioner is the inverse of the
 diagonal blocks, which the inertia of a step keeps well conditioned.
@@ -12,9 +12,9 @@ from ....device import arrays
 from ....device.launch import Prepared
 from .sparsity import Sparsity
 
-DIRECT = 900  # unknowns up to which factors are cheaper
+DIRECT = 900  # unknowns up to which a factorisation is cheaper
 STIFF = 100.0  # lam/mu from which Krylov methods need too many products
-MOST = 500  # products of BiCGStab
+MAXIMUM_PRODUCTS = 500  # maximum number of products of BiCGStab
 
 
 class NoSolution(ArithmeticError):
@@ -42,7 +42,7 @@ class Direct:
         self.matrix = pattern
 
     def solve(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
-        """x [n, 3] of K x = right [n, 3]. Raises `NoSolution` for a singular matrix."""
+        """Solve K x = right, both [n, 3]. Raises `NoSolution` for a singular matrix."""
         from scipy.sparse.linalg import splu
 
         self.matrix.data = blocks.reshape(-1)[self.order]
@@ -61,7 +61,7 @@ class Direct:
 class Krylov:
     """BiCGStab with block-Jacobi preconditioning (van der Vorst, SIAM J. Sci. Stat. Comput. 13, 631, 1992).
 
-    Where it does not converge, at very large steps, it hands over to `Direct`.
+    Where it does not converge, at very large steps, `Direct` solves.
     """
 
     def __init__(self, sparsity: Sparsity) -> None:
@@ -81,7 +81,7 @@ class Krylov:
         return np.array(arrays.get(self.y))
 
     def solve(self, blocks: np.ndarray, right: np.ndarray, tolerance: float) -> np.ndarray:
-        """As of `Direct`, to a relative residual of `tolerance`."""
+        """Solve K x = right, both [n, 3], to a relative residual of `tolerance`. Raises `NoSolution`."""
         try:
             with np.errstate(all="ignore"):  # it may diverge
                 return self._iterate(blocks, right, tolerance)
@@ -101,7 +101,7 @@ class Krylov:
         shadow, goal = r.copy(), tolerance * norm(r)
         rho = alpha = omega = 1.0
         v = p = np.zeros_like(r)
-        for _ in range(MOST):
+        for _ in range(MAXIMUM_PRODUCTS):
             if norm(r) <= goal:
                 return x.reshape(right.shape)
             before, rho = rho, inner(shadow, r)
@@ -126,15 +126,15 @@ class Krylov:
 
 
 def inner(a: np.ndarray, b: np.ndarray) -> float:
-    """a.b without BLAS, whose idle threads would keep the cores from the kernels."""
+    """Return a.b without BLAS, whose idle threads would occupy cores that the kernels need."""
     return float((a * b).sum())
 
 
 def norm(a: np.ndarray) -> float:
-    """Euclidean length."""
+    """Return the Euclidean length."""
     return float(np.sqrt((a * a).sum()))
 
 
 def make_solver(kind: str, sparsity: Sparsity) -> Direct | Krylov:
-    """The solver of that name."""
+    """Make the solver of that name."""
     return Direct(sparsity) if kind == "direct" else Krylov(sparsity)

@@ -1,6 +1,6 @@
-"""Mass of an implicit step: tensors of nodes, or the consistent matrix with redistribution (paper eq. 13).
+"""Mass of an implicit step: mass tensors of nodes, or the consistent matrix with redistribution (paper eq. 13).
 
-Mbar_T = I_T M_T I_T^t,   I_T: a node of K hands its massless components to the nodes of its cell outside K
+Mbar_T = I_T M_T I_T^t,   I_T: the massless components of a node of K go to the nodes of its cell outside K
 
 Supports do not change the shares here, as they do for the lumped mass.
 """
@@ -25,15 +25,15 @@ class NodalMass:
         self.inverses[plan.boundary] = plan.inverses
 
     def times(self, values: np.ndarray) -> np.ndarray:
-        """M times nodal vectors [n, 3]."""
+        """Return M times nodal vectors [n, 3]."""
         return np.einsum("nij,nj->ni", self.tensors, values)
 
     def solve(self, values: np.ndarray) -> np.ndarray:
-        """Inverse on the components that have mass and are not prescribed, zero on the others."""
+        """Apply the inverse on the components that have mass and are not prescribed; zero on the others."""
         return np.einsum("nij,nj->ni", self.inverses, values)
 
     def add_to(self, blocks: np.ndarray, factor: float, sparsity: Sparsity) -> None:
-        """blocks [b, 3, 3] += factor M."""
+        """Add factor times M to the blocks [b, 3, 3]."""
         blocks[sparsity.diagonal] += factor * self.tensors
 
 
@@ -53,11 +53,11 @@ class ConsistentMass:
         self.plan = plan
 
     def times(self, values: np.ndarray) -> np.ndarray:
-        """M times nodal vectors [n, 3]."""
+        """Return M times nodal vectors [n, 3]."""
         return np.asarray(self.matrix @ values.reshape(-1)).reshape(-1, 3)
 
     def solve(self, values: np.ndarray) -> np.ndarray:
-        """As of NodalMass, by conjugate gradients on the components that move freely."""
+        """Apply the inverse on the components that move freely by conjugate gradients; zero on the others."""
         nodal = NodalMass(self.plan)
         from scipy.sparse.linalg import LinearOperator, cg
 
@@ -73,12 +73,12 @@ class ConsistentMass:
         return np.einsum("nij,nj->ni", moves, found.reshape(-1, 3))
 
     def add_to(self, blocks: np.ndarray, factor: float, sparsity: Sparsity) -> None:
-        """blocks [b, 3, 3] += factor M."""
+        """Add factor times M to the blocks [b, 3, 3]."""
         blocks += factor * self.blocks
 
 
 def consistent_cells(plan: BodyPlan) -> np.ndarray:
-    """Mass matrices [m, a, 3, b, 3] [kg] of the cells, redistributed."""
+    """Return the redistributed mass matrices [m, a, 3, b, 3] [kg] of the cells."""
     body, cells = plan.body, plan.cells
     values, slopes, weights = body.mesh.element.product_rule
     corners = plan.reference[cells]

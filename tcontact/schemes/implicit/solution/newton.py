@@ -1,4 +1,4 @@
-"""Newton's method with full steps, then with a line search; the caller halves the time step after that (METHOD 4)."""
+"""Newton's method with full steps, then with a line search; if both fail the caller halves the time step (METHOD 4)."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class Equations(Protocol):
     """Residual and tangent of a step."""
 
     def evaluate(self, d: np.ndarray) -> tuple[np.ndarray, float]:
-        """Residual [n, 3] [N] at the increment d [n, 3] [m] and the size of the forces in it [N]."""
+        """Return the residual [n, 3] [N] at the increment d [n, 3] [m] and the size of the forces in it [N]."""
 
     def tangent(self, d: np.ndarray) -> np.ndarray:
-        """Its derivative there, as blocks."""
+        """Return the derivative of the residual at d, as blocks [b, 3, 3] [N/m]."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """rtol: of the forces; iterations: most of them; verbose: print every residual."""
+    """Settings: rtol: residual over forces; iterations: maximum number; verbose: print every residual."""
 
     rtol: float = 1e-12
     iterations: int = 15
@@ -39,7 +39,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Solution:
-    """The increment, how many linear systems it took and the largest residual left, over the size of the forces."""
+    """The increment, the number of linear systems solved, and the largest residual over the size of the forces."""
 
     d: np.ndarray
     iterations: int
@@ -47,8 +47,8 @@ class Solution:
 
 
 def newton(equations: Equations, start: np.ndarray, solver: Direct | Krylov, settings: Settings) -> Solution:
-    """Solve from `start`: full steps, if they fail a line search. Raises `NotConverged`."""
-    with np.errstate(all="ignore"):  # what overflows is no solution, and found to be none
+    """Solve from `start` with full steps, then with a line search. Raises `NotConverged`."""
+    with np.errstate(all="ignore"):  # an overflow fails the test of the residual
         try:
             return _iterate(equations, start, solver, settings, False)
         except (NotConverged, NoSolution):

@@ -1,6 +1,6 @@
 """Penalty contact of a step: p = max(0, -g), potential p^2/(2 eps), 1/eps = stiffness of the node (METHOD 4).
 
-Conserving, branch by branch the difference quotient of the potential, force lambda nu* with nu*.dx = dg:
+The conserving force lambda nu*, nu*.dx = dg, is the difference quotient of the potential in every branch:
 
     both ends inside (p0 + p1)/(2 eps),  entering p1^2/[2 eps (g0 + p1)],  leaving p0^2/[2 eps (p0 + g1)],  else 0
 """
@@ -17,7 +17,7 @@ Surfaces = Sequence[Flat | Round | Curved]
 
 
 def conserving_pressure(before: np.ndarray, after: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """lambda [k] [N] of gaps before and after a step, and its derivative with the gap after."""
+    """Return lambda [k] [N] for the gaps before and after a step, and its derivative with the gap after."""
     p0, p1 = np.maximum(0.0, -before), np.maximum(0.0, -after)
     half = 0.5 * stiffness
     inside = (before <= 0.0) & (after <= 0.0)
@@ -31,13 +31,13 @@ def conserving_pressure(before: np.ndarray, after: np.ndarray, stiffness: np.nda
 
 
 class PenaltyForce:
-    """Contact of nodes at given stiffness [k] [N/m]: forces [p, k, 3] of every obstacle, tangents [k, 3, 3] of all."""
+    """Penalty contact of nodes: forces [p, k, 3] of every obstacle, tangents [k, 3, 3] of all; stiffness [k] [N/m]."""
 
     def __init__(self, surfaces: Surfaces, stiffness: np.ndarray) -> None:
         self.surfaces, self.stiffness = surfaces, stiffness
 
     def conserving(self, x0: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Forces of a step from x0 to x1 [k, 3] and their derivative with x1."""
+        """Return forces of a step from x0 to x1 [k, 3] and their derivative with x1."""
         force, tangent = np.zeros((len(self.surfaces), len(x1), 3)), np.zeros((len(x1), 3, 3))
         for number, surface in enumerate(self.surfaces):
             past = surface.passage(x0, x1)
@@ -48,7 +48,7 @@ class PenaltyForce:
         return force, tangent
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Forces at positions x [k, 3] and their derivative."""
+        """Return forces at positions x [k, 3] and their derivative."""
         force, tangent = np.zeros((len(self.surfaces), len(x), 3)), np.zeros((len(x), 3, 3))
         for number, surface in enumerate(self.surfaces):
             here = surface.at(x)
@@ -60,7 +60,7 @@ class PenaltyForce:
         return force, tangent
 
     def energy(self, x: np.ndarray) -> tuple[float, int]:
-        """Energy [J] and number of nodes inside at positions x [k, 3]."""
+        """Return the energy [J] and the number of nodes inside an obstacle at positions x [k, 3]."""
         energy, closed = 0.0, np.zeros(len(x), dtype=bool)
         for surface in self.surfaces:
             depth = np.maximum(0.0, -surface.gap(x))

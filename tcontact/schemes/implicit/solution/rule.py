@@ -1,8 +1,8 @@
-"""What the equations of an implicit step read of their scheme: how its parts are formed, and its options (METHOD 4).
+"""The rule of an implicit scheme, as the equations of a step read it: formulas of its parts and options (METHOD 4).
 
     R(x1) = M (c d - b) + f* - fc* - f_ext = 0,   d = x1 - x0,   c = 2/dt^2, b = 2 v0/dt,   v1 = 2 d/dt - v0
 
-These are the parts of the trapezoidal family; a scheme states where it differs.
+The class has the parts of the trapezoidal family; a scheme overrides those that differ.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ....base.errors import InputError
 
 @dataclass(frozen=True)
 class ImplicitRule:
-    """The formula of an implicit scheme: what its equations take where, and its options (`ImplicitScheme`)."""
+    """The formula of an implicit scheme: levels and weights of its forces, and its options (`ImplicitScheme`)."""
 
     dt: float | None = None
     cfl: float | None = None
@@ -34,7 +34,7 @@ class ImplicitRule:
     conserves: ClassVar[tuple[str, ...]] = ("linear momentum", "angular momentum")
     implicit: ClassVar[bool] = True
     stress: ClassVar[str] = "end"  # name of a rule of implicit stresses in the kernels
-    level: ClassVar[float] = 1.0  # where between x0 and x1 an "end" rule is taken
+    level: ClassVar[float] = 1.0  # level between x0 and x1 of an "end" rule
     conserving: ClassVar[bool] = False  # contact by difference quotients of its potential
     dissipates: ClassVar[bool] = False  # by design
     chi: ClassVar[float] = 0.0  # dissipation
@@ -44,7 +44,7 @@ class ImplicitRule:
             raise InputError(
                 "dt",
                 None,
-                f"{type(self).__name__} is not bound by the stable step: give dt [s], or cfl as its multiple",
+                f"{type(self).__name__} is not bounded by the stable step: give dt [s], or cfl as its multiple",
             )
         for field in ("dt", "cfl", "rtol"):
             if getattr(self, field) is not None:
@@ -59,12 +59,12 @@ class ImplicitRule:
             validate.flag("reproject", self.reproject)
 
     def step_size(self, dt_limit: float) -> float:
-        """The step [s] for a stable step dt_limit [s]."""
+        """Return the step [s] for a stable step dt_limit [s]."""
         return self.dt if self.dt is not None else float(self.cfl or 1.0) * dt_limit
 
     @property
     def present(self) -> float:
-        """Weight of the force by `stress`."""
+        """Weight of the force of this step."""
         return 1.0
 
     @property
@@ -74,23 +74,23 @@ class ImplicitRule:
 
     @property
     def hourglass_level(self) -> float:
-        """Where between its levels the hourglass stiffness is taken."""
+        """Level between x0 and x1 at which the hourglass stiffness is taken."""
         return 1.0 if self.stress == "end" else 0.5
 
     @property
     def balances_the_end(self) -> bool:
-        """Whether what has no mass is in equilibrium at x1 already."""
+        """Return whether massless components are in equilibrium at x1 already."""
         return self.stress == "end" and self.level == 1.0 and self.past == 0.0
 
     def inertia(self, dt: float, v0: np.ndarray, a0: np.ndarray) -> tuple[float, np.ndarray]:
-        """c [1/s^2] and b [n, 3] [m/s^2]."""
+        """Return c [1/s^2] and b [n, 3] [m/s^2]."""
         return 2.0 / dt**2, 2.0 / dt * v0
 
     def motion(self, dt: float, d: np.ndarray, v0: np.ndarray, a0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity and acceleration after the step, [n, 3]."""
+        """Return velocity and acceleration after the step, [n, 3]."""
         return 2.0 / dt * d - v0, a0
 
     @property
     def blend(self) -> float:
-        """Share of the force of the step in the impulse of the step; the rest is that of the step before."""
+        """Share of the force of this step in its impulse; the rest is the force of the step before."""
         return 1.0

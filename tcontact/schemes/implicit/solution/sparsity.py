@@ -9,8 +9,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Sparsity:
-    """Blocks by rows: starts [n+1], columns [b] sorted within a row; diagonal [n]: places of the diagonal blocks.
+    """Sparsity of the tangent by rows.
 
+    starts [n+1], columns [b] sorted within a row; diagonal [n]: places of the diagonal blocks;
     slots [m, corners, corners]: place of each pair of corners, -1 where a node is not among the unknowns; order [m]:
     cells colour by colour, colour_starts [colours+1]; node_starts [n+1], node_corners: cell corners of each node of
     the body, for sums of forces.
@@ -27,12 +28,12 @@ class Sparsity:
 
     @property
     def rows(self) -> np.ndarray:
-        """Row of each block [b]."""
+        """Rows of the blocks [b]."""
         return np.repeat(np.arange(len(self.diagonal)), np.diff(self.starts))
 
 
 def sparsity_of(cells: np.ndarray, node_count: int, unknowns: np.ndarray | None = None) -> Sparsity:
-    """Sparsity of cells [m, corners] of a body of node_count nodes.
+    """Build the sparsity of cells [m, corners] of a body of node_count nodes.
 
     unknowns [k]: the nodes that have rows, in that order; None = all.
     """
@@ -58,9 +59,9 @@ def sparsity_of(cells: np.ndarray, node_count: int, unknowns: np.ndarray | None 
 
 
 def colours(cells: np.ndarray, node_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cells [m] colour by colour and where each colour starts: cells of one colour share no node.
+    """Return cells [m] colour by colour and the start of each colour: cells of one colour share no node.
 
-    Greedy, each cell the first colour that none of its nodes has yet.
+    Each cell in turn takes the first colour that none of its nodes has yet.
     """
     taken = [0] * node_count  # bits of the colours around a node
     chosen = np.empty(len(cells), dtype=np.int64)

@@ -1,5 +1,4 @@
-"""A body under an implicit scheme as the loop sees it: the same face as `tcontact.schemes.explicit.state.DomainState`
-and its views.
+"""The state of a body under an implicit scheme, with the interface of `explicit.state.DomainState` and its views.
 
 Row n holds the level n and the forces of the step that ended there, those of mid-step: the contact force of the step.
 """
@@ -23,39 +22,39 @@ REMEDY = "use a smaller dt, or a scheme that conserves energy (discrete-gradient
 
 
 class ElasticForce:
-    """Internal forces for estimates of the stable step, with the face of cells/internal_force.py."""
+    """Internal forces for estimates of the stable step, with the interface of cells/internal_force.py."""
 
     def __init__(self, body: ImplicitBody) -> None:
         self.body = body
 
     def without_boundary(self) -> ElasticForce:
-        """Itself: every node is an ordinary one here."""
+        """Return this object: it treats every node as an ordinary one."""
         return self
 
     def minus_force(self, u: arrays.Array, out: arrays.Array) -> None:
-        """out += -f(u)/lumped mass."""
+        """Add -f(u)/lumped mass to out."""
         here = np.array(arrays.get(u)).reshape(-1, 3)
         self.body.cells.evaluate("end", here, np.zeros_like(here))
         change = -self.body.cells.force(1.0) / self.body.plan.lumped[:, None]
         arrays.set_values(out, arrays.get(out) + change.reshape(-1))
 
     def sum_of(self, name: str) -> float:
-        """No number of the cells is asked for here: there is no viscosity."""
+        """Raise `NotImplementedError`: only viscosity needs sums of cells, and there is none."""
         raise NotImplementedError(name)
 
 
 class Contact:
-    """What the guards look at."""
+    """The verdict on the last step, which the guards read."""
 
     def __init__(self) -> None:
         self.trouble: str | None = None
 
 
 class ImplicitState:
-    """Level, row and terms of one body; displacement, velocity [n, 3]: its start, in the user's numbering."""
+    """Level and row of one body; displacement, velocity [n, 3]: its start, in the user's numbering."""
 
     rows_at_once = 1
-    viscous_force = None  # of contact cells
+    viscous_force = None  # no viscous contact cells
 
     def __init__(
         self,
@@ -76,18 +75,18 @@ class ImplicitState:
         self.level: Level | None = None
         self._v = self.body.massive(self.start_velocity)
         self._taken = self.body.at_rest(0.0)
-        self._shown = self._taken  # of the last row
+        self._shown = self._taken  # step that the last row shows
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
         self.views = [self]
 
     @property
     def trouble(self) -> str | None:
-        """Why the last step found no end; None if it did."""
+        """Reason why the last step did not converge, or None."""
         return self.contact.trouble
 
     def begin_contact(self, dt: float) -> None:
-        """The first level; dt [s]: the first step."""
+        """Make the first level; dt [s]: the first step."""
         u = np.array(arrays.get(self.u)).reshape(-1, 3)
         try:
             self.level = self.body.start(u, self.start_velocity)
@@ -109,7 +108,7 @@ class ImplicitState:
         self._v = self.level.v
 
     def advance(self, dt: float) -> int:
-        """Row n, then a step of dt [s], 0 = none. Returns the rows done."""
+        """Do row n, then a step of dt [s], 0 = none. Returns the rows done."""
         assert self.level is not None
         self._shown = self._taken
         self._row = self._measure(self.level, self._taken)
@@ -119,7 +118,7 @@ class ImplicitState:
         try:
             level, taken = self.body.advance(self.level, dt)
         except NotConverged as error:
-            self.contact.trouble = f"Newton's method found no end of the step: {error}; {REMEDY}"
+            self.contact.trouble = f"Newton's method did not converge in the step: {error}; {REMEDY}"
             return 1
         if self.body.massless:
             self._massless = self._of_massless((level.u - self.level.u) / dt)
@@ -162,7 +161,7 @@ class ImplicitState:
         return row
 
     def checkpoint(self) -> dict[str, Any]:
-        """What is kept from step to step; the equations prepare the rest anew in every step."""
+        """Return the values kept from step to step; the equations compute the others in every step."""
         assert self.level is not None
         found: dict[str, Any] = {f"level.{name}": value for name, value in vars(self.level).items()}
         for part, taken in (("taken", self._taken), ("shown", self._shown)):
@@ -176,7 +175,7 @@ class ImplicitState:
         return found
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go on from there."""
+        """Set the values that `checkpoint` returned."""
 
         def part(kind: type, name: str) -> Any:
             start = f"{name}."
@@ -191,71 +190,71 @@ class ImplicitState:
             self.body.contact.exact.active = saved["active"]
 
     def rows(self, times: np.ndarray) -> np.ndarray:
-        """The measured row [1, width] of the last `advance`, at the given time [s]."""
+        """Return the measured row [1, width] of the last `advance`, at the given time [s]."""
         self._row[self.layout.place["time"]] = times[0]
         return self._row[None]
 
     def displacement(self) -> np.ndarray:
-        """Displacement [n, 3] in the user's numbering."""
+        """Return the displacement [n, 3] in the user's numbering."""
         return self.plan.to_user(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
 
     def latest(self) -> np.ndarray:
-        """Displacement [n, 3] [m] as it stands, internal numbering: after a step that of the level where it ends."""
+        """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""
         return np.asarray(arrays.get(self.u).reshape(-1, 3) if self.level is None else self.level.u)
 
     def displacement_before(self, step: float) -> np.ndarray:
-        """Displacement [n, 3] [m] at the level of the last row, where a step [s] has been made since."""
+        """Return the displacement [n, 3] [m] at the last row; step [s]: the step since that row."""
         return self.plan.to_user(arrays.get(self.u).reshape(-1, 3))
 
     def half_step_velocity(self) -> np.ndarray:
-        """Velocity [n, 3] of the level, internal numbering."""
+        """Return the velocity [n, 3] of the level, internal numbering."""
         return self._v if self.level is None else self.level.v
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
-        """Position difference over dt of the massless components [k, 3]; None without any."""
+        """Return the position difference over dt of the massless components [k, 3]; None without any."""
         return self._massless
 
     def velocity(self, massive: np.ndarray, massless: np.ndarray | None) -> np.ndarray:
-        """Velocity [n, 3] in the user's numbering from both parts."""
+        """Join both parts of the velocity [n, 3], in the user's numbering."""
         result = massive.copy()
         if massless is not None and self.plan.contact is not None:
             result[self.plan.contact.nodes] += massless
         return self.plan.to_user(result)
 
     def contact_force(self) -> np.ndarray:
-        """Contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
+        """Return the contact force on every node [n, 3] [N] of the last row, in the user's numbering."""
         result = np.zeros((len(self.plan.reference), 3))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self._shown.contact.sum(axis=0)
         return self.plan.to_user(result)
 
     def contact_node_force(self) -> np.ndarray:
-        """Contact force [k, 3] [N] of the last row on the contact nodes alone."""
+        """Return the contact force [k, 3] [N] of the last row on the contact nodes alone."""
         return np.asarray(self._shown.contact.sum(axis=0))
 
     def layer_fields(self) -> dict[str, np.ndarray]:
-        """No friction layers here."""
+        """Return nothing: implicit schemes have no friction layers."""
         return {}
 
     def layers(self) -> None:
-        """No friction layers here."""
+        """Return nothing: implicit schemes have no friction layers."""
 
     def pressure_record(self) -> PressureRecord | None:
-        """An empty record for the pressures of the contact nodes; None without any."""
+        """Return an empty record for the pressures of the contact nodes; None without any."""
         contact = self.plan.contact
         if contact is None or not len(contact.nodes):
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
     def contact_areas(self) -> np.ndarray:
-        """Area weight [n] [m^2] of every node; 0 off the contact set."""
+        """Return the area weight [n] [m^2] of every node; 0 off the contact set."""
         result = np.zeros(len(self.plan.reference))
         if self.plan.contact is not None:
             result[self.plan.contact.nodes] = self.plan.contact.areas
         return self.plan.to_user(result)
 
     def memory(self) -> dict[str, int]:
-        """Bytes by term."""
+        """Return the bytes of the terms."""
         body = self.body
         result = {"state": 4 * 8 * self.level.u.size if self.level is not None else 0}
         result["internal-force"] = arrays.size_in_bytes(body.cells.owned())

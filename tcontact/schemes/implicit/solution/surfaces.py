@@ -4,9 +4,9 @@
     sphere, cylinder  nu* = (y0 + y1)/(|y0| + |y1|), y = x - centre without its part along the axis: no torque about it
     any other         nu* = nu(x_m) + [dg - nu(x_m).dx] dx/(dx.dx), dropped for tiny dx
 
-Derivatives of gap and normal of the last kind are central differences: nothing else is known of such an obstacle. Of
-a sampled distance they are those of its cubic interpolation, and its normal is the gradient of that: with a gap that
-has kinks, as the trilinear one of the explicit steps, [...]/|dx| above would not vanish with dx.
+Derivatives of gap and normal of the last kind are central differences. A sampled distance takes them from its cubic
+interpolation, and its normal is the gradient of that: with the kinks of the trilinear gap of the explicit steps,
+[...]/|dx| above would not vanish with dx.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ TINY = 1e-9  # |dx| over the size of the body below which the last normal is not
 
 @dataclass(frozen=True)
 class Passage:
-    """Nodes [k] past one obstacle: gaps before and after [k] [m], gradient of the second [k, 3], normal [k, 3] of the
-    step and its derivative [k, 3, 3] with the position after."""
+    """Passage of nodes [k] at one obstacle over a step.
+
+    Gaps before and after [k] [m], gradient of the second one [k, 3], normal [k, 3] of the step and its derivative
+    [k, 3, 3] with the position after.
+    """
 
     before: np.ndarray
     after: np.ndarray
@@ -40,7 +43,7 @@ class Surface:
         self.obstacle = obstacle
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """Gaps [k] [m] at x [k, 3]."""
+        """Return the gaps [k] [m] at x [k, 3]."""
         return np.asarray(self.obstacle.gap(x))
 
 
@@ -48,17 +51,17 @@ class Flat(Surface):
     """A plane."""
 
     def at(self, x: np.ndarray) -> Passage:
-        """A passage that stays at x [k, 3]."""
+        """Return the passage of nodes at rest at x [k, 3]."""
         gap, normal = self.obstacle.gap(x), np.tile(self.obstacle.normal, (len(x), 1))
         return Passage(gap, gap, normal, normal, np.zeros((len(x), 3, 3)))
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
-        """From x0 to x1, both [k, 3]."""
+        """Return the passage from x0 to x1, both [k, 3]."""
         return replace(self.at(x1), before=self.obstacle.gap(x0))
 
 
 class Round(Surface):
-    """A sphere or a cylinder, touched from outside or from within."""
+    """A sphere or a cylinder, in contact from outside or from within."""
 
     def __init__(self, obstacle: Any) -> None:
         super().__init__(obstacle)
@@ -72,7 +75,7 @@ class Round(Surface):
         return y, np.maximum(np.linalg.norm(y, axis=1), 1e-300)
 
     def at(self, x: np.ndarray) -> Passage:
-        """As of a plane."""
+        """Return the passage of nodes at rest at x [k, 3]."""
         y, length = self._arm(x)
         unit = y / length[:, None]
         turning = (self.across - unit[:, :, None] * unit[:, None, :]) / length[:, None, None]
@@ -80,7 +83,7 @@ class Round(Surface):
         return Passage(gap, gap, normal, normal, self.side * turning)
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
-        """As of a plane."""
+        """Return the passage from x0 to x1, both [k, 3]."""
         y0, r0 = self._arm(x0)
         y1, r1 = self._arm(x1)
         both = r0 + r1
@@ -92,7 +95,7 @@ class Round(Surface):
 
 
 class Curved(Surface):
-    """Any obstacle with `gap` and `normal_at`; size [m]: of the body, for the steps of the differences."""
+    """Any obstacle with `gap` and `normal_at`; size [m]: size of the body, for the steps of the differences."""
 
     def __init__(self, obstacle: Any, size: float) -> None:
         super().__init__(obstacle)
@@ -107,20 +110,20 @@ class Curved(Surface):
         return np.stack(columns, axis=-1)
 
     def end(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap [k] and its gradient [k, 3]; the normal need not be the same to the last digit."""
+        """Return the gap [k] and its gradient [k, 3], which equals the normal but for rounding."""
         return self.gap(x), self._differences(self.obstacle.gap, x)
 
     def normal(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Normal [k, 3] and its derivative [k, 3, 3]."""
+        """Return the normal [k, 3] and its derivative [k, 3, 3]."""
         return self.obstacle.normal_at(x), self._differences(self.obstacle.normal_at, x)
 
     def at(self, x: np.ndarray) -> Passage:
-        """As of a plane."""
+        """Return the passage of nodes at rest at x [k, 3]."""
         gap, gradient = self.end(x)
         return Passage(gap, gap, gradient, *self.normal(x))
 
     def passage(self, x0: np.ndarray, x1: np.ndarray) -> Passage:
-        """From x0 to x1, both [k, 3]."""
+        """Return the passage from x0 to x1, both [k, 3]."""
         before, (after, gradient) = self.gap(x0), self.end(x1)
         middle, dx = 0.5 * (x0 + x1), x1 - x0
         normal, turning = self.normal(middle)
@@ -136,27 +139,27 @@ class Curved(Surface):
 
 
 class Sampled(Curved):
-    """A sampled distance between its nodes: smooth, so that normals turn without jumps; of the length of grad g."""
+    """A sampled distance, interpolated smoothly, so that normals (of the length of grad g) turn without jumps."""
 
     def _smooth(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         obstacle = self.obstacle
         return smooth_distance(obstacle.grid[..., 0], obstacle.origin, obstacle.spacing, x)
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """As of every surface."""
+        """Return the gaps [k] [m] at x [k, 3]."""
         return self._smooth(x)[0]
 
     def end(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of any obstacle."""
+        """Return the gap [k] and its gradient [k, 3]."""
         return self._smooth(x)[:2]
 
     def normal(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of any obstacle."""
+        """Return the normal [k, 3] and its derivative [k, 3, 3]."""
         return self._smooth(x)[1:]
 
 
 def surface_of(obstacle: Any, size: float) -> Flat | Round | Curved:
-    """The obstacle as the steps see it; size [m]: of the body."""
+    """Make the surface of an obstacle for implicit steps; size [m]: size of the body."""
     if obstacle.shape == "plane":
         return Flat(obstacle)
     if obstacle.shape in ("sphere", "cylinder"):
