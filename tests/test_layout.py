@@ -242,3 +242,9 @@ assert Motion is tcontact.scene.obstacles.motion.Motion
 
 def test_old_names_of_modules_lead_to_the_modules():
     modules_after(OLD_NAMES)
+
+
+def test_an_old_attribute_warns_and_works():
+    material = tcontact.NeoHookean(1e6, 0.3, 1000.0)
+    with pytest.warns(DeprecationWarning, match="parameters"):
+        assert material.moduli == material.parameters

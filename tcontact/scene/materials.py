@@ -6,6 +6,7 @@ the end is the list of laws for scene files, cases and the benchmark.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -47,6 +48,12 @@ class Material:
     def parameters(self) -> tuple[float, ...]:
         """Constants for the kernels (kernels/materials/) [Pa]."""
         return (self.lame_lambda, self.lame_mu)
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """Return `parameters` under their old name, which goes with the next version."""
+        warnings.warn("Material.moduli is Material.parameters now", DeprecationWarning, stacklevel=2)
+        return self.parameters
 
     @classmethod
     def of(cls, young: float, poisson: float, density: float) -> Material:
