@@ -83,7 +83,7 @@ def test_unknown_case_names_the_known_ones():
         (cube_impact, {"gap": -0.01}),
         (cube_impact, {"yaw": float("inf")}),
         (cube_impact, {"kind": "hex20"}),
-        (cube_impact, {"law": "ogden"}),
+        (cube_impact, {"law": "fung"}),
         (cube_impact, {"contact": "glue"}),
         (cube_impact, {"removal": "some"}),
         (cube_impact, {"depth": 0}),

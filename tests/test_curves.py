@@ -116,7 +116,7 @@ def test_there_are_no_curves_without_a_history(drawn, tmp_path, capsys):
 
 KILLED = """
 import os, sys
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 SMALL.update(dict.fromkeys(SMALL, 0))
 from tcontact import plots
 from tcontact.commands.cli import main

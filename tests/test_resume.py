@@ -124,7 +124,7 @@ def copied_resume(monkeypatch, folder, copies_in, physics):
 
 ON_ONE_THREAD = """
 import sys, tcontact as tc
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 from stopped_runs import SCENES, quietly
 SMALL.update(dict.fromkeys(SMALL, 0))
 quietly(tc.resume, sys.argv[1], SCENES[sys.argv[2]](), tc.CentralDifference(cfl=0.3), threads=1)

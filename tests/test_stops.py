@@ -244,7 +244,7 @@ DIES = """
 import os, signal, sys, threading
 import tcontact as tc
 from stopped_runs import SCENES
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 from tcontact.results.files.vtkhdf import ResultFile
 SMALL.update(dict.fromkeys(SMALL, 0))
 append = ResultFile.append

@@ -26,7 +26,7 @@ def drop(tmp_path_factory):
 
 CODE = """
 import sys
-from tcontact.plan import SMALL
+from tcontact.planning.body_plan import SMALL
 SMALL.update(dict.fromkeys(SMALL, 0))
 from tcontact import render
 render.render_frames = lambda *a, **b: []

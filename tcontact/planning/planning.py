@@ -145,7 +145,10 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
         contact = _plan_contact(body, massless, place, cells, _cell_viscosity(scene))
         first = contact.nodes
     held = place[np.flatnonzero(~free.all(axis=1))]
-    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held]))
+    around = np.zeros(0, dtype=np.int64)  # nodes of contact cells: they sum up corner rows
+    if contact is not None and contact.graph is not None:
+        around = cells[contact.graph.cells].reshape(-1)
+    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
     images, total = None, lumped
     if body.images is not None:
