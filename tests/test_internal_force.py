@@ -153,6 +153,15 @@ class Step:
         step(0, packs.all_chunks, packs.chunks, *arguments(body))
         assert not self.rows[: 3 * packs.first_corner_row].any()
 
+    @property
+    def moduli(self):
+        """Parameters of the law of the first block."""
+        return self.materials[: lanes.LAW_PARAMETERS]
+
+    @moduli.setter
+    def moduli(self, parameters):
+        self.materials[: len(parameters)] = parameters
+
     def sums(self):
         """Elastic energy and the smallest det F of the last pass."""
         sums = self.cell_sums.reshape(-1, CELL_SUMS)

@@ -15,9 +15,9 @@ from tcontact.cases import cube_impact
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
+from tcontact.kernels.node_places import PLACES
 from tcontact.kernels.static import control as names
 from tcontact.kernels.static.mprgp import mprgp
-from tcontact.kernels.static.node_places import PLACES
 from tcontact.planning.static_solver import FULL_POISSON, TALL, height_over_width, static_solver
 from tcontact.planning.sweep_order import sweep_order
 

@@ -11,7 +11,6 @@ from test_static_solve import problem, solved
 import tcontact as tc
 from tcontact.device import arrays
 from tcontact.kernels import columns
-from tcontact.kernels.contact import friction as rubbing
 from tcontact.kernels.static import control as static_control
 
 SPEED = 0.01  # m/s: moves of 1e-5 m in the time that a wave needs there and back
@@ -181,11 +180,13 @@ def test_the_residual_sees_balanced_states_that_break_contact_laws(friction):
     arrays.set_values(state.u, placed)
     assert residual(state) <= 1e-9
     if friction is not None:
-        traces = np.array(arrays.get(state.contact.friction.traces)).reshape(-1, rubbing.TRACE)
-        sticking = np.linalg.norm(traces[:, rubbing.TRACTION : rubbing.TRACTION + 3], axis=1)
-        coefficient = 1e-3
-        state.contact.friction.data[rubbing.COEFFICIENT] = coefficient  # the forces stay, their bound does not
-        excess = (sticking - coefficient * traces[:, rubbing.PRESSING]).max()
+        rows = state.contact.friction.rows
+        values = np.array(arrays.get(rows.values)).reshape(-1, rows.places.width)
+        first, coefficient = rows.places.traction, 1e-3
+        sticking = np.linalg.norm(values[:, first : first + 3], axis=1)
+        values[:, rows.places.coefficient] = coefficient  # the forces stay, their bound does not
+        arrays.set_values(rows.values, values)
+        excess = (sticking - coefficient * values[:, rows.places.pressing]).max()
         assert residual(state) * reference >= 0.99 * excess > 1e-4 * reference
 
 

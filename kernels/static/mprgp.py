@@ -23,6 +23,7 @@ import taichi as ti
 from ..contact.islands import first_pack
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import MASK, load
+from ..node_places import PLACES
 from .control import (
     BEFORE,
     F_REF,
@@ -38,7 +39,6 @@ from .control import (
     goals,
 )
 from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
-from .node_places import PLACES
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment

@@ -15,7 +15,7 @@ import taichi as ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.tensor3 import cofactor, determinant
 from ..language.vectors import load, store
-from .node_places import PLACES
+from ..node_places import PLACES
 
 LANE_NUMBERS = list(range(LANES))
 UNBOUNDED = -1e300

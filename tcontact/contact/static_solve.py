@@ -9,7 +9,7 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES
-from ..kernels.static.node_places import PLACES
+from ..kernels.node_places import PLACES
 from ..mesh.elements import shape_functions
 from ..mesh.geometry import shortest_edge
 from ..planning.domain import Domain

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from ..kernels.columns import cell_groups, group_size
 from ..kernels.lanes import FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
-from ..kernels.static.node_places import PLACES
+from ..kernels.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
 from ..scene.friction_models import FrictionLayer, FrictionModel
 from ..scene.scene import Scene

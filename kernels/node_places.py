@@ -1,4 +1,4 @@
-"""Table of places: where the data of MPRGP stand in `System.response` (node_basis.py, mprgp.py).
+"""Table of places: where the data of MPRGP stand in `System.response` (static/node_basis.py, static/mprgp.py).
 
 Host and kernels share the table. A solve by sweeps needs only the components before these.
 """
