@@ -47,6 +47,7 @@ KERNEL_ROOMS = (
     "materials",
     "language",
     "columns",
+    "node_places",
     "lanes",
 )
 HEAVY = {"taichi", "matplotlib", "PIL", "rich", "h5py", "meshio", "imageio_ffmpeg", "scipy", "vtk"}

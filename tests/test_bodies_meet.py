@@ -203,11 +203,11 @@ def test_a_resumed_run_stops_at_the_same_meeting(monkeypatch, tmp_path):
 
     rest, fall = box(0.1, 2, name="a"), box(0.1, 2, (0, 0, 0.11), velocity=(0, 0, -SPEED), name="b")
     scene = tc.Scene([rest, fall], duration=3e-3, contact=None)
-    scheme = tc.CentralDifference(dt=5e-5)
+    scheme = tc.CentralDifference(dt=5e-6)
     whole, copies = copied(monkeypatch, tmp_path, scene, scheme, 6)
     assert meets(whole, GAP / SPEED)
     with pytest.warns(tc.OverlapWarning), pytest.raises(tc.InputError, match="pairs"):
-        tc.resume(copies[6], dataclasses.replace(scene, pairs=None), scheme)
-    assert len(copies) >= 3
+        tc.resume(copies[min(copies)], dataclasses.replace(scene, pairs=None), scheme)
+    assert len(copies) >= 3, copies.keys()
     for folder in copies.values():
         same(whole, tc.resume(folder, scene, scheme, checkpoint=1e9))

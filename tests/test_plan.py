@@ -116,7 +116,7 @@ def test_contact_lists_hold_the_contact_set_alone():
 CODE = """
 import json, sys
 import scenes, test_plan, tcontact as tc
-from tcontact import runtime
+from tcontact.device import runtime
 name = sys.argv[1]
 before = {m for m in sys.modules if m.startswith("tcontact.")}
 scene, _, _ = test_plan.SCENES[name]

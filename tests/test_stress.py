@@ -13,10 +13,10 @@ from oracle import meshes
 from scenes import LAWS, block, material, python, thrown, twin
 
 import tcontact as tc
-from tcontact.cells import stress
 from tcontact.cells.stress import VonMises
 from tcontact.device import runtime
 from tcontact.results.files.vtkhdf import ResultData
+from tcontact.run import recorder
 
 
 def mesh_of(kind):
@@ -71,7 +71,7 @@ def digest():
 def test_one_and_two_threads_give_the_same_bits():
     assert runtime.threads() == 2
     done = python(
-        "from tcontact import runtime; runtime.start('cpu', 1); import test_stress; print(test_stress.digest())"
+        "from tcontact.device import runtime; runtime.start('cpu', 1); import test_stress; print(test_stress.digest())"
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.split() == [digest()]
@@ -83,7 +83,7 @@ def test_nothing_is_compiled_or_computed_for_frames_without_it(how, monkeypatch,
     def refuse(*_):
         raise AssertionError("nobody wants it")
 
-    monkeypatch.setattr(stress, "VonMises", refuse)
+    monkeypatch.setattr(recorder, "VonMises", refuse)
     scene = thrown(contact=tc.MasslessContact(), duration=0.2)
     assert tc.simulate(scene, out=tmp_path / "run", **how).ok
     assert ResultData.open(tmp_path / "run" / "result.vtkhdf").cell_fields == ()
