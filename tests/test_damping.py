@@ -118,12 +118,11 @@ def test_overdamped_motion_stays_stable():
 
 
 def test_absent_it_leaves_nothing_behind():
-    """No column, no option of a kernel, no parameter, no term."""
+    """No column, no option of a kernel, no term."""
     scene = thrown(duration=0.1, contact=tc.MasslessContact())
     without, with_it = tc.plan(scene), tc.plan(damped(scene, 1.0))
     assert without.columns == ()
     assert without.bodies[0].options == {}
-    assert without.bodies[0].constants == ()
     assert "damp" not in without.describe()
     assert "mass-damping" in with_it.terms
     assert "damping of the boundary nodes" in with_it.describe()
