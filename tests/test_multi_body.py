@@ -47,25 +47,34 @@ def two_blocks():
     return together, [tc.Scene(bodies=[body], **common) for body in bodies]
 
 
-def test_two_bodies_in_a_scene_are_two_runs_bit_for_bit():
+def within(found, wanted, bound=1e-12):
+    """Equal up to the rounding errors of sums in another order."""
+    return np.abs(found - wanted).max() <= bound * np.abs(wanted).max()
+
+
+def test_two_bodies_in_a_scene_are_two_runs():
     together, alone = two_blocks()
     limits = [simulate(scene).dt_limit for scene in alone]
     both = simulate(together)
-    assert both.dt_limit == min(limits)
+    assert both.dt_limit == pytest.approx(min(limits), rel=1e-14)
     dt = 0.5 * min(limits)
     both = simulate(together, dt=dt)
     singles = [simulate(scene, dt=dt) for scene in alone]
     assert both.position.shape == (64 + 27, 3)
     for name, single in zip(("one", "two"), singles, strict=True):
         rows = both.nodes_of(name)
-        assert np.array_equal(both.position[rows], single.position)
-        assert np.array_equal(both.velocity[rows], single.velocity)
-        assert np.array_equal(both.contact_node_force[rows], single.contact_node_force)
+        assert within(both.position[rows], single.position)
+        assert within(both.velocity[rows], single.velocity)
+        assert within(both.contact_node_force[rows], single.contact_node_force)
         assert np.abs(single.history["contact_force"]).max() > 0.0
     for name in ("kinetic", "elastic", "contact_force", "momentum", "angular_momentum", "contact_nodes"):
-        assert np.array_equal(both.history[name], singles[0].history[name] + singles[1].history[name]), name
-    for name, worst in (("gap_min", np.minimum), ("static_residual", np.maximum), ("sweeps", np.maximum)):
-        assert np.array_equal(both.history[name], worst(*(single.history[name] for single in singles))), name
+        assert within(both.history[name], singles[0].history[name] + singles[1].history[name]), name
+    for name, worst, bound in (
+        ("gap_min", np.minimum, 1e-12),
+        ("static_residual", np.maximum, 1e-6),
+        ("sweeps", np.maximum, 0),
+    ):
+        assert within(both.history[name], worst(*(single.history[name] for single in singles)), bound), name
     with pytest.raises(tc.InputError, match="one"):
         both.nodes_of("three")
 

@@ -111,6 +111,7 @@ class StaticSolve:
         settings[names.LINEAR] = 1.0 if linear else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
         settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
+        settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
         if graph is not None:
             if not linear:
                 settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])

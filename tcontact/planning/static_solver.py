@@ -70,12 +70,13 @@ def _hindrance(scene: Scene, block: int) -> str:
 
 
 def height_over_width(body: BodyPlan) -> float:
-    """Return the median height over width of the contact cells.
+    """Return the median height over width of the contact cells; 0 if the static solve has no nodes.
 
     Height is the distance of contact nodes from the others, width that between contact nodes.
     """
     assert body.contact is not None
-    assert body.contact.graph is not None
+    if body.contact.graph is None:
+        return 0.0
     cells = body.cells[body.contact.graph.cells]
     named = cells if body.images is None else body.images.master[cells]
     massless = np.isin(named, body.contact.nodes)
