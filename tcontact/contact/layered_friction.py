@@ -21,6 +21,7 @@ COOL = 0.5  # 1 - stress/(stress that would melt the surface) above which a laye
 FIRST = 8  # layer steps in the first mechanical step that slides
 MAXIMUM_SPAN = 32  # mechanical steps that one layer step may span
 SLIDES = 1e-6  # share of the largest friction work of a step above which a node slides
+ROUNDING = 1e-10  # relative rounding error of the friction work of a node that sticks
 EASY = 0.1  # share of the tolerance below which the error allows longer layer steps
 
 
@@ -90,7 +91,7 @@ class LayeredFriction(Friction):
         else:
             self._waiting += self._pending()
         self._last, self._force = np.maximum(pressure, 0.0), force
-        self._note_onset()
+        self._note_onset(before if self.static_friction else kick)
         due = self._count >= self.span or after == 0.0 or (not self.static_friction and self.span == 1)
         if self._count and due:
             self._spend()
@@ -109,11 +110,15 @@ class LayeredFriction(Friction):
         rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
         arrays.set_values(self.data, data)
 
-    def _note_onset(self) -> None:
-        """End long layer steps when nodes start to slide."""
+    def _note_onset(self, dt: float) -> None:
+        """End long layer steps when nodes start to slide; dt [s]: of the last kick or step.
+
+        Work below the rounding error of (friction force) x (slip speed that friction removes) x dt is not of sliding.
+        """
         work = self.node(self.names.WORK) / self.areas
+        rounding = ROUNDING * self._force * self.node(self.names.SPEED) * dt / self.areas
         self._largest_work = max(self._largest_work, float(work.max()))
-        slides = work > SLIDES * self._largest_work
+        slides = work > np.maximum(SLIDES * self._largest_work, rounding)
         if (slides & ~self._slid).any():
             self.span = 1
             if not self._slid.any():
