@@ -47,7 +47,7 @@ def two_blocks():
     return together, [tc.Scene(bodies=[body], **common) for body in bodies]
 
 
-def within(found, wanted, bound=1e-12):
+def within(found, wanted, bound=1e-13):
     """Equal up to the rounding errors of sums in another order."""
     return np.abs(found - wanted).max() <= bound * np.abs(wanted).max()
 
@@ -70,7 +70,7 @@ def test_two_bodies_in_a_scene_are_two_runs():
     for name in ("kinetic", "elastic", "contact_force", "momentum", "angular_momentum", "contact_nodes"):
         assert within(both.history[name], singles[0].history[name] + singles[1].history[name]), name
     for name, worst, bound in (
-        ("gap_min", np.minimum, 1e-12),
+        ("gap_min", np.minimum, 1e-13),
         ("static_residual", np.maximum, 1e-6),
         ("sweeps", np.maximum, 0),
     ):

@@ -22,7 +22,7 @@ import taichi as ti
 
 from ..contact.islands import first_pack
 from ..lanes import SWEEP_LANES as LANES
-from ..language.vectors import MASK, load
+from ..language.vectors import load
 from ..node_places import PLACES
 from .control import (
     BEFORE,
@@ -38,6 +38,7 @@ from .control import (
     SWEEPS,
     goals,
 )
+from .neighbours import neighbour_forces
 from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
 
 UNLIMITED = 1e300
@@ -92,16 +93,7 @@ def begin(system: ti.template(), node, count, step, block: ti.template()):
 @ti.func
 def multiply(system: ti.template(), pack, node, count, block: ti.template()):
     """Set the product of a pack: the forces [in the bases of its nodes] that the motion of their neighbours causes."""
-    stride = system.stiffness.shape[0]
-    zero = ti.Vector([0.0 for _ in range(LANES)])
-    force = [zero for _ in range(block)]
-    for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
-        there = [system.column[((entry * LANES) & MASK) + lane] for lane in range(LANES)]
-        start = entry * block * block * LANES
-        for j in ti.static(range(block)):
-            moved = ti.Vector([system.increment[j * stride + k] for k in there])
-            for i in ti.static(range(block)):
-                force[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
+    force = neighbour_forces(system, pack, block)
     product = into_basis(system, node, force, block)
     put(system, system.response, node, count, ti.static(PLACES[block]).product, block, product)
 

@@ -22,7 +22,7 @@ from ..contact.constraint_rows import EPSILON
 from ..contact.islands import first_node, first_pack
 from ..contact.local_contact import multipliers
 from ..lanes import SWEEP_LANES as LANES
-from ..language.vectors import MASK, load, store
+from ..language.vectors import load, store
 from .control import (
     BEFORE,
     F_REF,
@@ -40,6 +40,7 @@ from .control import (
     goals,
 )
 from .massless_node import basis_of, entries, settle, square
+from .neighbours import neighbour_forces
 from .sliding import update_with_friction
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
@@ -143,15 +144,7 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
     begin, end = first_pack(contact, island), first_pack(contact, island + 1)
     for turn in range(end - begin):
         pack = ti.select(backward == 1, end - 1 - turn, begin + turn)
-        zero = ti.Vector([0.0 for _ in range(LANES)])
-        rest = [zero for _ in range(block)]
-        for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
-            there = [system.column[((entry * LANES) & MASK) + lane] for lane in range(LANES)]
-            start = entry * block * block * LANES
-            for j in ti.static(range(block)):
-                moved = ti.Vector([system.increment[j * stride + k] for k in there])
-                for i in ti.static(range(block)):
-                    rest[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
+        rest = neighbour_forces(system, pack, block)
         first = system.pack_start[pack]
         count = system.pack_start[pack + 1] - first
         if ti.static(slots == 1 and not contact.options.static_friction):

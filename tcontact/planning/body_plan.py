@@ -113,6 +113,13 @@ class BodyPlan:
         """Return a copy of values [n, ...] of the nodes in the user's numbering."""
         return np.take(values, self.place, axis=0)  # four times as fast as an index in brackets
 
+    def contact_areas(self) -> np.ndarray:
+        """Return the area weight [n] [m^2] of every node, in the user's numbering; 0 off the contact set."""
+        result = np.zeros(len(self.reference))
+        if self.contact is not None:
+            result[self.contact.nodes] = self.contact.areas
+        return self.to_user(result if self.images is None else self.images.shared(result))
+
     @property
     def element(self) -> str:
         """Name of the element in the kernels: the kind of its cells with the formulation, unless that is "full"."""

@@ -97,7 +97,7 @@ class Recorder:
     def prepare(self) -> None:
         """Prepare for the fields of the frames, before the first one."""
         if "contact_pressure" in self.fields:
-            area = _joined([state.contact_areas() for state in self.states])
+            area = _joined([state.plan.contact_areas() for state in self.states])
             self._contact_nodes = np.flatnonzero(area > 0.0)
             self._area = area[self._contact_nodes]
         if "von_mises" in self.fields:

@@ -128,15 +128,6 @@ class BodyView:
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
-    def contact_areas(self) -> np.ndarray:
-        """Return the area weight [n] [m^2] of every node; 0 off the contact set."""
-        result = np.zeros(len(self.plan.reference))
-        if self.plan.contact is not None:
-            result[self.plan.contact.nodes] = self.plan.contact.areas
-        if self.plan.images is not None:
-            result = self.plan.images.shared(result)
-        return self.plan.to_user(result)
-
     def layer_fields(self) -> dict[str, np.ndarray]:
         """Return surface temperature [n] [K] and shear stress [n] [Pa] of the layers; elsewhere the start and 0."""
         model, nodes, layered = self.state.scene.friction, len(self.plan.reference), self.state.layered

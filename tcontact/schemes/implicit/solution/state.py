@@ -246,13 +246,6 @@ class ImplicitState:
             return None
         return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
 
-    def contact_areas(self) -> np.ndarray:
-        """Return the area weight [n] [m^2] of every node; 0 off the contact set."""
-        result = np.zeros(len(self.plan.reference))
-        if self.plan.contact is not None:
-            result[self.plan.contact.nodes] = self.plan.contact.areas
-        return self.plan.to_user(result)
-
     def memory(self) -> dict[str, int]:
         """Return the bytes of the terms."""
         body = self.body
