@@ -6,6 +6,7 @@ MAXIMUM_CHUNKS = 31  # with more threads than CHUNKS
 CHUNK_BITS = 5  # bits in node_info for the first chunk of a node, and for the last one; then the boundary node + 1
 CHUNK_MASK = (1 << CHUNK_BITS) - 1
 WIDTH = 8  # lanes of a pack
+COUNTING = 8 * WIDTH  # whole numbers from 0 that end `connectivity` if there are contact cells (cell_phase.py)
 # numbers of a segment, the packs of one block of cells in one chunk: first and end pack in the block; end of its cells
 # (pack * width + lane); start of pack 0 in `connectivity`; start of its material in `params`; force row of place 0 of
 # `connectivity`, for contact cells; its first lane among the lanes of all blocks; start of pack 0 in `memory`
@@ -28,8 +29,7 @@ KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
 # start of Lame's constants and of the bulk viscosity in a material, and its end
 LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
-ISLAND = (
-    5  # numbers of an island: first contact node, pack, contact cell, node without rows, contact block (islands.py)
-)
+# numbers of an island: first contact node, pack, contact cell, node without rows, contact block (islands.py)
+ISLAND = 5
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep updates at once
 MAXIMUM_ROWS = 256  # time levels in one launch of a small body

@@ -5,7 +5,8 @@ on vectors, and the corner forces are scattered lane by lane, without atomics, i
 vectors are explicit SIMD values (KEEP_VECTORS, compile_options.py) and do not depend on a loop vectoriser.
 
 In chunks of contact cells each corner of each cell has its own force row (`corner_rows` lists those of a boundary
-node), so that the static solve can read the corner forces; the node phase sums them from there.
+node), so that the static solve can read the corner forces; the node phase sums them from there. These rows stand in the
+order of the corners: in the scatter the whole numbers at the end of `connectivity` take the place of the nodes.
 
 A chunk has packs of every block of cells (an element with a law and its constants, tcontact/planning/packing.py). Its
 segments with cells of kind i, of the kinds the kernel is made for, are chunk_table[chunk * (kinds + 3) + i] up to the
@@ -26,6 +27,7 @@ from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,
     CONNECTIVITY,
+    COUNTING,
     END_CELL,
     END_PACK,
     FIRST_PACK,
@@ -73,11 +75,11 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
     return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
 
 
-def make_block_phase(kind: str, law: str, viscous: bool):
+def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool):
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
-    base: start of the force rows of the chunk; own: 1 for contact cells; first..end: segments. It returns elastic
-    energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate.
+    base: start of the force rows of the chunk; own: 1 for contact cells, which the kernel has if cornered; first..end:
+    segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
@@ -99,7 +101,6 @@ def make_block_phase(kind: str, law: str, viscous: bool):
         for segment in range(first, end):
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
-            first_row = ti.select(own == 1, 3 * body.segments[at + ROW], base)
             parameters = [body.params[material + i] for i in range(count)]
             for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
@@ -138,28 +139,34 @@ def make_block_phase(kind: str, law: str, viscous: bool):
                         body.cell_sums[held[lane]] = pressure[lane]
                     for c, k in ti.static(ti.ndrange(3, corners)):
                         answer[0][c][k] += density * added[0][c][k]
+                rows_at, first_row = start, base
+                if ti.static(cornered):
+                    if own == 1:
+                        rows_at = body.connectivity.shape[0] - COUNTING
+                        first_row = 3 * (body.segments[at + ROW] + start)
+                        for i in range(3 * corners * width):
+                            body.rows[first_row + i] = 0.0
                 for k in ti.static(range(corners)):
                     for lane in ti.static(range(width)):
-                        place = start + k * width + lane
-                        row = (3 * ti.select(own == 1, place, body.connectivity[place]) + first_row) & MASK
+                        row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
                         old = [body.rows[row + c] for c in range(3)]
                         for c in ti.static(range(3)):
-                            body.rows[row + c] = ti.select(own == 1, 0.0, old[c]) + answer[0][c][k][lane]
+                            body.rows[row + c] = old[c] + answer[0][c][k][lane]
         return [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
 
     return block_phase
 
 
 @functools.cache
-def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool = False):
+def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered: bool):
     """Return cell_phase(first, end, body, stride, commit), the force pass over chunks first..end; memoised.
 
     kinds: of cells, each an element (a name in `elements.FUNCTIONS`) with a law (a name in `materials.LAWS`); viscous:
-    with bulk viscosity (bulk_viscosity.py); stride: GRAIN as an outermost parallel loop, 1 inside a serial loop over
-    steps; commit: 1 if laws with state store it (point_memory.py). A kernel that calls it needs KEEP_VECTORS
-    (compile_options.py).
+    with bulk viscosity (bulk_viscosity.py); cornered: with contact cells; stride: GRAIN as an outermost parallel loop,
+    1 inside a serial loop over steps; commit: 1 if laws with state store it (point_memory.py). A kernel that calls it
+    needs KEEP_VECTORS (compile_options.py).
     """
-    phases = [make_block_phase(kind, law, viscous) for kind, law in kinds]
+    phases = [make_block_phase(kind, law, viscous, cornered) for kind, law in kinds]
     count, numbers = len(kinds), group_size(*cell_groups(viscous))
     limiting = [not LAWS[law].linear for _, law in kinds]
     judged = limiting if any(limiting) else [True] * count

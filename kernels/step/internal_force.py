@@ -36,7 +36,7 @@ def make_step(
     with state, `commit` follows `ranges`: 1 if the points store their new state.
     damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
     """
-    cell_phase = make_cell_phase(kinds, viscous)
+    cell_phase = make_cell_phase(kinds, viscous, cornered)
     count = len(kinds)
 
     @ti.func

@@ -85,7 +85,7 @@ def make_serial_step(
     kick_has_friction = has_friction and options.kick_friction
     solve_has_friction = contact_model == "massless" and options.static_friction
     has_viscous_cells = contact_model == "massless" and options.viscous
-    cell_phase = make_cell_phase(cells, viscous) if passes or measures else None
+    cell_phase = make_cell_phase(cells, viscous, contact_model == "massless") if passes or measures else None
     cell_kinds, cornered = len(cells), contact_model == "massless"
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ..base.errors import InputError
-from .tracing import quicken
+from .tracing import quick_import, quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
 CACHE_ROOM = 2**26  # bytes that must be free for compiled kernels; one of them takes up to 2 MB
@@ -32,7 +32,8 @@ def load() -> ModuleType:
     os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server, and write into the home folder
     os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
     try:
-        import taichi
+        with quick_import():
+            import taichi
     except ImportError as error:
         if "libX11" in str(error):
             raise ImportError(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.errors import InputError
-from ..kernels.lanes import CHUNK_BITS, CHUNKS, MATERIALS, MAXIMUM_CHUNKS, WIDTH
+from ..kernels.lanes import CHUNK_BITS, CHUNKS, COUNTING, MATERIALS, MAXIMUM_CHUNKS, WIDTH
 from ..mesh.geometry import grid_planes
 
 __all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
@@ -49,7 +49,7 @@ class CellPacks:
     """Index arrays of the force pass.
 
     connectivity int32: node of (pack, corner, lane), block after block, then the contact cells of all blocks; the last
-    pack of a block is filled up with its last cell, without weight;
+    pack of a block is filled up with its last cell, without weight; if there are contact cells, 0, 1, ... COUNTING - 1;
     chunk_table [chunks * (kinds + 3)], segments int32: see kernels/cells/cell_phase.py, lanes.py;
     node_info [nodes] int32: first and last chunk with a cell of the node, boundary node + 1 (0 = ordinary), in bits as
     in lanes.py; first > last for a node of contact cells alone.
@@ -190,8 +190,9 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         own + places[len(blocks) + number] + _corner_places(block.contact, *part.shape[1:])
         for number, (block, part) in enumerate(zip(blocks, contact_parts, strict=True))
     ]
+    counting = np.arange(COUNTING if len(halves) > 1 else 0)
     return CellPacks(
-        connectivity=np.concatenate([part.transpose(0, 2, 1).ravel() for part in parts]).astype(np.int32),
+        connectivity=np.concatenate([*(part.transpose(0, 2, 1).ravel() for part in parts), counting]).astype(np.int32),
         chunk_table=np.array(table, dtype=np.int32),
         segments=np.array(segments, dtype=np.int32).ravel(),
         node_info=first | (last << CHUNK_BITS),
