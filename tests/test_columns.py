@@ -38,7 +38,7 @@ def scene(removal):
 
 
 def history(removal):
-    """The columns of its run as lists."""
+    """Return the columns of the run of a scene as lists."""
     return {name: column.tolist() for name, column in simulate(scene(removal)).history.items()}
 
 

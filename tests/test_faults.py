@@ -234,7 +234,7 @@ def test_a_full_disk_keeps_the_frames_and_the_run_goes_on_when_there_is_room(tmp
 
 
 def test_a_full_file_system(tmp_path, monkeypatch):
-    """The same with a file system of 300 kB, where one can be mounted, that somebody else fills during the run."""
+    """A run whose 300 kB file system fills up says so and keeps its frames; skipped where none can be mounted."""
     monkeypatch.setattr(frame_fields, "check_room", lambda *_: None)
     disk = tmp_path / "disk"
     disk.mkdir()

@@ -23,7 +23,7 @@ class Hardening(tc.NeoHookean):
 
 @pytest.fixture(autouse=True)
 def _law():
-    """Its kernels: the numbers of a point are how often it was committed and its largest energy density over mu."""
+    """Register the law; a point keeps how often it was committed and its largest energy density over mu."""
     runtime.start("cpu")
     import taichi as ti
 
@@ -56,7 +56,7 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
 
 
 def numbers_of(state):
-    """What the points keep [cells and padding, points, 2]."""
+    """Return the numbers that the points keep [cells, points, 2]."""
     points = {"tet4": 1, "hex8-reduced": 1, "wedge6": 6}.get(state.views[0].plan.element, 8)
     kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
     return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.views[0].plan.cells)]

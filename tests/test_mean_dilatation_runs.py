@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("parallel_path")  # both paths: test_period
 
 
 def with_mean(scene, **changes):
-    """The same scene with one volume change per hex."""
+    """Return the scene with mean dilatation: one volume change per hex."""
     return dataclasses.replace(
         scene, bodies=[dataclasses.replace(body, formulation=MEAN, **changes) for body in scene.bodies]
     )

@@ -77,7 +77,7 @@ def problem(graph, size, seed, soft=1e-2, scale=1.0):
 
 
 def solved(graph, matrix, right, normals, gaps, tolerance=1e-12, pivot=1.0):
-    """What the kernel finds."""
+    """Return what the kernel finds for island 0."""
     count, size = right.shape
     order = sweep_order(graph, size)
     room = count + SWEEP_LANES - 1
@@ -186,7 +186,7 @@ def with_solver(scene, solver):
 
 @pytest.mark.parametrize(("kind", "law", "removal"), [("hex8", "neo", "full"), ("tet4", "linear", "normal")])
 def test_an_impact_is_the_same_with_both_solvers(kind, law, removal, request):
-    """To what the tolerance leaves; tetrahedra as in a large body, whose launches are others."""
+    """Both solvers agree within their tolerance; tetrahedra take the launches of large bodies."""
     if kind == "tet4":
         request.getfixturevalue("parallel_path")
     contact = tc.MasslessContact(removal=removal, tolerance=1e-11)

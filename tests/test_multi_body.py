@@ -15,7 +15,7 @@ COLUMNS = ("kinetic", "elastic", "contact_force", "momentum", "external_work", "
 
 
 def renumbered(mesh, seed):
-    """The same mesh with shuffled nodes and cells; order[new] = old."""
+    """Return the mesh with shuffled nodes and cells, and the old number of every new node."""
     generator = np.random.default_rng(seed)
     order = generator.permutation(mesh.node_count)
     place = np.argsort(order)
@@ -125,7 +125,7 @@ def test_results_come_back_in_the_users_order():
 @pytest.mark.parametrize("contact", [tc.MasslessContact(removal="full", tolerance=1e-12), tc.PenaltyContact(3e8)],
                          ids=["massless", "penalty"])  # fmt: skip
 def test_units_do_not_matter(contact):
-    """The same scene in millimetres, tonnes and seconds gives the same numbers in other units."""
+    """A scene in millimetres and tonnes gives the same numbers as in metres and kilograms."""
     length, mass = 1e3, 1e-3
     scene = thrown("neo", "hex8", contact=contact)
     body, plane = scene.bodies[0], scene.obstacles[0]

@@ -17,7 +17,7 @@ from tcontact.results import report
 
 
 def reduced(scene):
-    """The same scene with one-point hexes."""
+    """Return the scene with reduced integration: hexes of one point."""
     return dataclasses.replace(
         scene, bodies=[dataclasses.replace(body, formulation="reduced") for body in scene.bodies]
     )
