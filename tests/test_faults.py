@@ -282,7 +282,7 @@ def test_a_command_that_cannot_write_says_so(tmp_path, capsys):
 READ_ONLY = """
 import os, sys, tcontact as tc
 from stopped_runs import SCENES
-from tcontact import runtime
+from tcontact.device import runtime
 runtime.start("cpu", 1)
 if os.getuid() == 0:
     os.setuid(65534)  # nobody: a folder that is not writable stops root only as somebody else
