@@ -117,7 +117,7 @@ def test_wrong_bundles_are_errors():
     bundles = filled()
     kernel = kernel_of(mark, signature_of(bundles), ("first", "second"), options="elastic")
     fewer = bundles | {"walls": Walls()}
-    with pytest.raises(ti.TaichiSyntaxError, match="walls_nodes .* missing"):
+    with pytest.raises(ti.TaichiSyntaxError, match=r"walls_nodes .* missing"):
         kernel(0, 3, *arguments(fewer))
     other = bundles | {"motion": bundles["motion"]._replace(nodes=np.zeros(3))}
     with pytest.raises(ValueError, match=r"motion_nodes .* dtype=i32.* dtype=f64"):
@@ -126,3 +126,73 @@ def test_wrong_bundles_are_errors():
         Walls(speeds=np.zeros(3))
     with pytest.raises(AttributeError, match="_fields"):
         signature_of({"walls": (np.zeros(3),)})
+
+
+@pytest.mark.parametrize("count", [LIMIT, LIMIT + 1])
+def test_taichi_takes_as_many_arguments_as_we_count_on(count):
+    many = NamedTuple("Many", [(f"a{number}", Array) for number in range(count - 1)] + [("last", Array)])
+
+    @ti.func
+    def fill(bundle: ti.template()):
+        for i in range(1):
+            bundle.last[i] = 1.0
+
+    bundles = {"bundle": many(*np.zeros((count, 1)))}
+    kernel = kernel_of(fill, signature_of(bundles))
+    if count > LIMIT:
+        with pytest.raises(ti.TaichiRuntimeError, match=f"Do not exceed {LIMIT}"):
+            kernel(*arguments(bundles))
+    else:
+        kernel(*arguments(bundles))
+        assert [array[0] for array in bundles["bundle"]] == [0.0] * (count - 1) + [1.0]
+
+
+@dataclass(frozen=True)
+class Remembering(tc.NeoHookean):
+    """A law whose points keep a number."""
+
+    law: ClassVar[str] = "test_remembering"
+
+
+CONTACTS = {
+    "full removal": tc.MasslessContact("full"),
+    "normal removal, viscous contact cells": tc.MasslessContact("normal"),
+    "penalty of massless nodes": tc.MasslessContact("normal", penalty=1e9),
+    "penalty": tc.PenaltyContact(1e9),
+}
+
+
+@pytest.mark.parametrize("path", ["serial", "parallel"])
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_all_terms_together_need_no_more_arguments_than_taichi_takes(contact, path, monkeypatch, request):
+    """Everything that brings arrays at once: state, layers, supports, images, damping, viscosity, moving obstacles."""
+    from tcontact.kernels.materials import LAWS, neo_hookean
+
+    if path == "parallel":
+        request.getfixturevalue("parallel_path")
+    monkeypatch.setitem(LAWS, "test_remembering", neo_hookean.LAW._replace(state=("number",)))
+    body = tc.Body(
+        block("hex8", 2, shake=0.0),
+        Remembering(1e6, 0.3, 1000.0),
+        contact="zmin",
+        periodic="xy",
+        supports=[tc.Support("zmax", "z", -1.0)],
+    )
+    scene = tc.Scene(
+        [body],
+        [tc.Plane((0.0, 0.0, -0.01 * number), velocity=(0.0, 0.0, 0.1)) for number in range(1, 5)],
+        duration=1e-3,
+        gravity=(0.0, 0.0, -9.81),
+        contact=CONTACTS[contact],
+        friction=tc.FrictionLayer(),
+        damping=tc.MassDamping(5.0),
+        viscosity=tc.BulkViscosity(),
+    )
+    state = state_of(scene, tc.plan(scene).bodies[0])
+    force, serial = state.internal_force, state.serial
+    body = force.bundle()._replace(u=state.u, v=state.v)
+    handed = force.arguments(state.u, state.v)
+    assert all(one is other for one, other in zip(handed, arguments({"body": body}), strict=True))
+    assert len(handed) + 4 <= LIMIT  # with the numbers of the force pass
+    assert force.memory is not None
+    assert (30 if contact == "penalty" else 60) <= len(handed) + len(serial._parts) <= LIMIT
