@@ -27,7 +27,7 @@ def body_of(mesh, law="neo", formulation="reduced", poisson=0.27, **how):
 
 
 def twin(body):
-    """The same cells in numpy."""
+    """Return the numpy oracle of a body: the same cells, law and formulation."""
     law = TWINS[type(body.material).__name__](body.material.young, body.material.poisson)
     kind = oracle.ReducedHex if body.formulation == "reduced" else oracle.MeanDilatation
     return kind(np.array(body.mesh.nodes), np.array(body.mesh.cells), law)

@@ -110,7 +110,7 @@ def state_of(scene, body_plan, displacement=None, velocity=None):
 
 
 def stable_steps(body_plan, force, obstacles=(), stiffness=None, viscous_force=None):
-    """What estimates the stable step of one body whose force pass is given."""
+    """Return the estimator of the stable step of one body whose force pass is given."""
     return StableSteps(force.without_boundary(), [StableStep(body_plan, obstacles, stiffness, viscous_force)])
 
 

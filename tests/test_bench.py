@@ -93,7 +93,7 @@ def test_reference_force_is_the_slope_of_its_energy(kind, law):
 
 @pytest.mark.parametrize("kind", ["hex8-reduced", "hex8-mean-dilatation"])
 def test_other_hexes_are_measured_against_their_own_reference_and_plain_kernel(kind):
-    """Of all three the same forces; the plain kernel shares the cell with ours, NumPy shares nothing."""
+    """Ours, the plain kernel and NumPy give the same forces; the plain kernel shares its cell with ours."""
     one = Configuration(kind, "neo-hookean", 3, THREADS, steps=4, seconds=0.01, batches=3)
     for row in measure(one)["rows"]:
         assert row["ok"], row["reason"]

@@ -237,7 +237,7 @@ def test_cube_impact_linear_meets_the_pinned_figures():
 
 
 def spoiled(result, **columns):
-    """The same result with other columns in its history."""
+    """Return a copy of a result with some columns of its history replaced."""
     return dataclasses.replace(result, history=result.history | columns)
 
 

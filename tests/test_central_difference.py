@@ -30,7 +30,7 @@ TWINS = [  # kind, law, walls, removal (or other contact), penalty in E/h, suppo
 
 
 def contact_models(name, stiffness):
-    """The same contact for the program and for the oracle."""
+    """Return one contact model twice: for the program and for the oracle."""
     if name == "penalty":
         return tc.PenaltyContact(stiffness), oracle.Penalty(stiffness)
     if name == "impulse":

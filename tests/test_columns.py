@@ -8,6 +8,7 @@ import pytest
 from scenes import python, simulate, thrown
 
 import tcontact as tc
+from tcontact.kernels.columns import COLUMNS, SUMS
 
 REVERSED = """
 import json
@@ -38,18 +39,26 @@ def scene(removal):
 
 
 def history(removal):
-    """The columns of its run as lists."""
+    """Return the columns of the run of a scene as lists."""
     return {name: column.tolist() for name, column in simulate(scene(removal)).history.items()}
+
+
+def order():
+    """Return the names of the columns in their order, and name and place of those that share one array."""
+    return [column.name for column in COLUMNS], [[name, place] for name, place in SUMS._asdict().items()]
 
 
 @pytest.mark.parametrize("removal", [None, pytest.param("normal", marks=pytest.mark.slow)])
 def test_the_order_of_the_table_changes_nothing(removal):
     """Exactly but for the sums of several columns, whose order is that of the table."""
     here = history(removal)
-    done = python(REVERSED + f"print(json.dumps(test_columns.history({removal!r})))")
+    done = python(REVERSED + f"print(json.dumps([test_columns.order(), test_columns.history({removal!r})]))")
     assert done.returncode == 0, done.stderr[-2000:]
-    there = json.loads(done.stdout)
+    (names, places), there = json.loads(done.stdout)
+    assert names == order()[0][::-1]
+    assert not {*map(tuple, places)} & {*map(tuple, order()[1])}, "every number stands somewhere else"
     assert there.keys() == here.keys()
+    assert list(there) != list(here)
     for name in ("contact_force", "friction_work", "damping_work", *(name for name in here if "moment:" in name)):
         assert np.abs(here[name]).max() > 0.0, name
     for name, column in here.items():

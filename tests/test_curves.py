@@ -118,8 +118,8 @@ KILLED = """
 import os, sys
 from tcontact.planning.body_plan import SMALL
 SMALL.update(dict.fromkeys(SMALL, 0))
-from tcontact import plots
 from tcontact.commands.cli import main
+from tcontact.show import plots
 plots.gap = lambda *arguments: os.kill(os.getpid(), 9)
 main(["run", "cube-impact", "--set", "cells=2", "--set", "cfl=0.5", "--frames", "2", "--quiet", "--out", sys.argv[1]])
 """

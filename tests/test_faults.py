@@ -234,7 +234,7 @@ def test_a_full_disk_keeps_the_frames_and_the_run_goes_on_when_there_is_room(tmp
 
 
 def test_a_full_file_system(tmp_path, monkeypatch):
-    """The same with a file system of 300 kB, where one can be mounted, that somebody else fills during the run."""
+    """A run whose 300 kB file system fills up says so and keeps its frames; skipped where none can be mounted."""
     monkeypatch.setattr(frame_fields, "check_room", lambda *_: None)
     disk = tmp_path / "disk"
     disk.mkdir()
@@ -282,7 +282,7 @@ def test_a_command_that_cannot_write_says_so(tmp_path, capsys):
 READ_ONLY = """
 import os, sys, tcontact as tc
 from stopped_runs import SCENES
-from tcontact import runtime
+from tcontact.device import runtime
 runtime.start("cpu", 1)
 if os.getuid() == 0:
     os.setuid(65534)  # nobody: a folder that is not writable stops root only as somebody else

@@ -146,12 +146,12 @@ def test_a_smaller_tolerance_brings_heat_and_shear_closer(removal):
 
 
 def test_a_scene_without_layers_has_nothing_of_them(monkeypatch):
-    import tcontact.kernels
+    import tcontact.kernels.layer
 
     with_layers = tc.plan(sliding())
     assert set(LAYERS) <= set(with_layers.columns)
     monkeypatch.delitem(sys.modules, "tcontact.kernels.layer.layer1d", raising=False)
-    monkeypatch.delattr(tcontact.kernels, "layer1d", raising=False)
+    monkeypatch.delattr(tcontact.kernels.layer, "layer1d", raising=False)
     scene = sliding()
     result = simulate(tc.Scene(scene.bodies, scene.obstacles, 5e-8, contact=scene.contact))
     assert "tcontact.kernels.layer.layer1d" not in sys.modules

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import tcontact as tc
 from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS, group_columns
 from tcontact.planning.measured import Layout, RawRows, combined
 from tcontact.results.report import write_history
@@ -67,7 +68,7 @@ def test_damping_and_viscosity_dissipate_what_their_powers_say():
     """2 rate times the kinetic energy, trapezoidal rule; the viscous power of a row is that of the step before it."""
     layout = Layout([DAMPED, VISCOUS])
     rows, by = rows_of(layout, 12)
-    columns = filled(rows, layout=layout, factors={"damping_work": 2.0 * 3.0, "damping_impulse": -3.0}).columns()
+    columns = filled(rows, layout=layout, factors=tc.MassDamping(3.0).factors).columns()
     time, step = by["time"], np.diff(by["time"])
     damped = 2.0 * 3.0 * trapezoid(time, by["kinetic"])
     viscous = np.concatenate([[0.0], np.cumsum(step * by["viscous_power"][1:])])
@@ -77,6 +78,23 @@ def test_damping_and_viscosity_dissipate_what_their_powers_say():
     assert columns["damping_impulse"][:, 1] == pytest.approx(impulse, rel=1e-12, abs=1e-12)
     stored = by["kinetic"] + by["elastic"] + by["contact"] - columns["external_work"]
     assert columns["energy"] == pytest.approx(stored + damped + viscous, rel=1e-12, abs=1e-12)
+
+
+def test_free_motion_that_mass_damping_slows_down_keeps_its_balances():
+    """v = v0 exp(-rate t): the work is the energy that is lost, the impulse the momentum that is lost."""
+    layout, rate, mass, start = Layout([DAMPED]), 3.0, 0.7, np.array([2.0, -1.0, 0.5])
+    time = np.linspace(0.0, 0.8, 1601)
+    velocity = np.exp(-rate * time)[:, None] * start
+    rows = np.zeros((len(time), layout.width))
+    rows[:, layout.place["time"]] = time[:, None]
+    rows[:, layout.place["kinetic"]] = 0.5 * mass * (velocity**2).sum(axis=1, keepdims=True)
+    rows[:, layout.place["momentum"]] = mass * velocity
+    columns = filled(rows, layout=layout, factors=tc.MassDamping(rate).factors).columns()
+    lost, bound = columns["kinetic"][0] - columns["kinetic"], (rate * time[1]) ** 2  # of the trapezoidal rule
+    assert lost[-1] > 0.98 * columns["kinetic"][0]
+    assert np.abs(columns["damping_work"] - lost).max() <= bound * lost[-1]
+    assert np.abs(columns["energy"] - columns["energy"][0]).max() <= bound * lost[-1]
+    assert np.abs(columns["damping_impulse"] - mass * (velocity - start)).max() <= bound * mass
 
 
 def test_forces_of_a_mid_step_row_act_over_the_step_before_it():

@@ -304,7 +304,7 @@ def test_penetration_energy_of_finer_squares_and_cubes(n, solid, least):
 
 
 def test_implicit_and_explicit_runs_agree():
-    """The same impulse and rebound at small steps: two ways to integrate one problem."""
+    """At small steps implicit and explicit runs give the same impulse at three times of the contact."""
     own = scene(cube(3), tc.Plane(), tc.MasslessContact(), 3e-3)
     explicit = run(own, tc.CentralDifference(cfl=0.25)).history
     implicit = run(own, tc.DiscreteGradient(cfl=0.25)).history

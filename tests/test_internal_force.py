@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracle.meshes import HEX_TO_TETS
 from scenes import python
 
 from tcontact.device import runtime
@@ -21,7 +22,6 @@ C1, C2, BULK = 0.15, 0.05, 0.5  # LAM and MU at small strains
 MODULI = {"mooney_rivlin": (BULK, 2 * (C1 + 2 * C2), 4 * C2)}
 HEX = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 WEDGES = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
-TETS = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 
 
 def block(kind, counts=(3, 2, 3), distortion=0.15, seed=0):
@@ -31,7 +31,7 @@ def block(kind, counts=(3, 2, 3), distortion=0.15, seed=0):
     base = index[np.all(index < counts, axis=1)]
     cells = np.ravel_multi_index((base[:, None] + HEX).reshape(-1, 3).T, shape).reshape(-1, 8)
     if kind != "hex8":
-        parts = {"tet4": TETS, "wedge6": WEDGES}[kind]
+        parts = {"tet4": HEX_TO_TETS, "wedge6": WEDGES}[kind]
         cells = cells[:, parts].reshape(-1, parts.shape[1])
     nodes = index + distortion * np.random.default_rng(seed).uniform(-1, 1, index.shape)
     return nodes, cells, np.all((index > 0) & (index < counts), axis=1)
@@ -449,7 +449,7 @@ def bits():
 
 def test_one_and_two_threads_give_the_same_bits():
     assert runtime.threads() == 2
-    code = "from tcontact import runtime; runtime.start(threads=1); import test_internal_force as t"
+    code = "from tcontact.device import runtime; runtime.start(threads=1); import test_internal_force as t"
     done = python(code + "\nprint(*t.bits(), sep=chr(10))")
     assert done.returncode == 0, done.stderr[-2000:]
     answers = done.stdout.splitlines()[-5 * len(KINDS) :]

@@ -10,6 +10,7 @@ from test_resume import split
 
 import tcontact as tc
 from tcontact.device import arrays, runtime
+from tcontact.kernels.elements import FUNCTIONS
 from tcontact.planning.packing import WIDTH
 
 
@@ -21,9 +22,20 @@ class Hardening(tc.NeoHookean):
     word: ClassVar[str] = "test-hardening"
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _only_here():
+    """Take the law out of the table behind the tests of this file: other tests go over all laws."""
+    from tcontact.kernels.materials import LAWS
+
+    before = {*LAWS}
+    yield
+    LAWS.pop("test_hardening", None)
+    assert {*LAWS} == before
+
+
 @pytest.fixture(autouse=True)
 def _law():
-    """Its kernels: the numbers of a point are how often it was committed and its largest energy density over mu."""
+    """Register the law; a point keeps how often it was committed and its largest energy density over mu."""
     runtime.start("cpu")
     import taichi as ti
 
@@ -55,9 +67,14 @@ def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration
     return tc.Scene([body], [tc.Plane()], duration, contact=tc.MasslessContact(removal=removal))
 
 
+def without_state(scene):
+    """Return the scene with neo-Hookean, the law before any hardening."""
+    return replace(scene, bodies=[replace(body, material=tc.NeoHookean(1e6, 0.3, 1000.0)) for body in scene.bodies])
+
+
 def numbers_of(state):
-    """What the points keep [cells and padding, points, 2]."""
-    points = {"tet4": 1, "hex8-reduced": 1, "wedge6": 6}.get(state.views[0].plan.element, 8)
+    """Return the numbers that the points keep [cells, points, 2]."""
+    points = FUNCTIONS[state.views[0].plan.element].points
     kept = np.array(arrays.get(state.internal_force.memory)).reshape(-1, points, 2, WIDTH)
     return kept.transpose(0, 3, 1, 2).reshape(-1, points, 2)[: len(state.views[0].plan.cells)]
 
@@ -97,7 +114,7 @@ def test_only_the_step_pass_commits(kind, formulation, cells, path, request):
 def test_several_rows_a_launch_commit_once_each_and_stiffen_the_impact():
     scene = falling("tet4", duration=3e-3)
     hard = tc.simulate(scene)
-    soft = tc.simulate(replace(scene, bodies=[replace(scene.bodies[0], material=tc.NeoHookean(1e6, 0.3, 1000.0))]))
+    soft = tc.simulate(without_state(scene))
     assert hard.reason == soft.reason == "finished"
     assert hard.history["static_residual"].max() <= 1e-4
     assert hard.history["contact_force"][:, 2].max() > 1.001 * soft.history["contact_force"][:, 2].max()
@@ -114,9 +131,8 @@ def test_a_checkpoint_carries_the_state_and_resume_has_the_same_bits(tmp_path, p
 
 def test_a_law_without_state_has_no_byte_of_it():
     scene = falling()
-    plain = replace(scene, bodies=[replace(scene.bodies[0], material=tc.NeoHookean(1e6, 0.3, 1000.0))])
     sizes = []
-    for one in (scene, plain):
+    for one in (scene, without_state(scene)):
         plan = tc.plan(one).bodies[0]
         state = state_of(one, plan)
         sizes.append(state.memory()["internal-force"])

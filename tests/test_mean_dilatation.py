@@ -100,7 +100,7 @@ def stiffness_of(body):
 
 
 def tip_deflection(formulation, poisson, cells=2, length=6.0, young=1.0):
-    """Of a cantilever of unit thickness in plane strain, under a unit shear load per depth, over Timoshenko's."""
+    """Return the tip deflection of a plane strain cantilever under a shear load, over that of Timoshenko."""
     mesh = tc.box_mesh((length, 1.0 / cells, 1.0), (round(length) * cells, 1, cells))
     body = tc.Body(mesh, tc.LinearElastic(young, poisson, 1.0), formulation=formulation)
     x, z = mesh.nodes[:, 0], mesh.nodes[:, 2]

@@ -7,11 +7,14 @@ from collections import namedtuple
 import numpy as np
 import pytest
 import taichi as ti
-from scenes import block, material, simulate, thrown, wall
+from scenes import block, material, simulate, state_of, thrown, wall
 from scipy.optimize import nnls
+from stopped_runs import scene as sliding_block
+from test_resume import split
 
 import tcontact as tc
 from tcontact.cases import cube_impact
+from tcontact.device import arrays
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
@@ -25,6 +28,7 @@ ARRAYS = "lane_start pack_start column values inverse stiffness right gaps norma
 System = namedtuple("System", ARRAYS)
 Contact = namedtuple("Contact", "active islands")
 Solved = namedtuple("Solved", "definite motion active products")
+SOLVERS = ("gauss-seidel", "projected-gradient")
 
 
 @functools.cache
@@ -77,7 +81,7 @@ def problem(graph, size, seed, soft=1e-2, scale=1.0):
 
 
 def solved(graph, matrix, right, normals, gaps, tolerance=1e-12, pivot=1.0):
-    """What the kernel finds."""
+    """Return what the kernel finds for island 0."""
     count, size = right.shape
     order = sweep_order(graph, size)
     room = count + SWEEP_LANES - 1
@@ -137,6 +141,7 @@ def dense(matrix, right, normals, gaps):
 def test_random_problems_are_solved_as_densely(kind, cells, size, scale):
     """Bounds that are left and met again, any normals, nodes that nothing can push, packs of any length."""
     graph = graph_of(kind, cells)
+    pressed = left = 0
     for seed in range(20):
         given = problem(graph, size, seed, scale=scale)
         matrix, right, normals, gaps = given
@@ -146,11 +151,13 @@ def test_random_problems_are_solved_as_densely(kind, cells, size, scale):
         assert np.abs(found.motion - wanted).max() <= 1e-8 * np.abs(wanted).max()
         sure = pressing * np.linalg.norm(normals, axis=1) > 1e-7 * np.abs(right).max()
         assert found.active[sure].all()
+        pressed, left = pressed + sure.sum(), left + (~found.active).sum()
         assert (gaps + (normals * found.motion).sum(axis=1)).min() >= -1e-13 * np.abs(wanted).max()
         rest = np.einsum("kila,la->ki", matrix, found.motion) - right
         held = np.where(found.active, (rest * normals).sum(axis=1) / np.maximum((normals**2).sum(axis=1), 1e-300), 0.0)
         assert held.min() >= -1e-9 * np.abs(right).max()
         assert np.abs(rest - held[:, None] * normals).max() <= 1e-11 * np.abs(right).max()
+    assert min(pressed, left) >= 20  # neither set is empty
 
 
 def test_without_bounds_the_products_are_those_of_conjugate_gradients():
@@ -181,26 +188,39 @@ def test_an_indefinite_stiffness_is_given_back(pivot):
 
 
 def with_solver(scene, solver):
+    """Return the scene with this solver of the static solve."""
     return dataclasses.replace(scene, contact=dataclasses.replace(scene.contact, solver=solver))
 
 
 @pytest.mark.parametrize(("kind", "law", "removal"), [("hex8", "neo", "full"), ("tet4", "linear", "normal")])
 def test_an_impact_is_the_same_with_both_solvers(kind, law, removal, request):
-    """To what the tolerance leaves; tetrahedra as in a large body, whose launches are others."""
+    """Both solvers agree within their tolerance; tetrahedra take the launches of large bodies."""
     if kind == "tet4":
         request.getfixturevalue("parallel_path")
     contact = tc.MasslessContact(removal=removal, tolerance=1e-11)
     scene = thrown(law, kind, duration=1.2, speed=0.04, contact=contact, gravity=False)
-    one, other = (simulate(with_solver(scene, name)) for name in ("gauss-seidel", "projected-gradient"))
+    one, other = (simulate(with_solver(scene, name)) for name in SOLVERS)
     force = np.abs(one.history["contact_force"]).max()
     assert force > 0.0
     assert other.history["static_residual"].max() <= 1e-10
     assert np.abs(one.history["contact_force"] - other.history["contact_force"]).max() <= 1e-7 * force
     assert np.abs(one.position - other.position).max() <= 1e-9 * 0.2
     assert np.array_equal(one.history["contact_nodes"], other.history["contact_nodes"])
+    assert not np.array_equal(one.position, other.position)
+    assert not np.array_equal(one.history["sweeps"], other.history["sweeps"])  # sweeps of one, products of the other
+
+
+def test_a_run_with_mprgp_goes_on_from_a_checkpoint_with_the_same_bits(monkeypatch, tmp_path):
+    """Results, history and frames of a run that was split at two checkpoints are those of one that never stopped."""
+    scene = sliding_block(contact=tc.MasslessContact(removal="full", solver="projected-gradient"))
+    assert chosen(scene).projected
+    whole = split(monkeypatch, tmp_path, scene, 2)
+    assert whole.history["contact_force"][:, 2].max() > 0.0
+    assert whole.history["sweeps"][1:].min() >= 1.0
 
 
 def chosen(scene):
+    """Return the solver of the first body of a scene and the reason."""
     return static_solver(scene, tc.plan(scene).bodies[0])
 
 
@@ -239,15 +259,39 @@ def test_what_it_cannot_solve_is_refused_by_name(why):
     assert not chosen(with_solver(scene, "auto")).projected
 
 
+def losing(solver):
+    """Return a scene of a block of St Venant-Kirchhoff, which loses ellipticity in compression, thrown at a wall."""
+    mesh, law = block("hex8", 3), material("svk")
+    body = tc.Body(mesh, law, velocity=(0.0, 0.0, -0.4 * law.wave_speed), contact="zmin")
+    return tc.Scene([body], [wall(mesh, (0, 0, 1.0), 1e-4)], 1e-2, contact=tc.MasslessContact("full", solver=solver))
+
+
+def placed(scene, stretch):
+    """Return the displacement after the static solve of a block with this stretch in z, its sweeps and products."""
+    start = scene.bodies[0].mesh.nodes * np.array([0.0, 0.0, stretch - 1.0])
+    state = state_of(scene, tc.plan(scene).bodies[0], start)
+    state.begin_contact(1e-6)
+    return state.views[0].displacement(), arrays.get(state.contact.static_solve.system["stats"])[names.SWEEPS]
+
+
+@pytest.mark.parametrize(
+    ("stretch", "falls_back", "products"),
+    [(0.8, False, True), (0.638, True, True), (0.55, True, False)],
+    ids=["definite", "indefinite between nodes", "indefinite at a node"],
+)
+def test_where_mprgp_gives_back_the_sweeps_alone_decide_to_the_last_bit(stretch, falls_back, products):
+    """Products until a direction of negative curvature count beside the sweeps; an indefinite node costs none."""
+    (one, sweeps), (other, count) = (placed(losing(solver), stretch) for solver in SOLVERS)
+    assert np.abs(one - other).max() <= 1e-6 * np.abs(one).max()
+    assert np.array_equal(one, other) == falls_back
+    assert (count != sweeps) == products
+    if falls_back:
+        assert count >= sweeps
+
+
 def test_a_body_of_a_law_that_loses_ellipticity_goes_on_with_sweeps():
     """St Venant-Kirchhoff in strong compression: both ask for the same end, and the message names the law."""
-    ends = []
-    for solver in ("gauss-seidel", "projected-gradient"):
-        mesh = block("hex8", 3)
-        body = tc.Body(mesh, material("svk"), velocity=(0.0, 0.0, -0.4 * material("svk").wave_speed), contact="zmin")
-        contact = tc.MasslessContact("full", solver=solver)
-        below = [wall(mesh, (0, 0, 1.0), 1e-4)]
-        ends.append(tc.simulate(tc.Scene([body], below, 1e-2, contact=contact)))
+    ends = [tc.simulate(losing(solver)) for solver in SOLVERS]
     assert ends[0].reason == ends[1].reason
     assert ends[1].reason in ("not-converged", "inverted-cell")
     assert "NeoHookean" in ends[1].message

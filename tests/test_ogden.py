@@ -91,6 +91,38 @@ def test_equibiaxial_stretch(stretch, kind):
     within(turn.T @ stress @ turn, np.diag(exact), 1e-10, np.abs(exact).max())
 
 
+@pytest.mark.parametrize("kind", ["hex8", "wedge6"])
+def test_equibiaxial_tension(kind):
+    """Two sides are pulled and the thickness is where its stress vanishes, by bisection of the scalar formula."""
+    for stretch in (0.7, 1.2, 2.5, 6.0):
+        low, high = 0.01, 3.0
+        for _ in range(200):
+            thickness = 0.5 * (low + high)
+            pulled = pull(np.array([stretch, stretch, thickness]))[2] > 0.0
+            low, high = (low, thickness) if pulled else (thickness, high)
+        stretches = np.array([stretch, stretch, thickness])
+        exact, turn = pull(stretches), meshes.rotation(4)
+        energy, stress = pressed_cube(turn @ np.diag(stretches) @ turn.T, kind=kind)
+        within(turn.T @ stress @ turn, np.diag([exact[0], exact[0], 0.0]), 1e-10, abs(exact[0]))
+        assert energy == pytest.approx(energy_density(stretches), rel=1e-10)
+
+
+@pytest.mark.parametrize(("kind", "formulation"), [("tet4", "full"), ("hex8", "reduced")])
+def test_the_von_mises_stress_is_that_of_the_principal_stresses(kind, formulation):
+    """sigma_i = l_i dW/dl_i / J, also where two stretches coincide or all do; a rotation changes nothing."""
+    from tcontact.cells.stress import VonMises
+
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2), kind=kind)
+    found = VonMises(tc.Body(mesh, RUBBER, formulation=formulation))
+    turn, back = meshes.rotation(6), meshes.rotation(7)
+    for stretches in np.array([(0.6, 1.1, 2.0), (1.8, 1.8, 0.5), (0.4, 0.4, 1.3), (1.5, 1.5, 1.5)]):
+        sigma = stretches * pull(stretches) / np.prod(stretches)
+        exact = np.sqrt(0.5 * ((sigma - np.roll(sigma, 1)) ** 2).sum())
+        stress = found(mesh.nodes @ (turn @ np.diag(stretches) @ back.T - np.eye(3)).T)
+        assert stress.shape == (mesh.cell_count,)
+        within(stress, exact, 1e-10, np.abs(sigma).max())
+
+
 def test_small_strains_are_those_of_hooke_and_keep_their_digits():
     random = np.random.default_rng(3)
     for size, bound in ((1e-9, 2e-8), (1e-12, 1e-10), (1e-30, 1e-10)):

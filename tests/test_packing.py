@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from oracle.meshes import HEX_TO_TETS
 
 from tcontact.base.errors import InputError
 from tcontact.kernels import lanes
@@ -27,11 +28,8 @@ def renumber(nodes, cells):
     return nodes[node_order], rank[cells][cell_order]
 
 
-TETS = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
-
-
 def tetrahedra(hexes):
-    return hexes[:, TETS].reshape(-1, 4)
+    return hexes[:, HEX_TO_TETS].reshape(-1, 4)
 
 
 def meshes():

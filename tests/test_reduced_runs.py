@@ -17,7 +17,7 @@ from tcontact.results import report
 
 
 def reduced(scene):
-    """The same scene with one-point hexes."""
+    """Return the scene with reduced integration: hexes of one point."""
     return dataclasses.replace(
         scene, bodies=[dataclasses.replace(body, formulation="reduced") for body in scene.bodies]
     )
@@ -114,7 +114,9 @@ def digest():
 
 def test_one_and_two_threads_give_the_same_bits():
     assert runtime.threads() == 2
-    code = "from tcontact import runtime; runtime.start('cpu', 1); import test_reduced_runs as t; print(t.digest())"
+    code = (
+        "from tcontact.device import runtime; runtime.start('cpu', 1); import test_reduced_runs as t; print(t.digest())"
+    )
     done = python(code)
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.splitlines()[-1] == digest()

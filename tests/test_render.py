@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracle.meshes import HEX_TO_TETS
 from PIL import Image
 
 from tcontact.base.errors import InputError
@@ -19,7 +20,6 @@ from tcontact.show.render.surface import Clip, boundary_surface, clipped_surface
 from tcontact.show.render.triangles import Triangles, draw
 
 PLANE = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
-TETS = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
 
 
 def _box(n, origin=(0.0, 0.0, 0.0)):
@@ -144,7 +144,7 @@ def test_the_surface_is_what_one_cell_alone_has():
     assert len(surface.quads) == 6 * n * n
     assert len(surface.triangles) == 0
     assert len(surface.nodes) == (n + 1) ** 3 - (n - 1) ** 3
-    tets = cells[:, TETS].reshape(-1, 4)
+    tets = cells[:, HEX_TO_TETS].reshape(-1, 4)
     surface = boundary_surface([("tet4", tets)])
     assert len(surface.triangles) == 12 * n * n
     assert len(surface.quads) == 0
@@ -159,7 +159,7 @@ def test_the_surface_is_what_one_cell_alone_has():
 
 def test_faces_look_outward():
     points, cells = _box(1)
-    for kind, mesh in (("hex8", cells), ("tet4", cells[:, TETS].reshape(-1, 4))):
+    for kind, mesh in (("hex8", cells), ("tet4", cells[:, HEX_TO_TETS].reshape(-1, 4))):
         for cell in mesh:
             for face in ELEMENTS[kind].faces:
                 a, b, c = points[cell[list(face[:3])]]

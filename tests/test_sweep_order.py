@@ -7,9 +7,9 @@ import pytest
 from scenes import block, domain_of, material
 
 import tcontact as tc
-from tcontact.cells.internal_force import corner_lists, pack_domain
 from tcontact.kernels.lanes import SWEEP_LANES
 from tcontact.planning.contact_graph import residual_receivers
+from tcontact.planning.domain_packs import corner_lists, pack_domain
 from tcontact.planning.sweep_order import sweep_order
 
 
@@ -36,10 +36,11 @@ def test_lanes_hold_every_node_once_and_do_not_couple(kind):
             assert not row & members
 
 
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
 @pytest.mark.parametrize("block_size", [1, 3])
-def test_a_dense_matrix_survives_the_lanes(block_size):
+def test_a_dense_matrix_survives_the_lanes(block_size, kind):
     """Blocks written at entry_place and read as a sweep reads them give the matrix of the graph."""
-    graph = planned("tet4").contact.graph
+    graph = planned(kind).contact.graph
     order = sweep_order(graph, block_size)
     count = len(graph.nodes)
     values = np.zeros(order.column.size * block_size**2)
@@ -67,11 +68,11 @@ def test_every_contact_node_has_residual_receivers_with_mass(kind):
     assert (np.abs(body.tensors[rows]).max(axis=(1, 2)) > 0.0).all()
 
 
-@pytest.mark.parametrize("periodic", [None, "xy"])
-def test_a_boundary_node_reads_the_rows_of_its_corners_of_contact_cells(periodic):
+@pytest.mark.parametrize(("kind", "periodic"), [("hex8", None), ("tet4", None), ("hex8", "xy")])
+def test_a_boundary_node_reads_the_rows_of_its_corners_of_contact_cells(kind, periodic):
     """Every corner of a contact cell once, at the node that it is an image of; others have none."""
     sides = ["zmin"] if periodic else ["zmin", "xmin"]
-    mesh = tc.box_mesh((1, 1, 1), (3, 4, 5)) if periodic else block("tet4", 3)
+    mesh = tc.box_mesh((1, 1, 1), (3, 4, 5)) if periodic else block(kind, 3)
     body = tc.Body(mesh, material(), contact=sides, periodic=periodic)
     scene = tc.Scene([body], [tc.Plane(point=(0, 0, -1.0))], 1.0, contact=tc.MasslessContact())
     plan = tc.plan(scene).bodies[0]

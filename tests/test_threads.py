@@ -35,7 +35,7 @@ def here():
 
 
 def test_one_and_two_threads_give_the_same_bits(here):
-    code = "from tcontact import runtime; runtime.start('cpu', 1); import test_threads"
+    code = "from tcontact.device import runtime; runtime.start('cpu', 1); import test_threads"
     done = python(code + "\nprint(*test_threads.digests(), sep=chr(10))")
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.splitlines() == here

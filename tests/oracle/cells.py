@@ -20,7 +20,7 @@ class Quadrature:
     weight: np.ndarray
 
     def part(self, chosen):
-        """The same for some of the cells."""
+        """Return the quadrature of the chosen cells alone."""
         return Quadrature(self.cells[chosen], self.shape, self.gradient[chosen], self.weight[chosen])
 
 
