@@ -159,4 +159,4 @@ def test_a_triangle_among_quadrilaterals_that_is_written_in_two_ways_is_one_face
     a, b, c = mesh.cells[0][:3]
     faces = [np.array([[a, b, c, c], [b, c, a, a], [c, c, b, a]]), np.array([[c, b, a]])]
     content = FileMesh(mesh.nodes, [("wedge", mesh.cells)], face_sets={"one": faces})
-    assert len(mesh_from_file(content, 1.0, None).faces_of("one")) == 1
+    assert len(mesh_from_file(content, 1.0, None).face_sets["one"]) == 1
