@@ -1,5 +1,7 @@
 """Ogden's law: exact stresses, small strains, tangents where stretches coincide, impacts, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from contact_stiffness import contact_stiffness, spread_of
@@ -184,9 +186,31 @@ def test_tangent_of_implicit_steps(rule, kind, formulation, monkeypatch):
 def test_discrete_stresses_by_invariants_are_refused_by_name(tmp_path):
     scene = cube_impact.scene(cells=2, law="ogden")
     for scheme in (tc.DiscreteGradient(dt=1e-4), tc.Dissipative(dt=1e-4)):
-        with pytest.raises(tc.InputError, match=r"law = 'ogden': implicit schemes have .* for steps of D"):
+        with pytest.raises(tc.InputError, match=r"law = 'ogden': implicit schemes have .* for steps of D") as error:
             tc.simulate(scene, scheme, out=tmp_path / "run")
+        others = str(error.value).split("takes ogden: ")[1].split(", ")
+        assert {"Gonzalez", "Midpoint", "TransportAveraging", "CentralDifference"} <= {*others}
+        assert not {"DiscreteGradient", "Dissipative"} & {*others}
     assert not (tmp_path / "run").exists()
+
+
+def test_a_number_of_parameters_that_the_law_does_not_take_is_refused(monkeypatch):
+    """Parameters more than there are places would shift those of the next body without a word."""
+    from tcontact.kernels.materials import LAWS
+
+    class Longer(tc.Ogden):
+        @property
+        def parameters(self):
+            return (*super().parameters, 1.0)
+
+    scene = cube_impact.scene(cells=2, law="ogden")
+    own = replace(scene, bodies=[replace(scene.bodies[0], material=Longer(MU, ALPHA, 0.4, 1000.0))])
+    with pytest.raises(tc.InputError, match=r"the law 'ogden' takes 8, lam, mu, .*give a value for each") as error:
+        tc.simulate(own)
+    assert error.value.field == "Scene.bodies[0].material.parameters"
+    monkeypatch.setitem(LAWS, "ogden", LAWS["ogden"]._replace(parameters=(*LAWS["ogden"].parameters, "more")))
+    with pytest.raises(tc.InputError, match=r"law = 'ogden': it takes 9 parameters, .* 8 places"):
+        tc.simulate(own)
 
 
 @pytest.mark.parametrize(
@@ -202,12 +226,20 @@ def test_discrete_stresses_by_invariants_are_refused_by_name(tmp_path):
         ((1e6,), (25.0,), "alpha[0]"),
         ((float("nan"),), (2.0,), "mu"),
         (("1e6",), (2.0,), "mu"),
+        ((-1e5,), (-25.0,), "alpha[0]"),
+        ((1e6,), (1e-305,), "mu"),
+        ((1e-200,), (1e-200,), "mu"),
+        ((1e308,), (20.0,), "mu"),
+        ((1e6, True), (2.0, 1.0), "mu"),
+        ((1e6, 1e6), (2.0, np.True_), "alpha"),
     ],
 )
 def test_bad_pairs_are_refused(mu, alpha, field):
     with pytest.raises(tc.InputError) as error:
         tc.Ogden(mu, alpha, 0.3, 1.0)
     assert error.value.field == field
+    if field == "alpha[0]":
+        assert f"alpha[0] = {alpha[0]:g}" in str(error.value)  # with its sign
 
 
 def test_scene_files_know_it(tmp_path):
