@@ -9,6 +9,7 @@ from scenes import block, state_of
 from test_resume import split
 
 import tcontact as tc
+from tcontact.cells.stress import VonMises
 from tcontact.device import arrays, runtime
 from tcontact.planning.packing import WIDTH
 
@@ -128,3 +129,15 @@ def test_a_law_without_state_has_no_byte_of_it():
 def test_what_cannot_have_state_refuses_it():
     with pytest.raises(tc.InputError, match=r"implicit schemes have .* takes test_hardening: CentralDifference$"):
         tc.simulate(falling(), tc.Midpoint(dt=1e-5))  # although the law has the functions of neo-Hookean's steps
+
+
+def test_the_stress_of_its_cells_is_refused_with_the_option_to_give(tmp_path):
+    remedy = r'give fields=\("displacement", \.\.\.\) without "von_mises"'
+    with pytest.raises(tc.InputError, match=remedy):
+        VonMises(falling().bodies[0])
+    with pytest.raises(tc.InputError, match=remedy) as error:
+        tc.simulate(falling(), out=tmp_path / "run", frames=2)
+    assert error.value.field == "fields"
+    assert not (tmp_path / "run").exists()
+    fields = ["displacement", "velocity"]
+    assert tc.simulate(falling("tet4", duration=1e-4), out=tmp_path / "run", frames=2, fields=fields).ok

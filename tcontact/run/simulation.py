@@ -95,7 +95,7 @@ def simulate(
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
-    _check_laws(scene, scheme)
+    _check_laws(scene, scheme, folder is not None and frames > 0 and "von_mises" in wanted)
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
@@ -154,8 +154,11 @@ def carry_out(
     return result
 
 
-def _check_laws(scene: Scene, scheme: Any) -> None:
-    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`."""
+def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
+    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`.
+
+    draws: whether the von Mises stress is written, which a law with state does not have.
+    """
     from ..kernels.cells.implicit_rules import has_rule  # imports Taichi, as the next ones do
     from ..kernels.lanes import LAW_PARAMETERS
     from ..kernels.materials import LAWS
@@ -179,6 +182,8 @@ def _check_laws(scene: Scene, scheme: Any) -> None:
             remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a scheme"
             remedy += f" that takes {name}: {', '.join([*others, 'CentralDifference'])}"
             raise InputError(f"{field}.law", name, remedy)
+        if draws and law.state:
+            raise InputError("fields", "von_mises", f"{frame_fields.NO_STRESS} (law {name!r} of {scene.label(index)})")
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:
