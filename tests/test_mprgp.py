@@ -96,7 +96,7 @@ def solved(graph, matrix, right, normals, gaps, tolerance=1e-12, pivot=1.0):
     diagonal = matrix[np.arange(count), :, np.arange(count)]
     settings, stats = np.zeros(names.SETTINGS), np.zeros(names.STATS)
     settings[[names.AIM, names.TOLERANCE, names.LINEAR]] = tolerance, tolerance, 1.0
-    settings[[names.POLISHING_SWEEPS, names.MAXIMUM_SWEEPS]] = 2000.0
+    settings[[names.POLISHING_SWEEPS, names.MAXIMUM_IN_ALL]] = 2000.0
     settings[names.STEP_LENGTH] = 1.9 / graph.corners_together
     stats[names.F_REF], stats[names.PIVOT] = np.abs(right).max(), pivot
     response, increment = np.full(room * PLACES[size].end, np.nan), np.full(3 * room * size, np.nan)

@@ -27,7 +27,8 @@ POLISHING_SWEEPS, MAXIMUM_SWEEPS = 1, 2  # largest number of sweeps of a linear 
 AIM, TOLERANCE, LEFT = 3, 4, 5  # residual to aim at; to accept; that the last solve with a tangent may leave
 REACH, MINIMUM_FORCE = 6, 7  # longest move of a node in one linear problem [m]; smallest F_ref [N]
 LINEAR, RELAXATION, STEP_LENGTH = 8, 9, 11  # 1: law and gaps are linear; omega of sweeps.py; step of mprgp.py
-SETTINGS = 12
+REFUSES = 12  # 1: the law is not valid where a diagonal block is not positive definite (`Law.refusal`)
+SETTINGS = 13
 # values of stats[TODO] and stats[NEXT]; SWEEP stands for a solve of the linear problem by either solver
 DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 

@@ -28,7 +28,7 @@ from .control import (
     BEFORE,
     F_REF,
     LINEAR,
-    MAXIMUM_SWEEPS,
+    MAXIMUM_IN_ALL,
     PIVOT,
     POLISHING_SWEEPS,
     RESIDUAL,
@@ -276,7 +276,7 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
                 factor = sums[2].sum() / curvature
             proportional = ti.select(chopped <= reduced, 1.0, 0.0)
             more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
-            more = more or (done < settings[its + MAXIMUM_SWEEPS] and residual > accepted)
+            more = more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
             running = ti.select(more and residual > NEGLIGIBLE, 1, 0)
             if not reduced + chopped < UNLIMITED:  # not a number: the sweeps report it
                 definite, running = 0, 0

@@ -100,7 +100,7 @@ def make_reduced_tangent(kind: str, law: str, block: int):
                     same += kappa * gammas[4 * left + h] * gammas[4 * right + h]
                 add_pair(pairs, basis, p, same * ti.Matrix.identity(ti.f64, 3), block, False)
             for part in ti.static(parts):
-                data = tangent_at(part, f, parameters, 0.0, body, place + cell, 0, size, width)
+                data = tangent_at(part, f, parameters, 0.0, body, place, 0, size, width)
                 for a in range(CORNERS):
                     mg = part.corner(data, corner(slopes, a))
                     for j in ti.static(range(3)):

@@ -20,7 +20,6 @@ from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_cell, first_node, island_count
 from ..lanes import CONTACT_BLOCK, KIND
 from ..lanes import SWEEP_LANES as LANES
-from ..materials import LAWS
 from ..nodes.boundary_nodes import row
 from .control import (
     BEFORE,
@@ -31,6 +30,7 @@ from .control import (
     MINIMUM_FORCE,
     NEXT,
     PIVOT,
+    REFUSES,
     RESIDUAL,
     ROUNDING,
     SETTINGS,
@@ -210,7 +210,6 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         else make_surface_tangent(kind, law, block, plain)
         for kind, law in cells
     ]
-    refuses = any(LAWS[law].refusal != "" for _, law in cells)
 
     @ti.func
     def resolve_island(
@@ -255,7 +254,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         stats[at + CONVERGED] = 0.0
         if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
             # beyond the limit of a law the diagonal block of some node is not positive definite
-            if not refuses or stats[at + PIVOT] > 0.0:
+            if system.settings[island * SETTINGS + REFUSES] == 0.0 or stats[at + PIVOT] > 0.0:
                 stats[at + CONVERGED] = 1.0
 
     @ti.func

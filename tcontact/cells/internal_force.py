@@ -13,7 +13,7 @@ from ..device.launch import Prepared
 from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
 from ..planning.domain import Domain
-from ..planning.domain_packs import corner_lists, massless_count, material_numbers, pack_domain
+from ..planning.domain_packs import corner_lists, massless_count, material_numbers, material_places, pack_domain
 from ..planning.measured import COMBINE
 from ..planning.packing import chunks_for
 
@@ -55,9 +55,8 @@ class InternalForce:
         damping = [] if domain.damping is None else [*domain.damping.constants]
         damping += [0.0] * (lanes.FREE - lanes.DAMPING - len(damping))
         self.constants = [*damping, 0.0, float(massless_count(domain)), float(packs.all_chunks)]
-        self.material_at: list[int] = []
+        self.material_at = material_places(domain)
         for block in domain.blocks:
-            self.material_at.append(lanes.DAMPING + len(self.constants))
             self.constants += material_numbers(domain, block)
         self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING + self.constants))
         self.memory = arrays.zeros(packs.memory) if packs.memory else None  # state of the quadrature points

@@ -4,6 +4,8 @@
 traction slows down: its heat is b t (v - dt t/(2M)). In the massless components of full removal, and while one layer
 step spans several mechanical ones, the shear stress of the last layer step limits the friction, and the friction work
 then heats the layer: what it cannot take in a step waits for the next one.
+
+Bodies that step together share the number of layer steps: the body that needs the shortest ones sets it for all.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import numpy as np
 
 from ..device import arrays
 from ..friction_layer import Layer, LayerState
-from ..planning.body_plan import ContactPlan
+from ..planning.domain import Domain
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 from .friction import Friction
@@ -20,23 +22,27 @@ from .friction import Friction
 COOL = 0.5  # 1 - stress/(stress that would melt the surface) above which a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
 MAXIMUM_SPAN = 32  # mechanical steps that one layer step may span
-SLIDES = 1e-6  # share of the largest friction work of a step above which a node slides
+SLIDES = 1e-6  # share of the largest friction work of a step of its body above which a node slides
 ROUNDING = 1e-10  # relative rounding error of the friction work of a node that sticks
 EASY = 0.1  # share of the tolerance below which the error allows longer layer steps
 
 
-def make_friction(scene: Scene, contact: ContactPlan, static_friction: bool) -> Friction:
+def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Friction:
     """Make the friction of a domain."""
     assert scene.friction is not None
+    assert domain.contact is not None
     if isinstance(scene.friction, FrictionLayer):
-        return LayeredFriction(scene.friction, contact.areas, static_friction)
-    return Friction(scene.friction, len(contact.nodes), static_friction)
+        return LayeredFriction(scene.friction, domain.contact.areas, static_friction, domain.contact_start)
+    return Friction(scene.friction, len(domain.contact.nodes), static_friction)
 
 
 class LayeredFriction(Friction):
-    """Friction limited by a layer under every contact node [k]; areas: area weights [k] [m^2]."""
+    """Friction limited by a layer under every contact node [k].
 
-    def __init__(self, model: FrictionLayer, areas: np.ndarray, static_friction: bool) -> None:
+    areas: area weights [k] [m^2]; starts: where the contact nodes of every body begin, and their end [bodies + 1].
+    """
+
+    def __init__(self, model: FrictionLayer, areas: np.ndarray, static_friction: bool, starts: np.ndarray) -> None:
         super().__init__(model, len(areas), static_friction)
         self.model, self.areas = model, areas
         self.layer = Layer(
@@ -63,9 +69,12 @@ class LayeredFriction(Friction):
         self._elapsed, self._count, self._kick = 0.0, 0, 0.0
         self._pressed = np.zeros(len(areas), dtype=bool)
         self._last, self._force = np.zeros(len(areas)), np.zeros(len(areas))  # pressure [Pa], friction [N] before
-        self._largest_work = 0.0  # of a step [J/m^2]
+        counts = np.diff(starts)
+        self._first, self._body = starts[:-1][counts > 0], np.repeat(np.arange((counts > 0).sum()), counts[counts > 0])
+        self._largest_work = np.zeros(len(self._first))  # of a step [J/m^2], for every body that has contact nodes
         self._slid = np.zeros(len(areas), dtype=bool)
         self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
+        self._taken_over = False  # layers of another run
         self._owed = np.zeros(len(areas))  # work waiting at the end of the run before this one [J/m^2]
         # a layer solved with a kick ends half a step after the row: values at the row are interpolated with this share
         # from those before the kick: surface temperature [K], shear stress [Pa], plastic work [J/m^2]
@@ -117,8 +126,8 @@ class LayeredFriction(Friction):
         """
         work = self.node(self.names.WORK) / self.areas
         rounding = ROUNDING * self._force * self.node(self.names.SPEED) * dt / self.areas
-        self._largest_work = max(self._largest_work, float(work.max()))
-        slides = work > np.maximum(SLIDES * self._largest_work, rounding)
+        self._largest_work = np.maximum(self._largest_work, np.maximum.reduceat(work, self._first))
+        slides = work > np.maximum(SLIDES * self._largest_work[self._body], rounding)
         if (slides & ~self._slid).any():
             self.span = 1
             if not self._slid.any():
@@ -278,7 +287,9 @@ class LayeredFriction(Friction):
         there = mine + part.start
         self.layer.take_over(there, rows[mine], state.internal)
         self._waiting[there] = self._owed[there] = state.internal["waiting"][rows[mine]]
-        self.substeps = min(int(state.internal["substeps"]), self.model.substeps)
+        taken = min(int(state.internal["substeps"]), self.model.substeps)
+        self.substeps = max(self.substeps, taken) if self._taken_over else taken
+        self._taken_over = True
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term and of its layers."""

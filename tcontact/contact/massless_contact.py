@@ -7,6 +7,7 @@ import numpy as np
 from ..cells.cell_viscosity import CellViscosity
 from ..cells.internal_force import InternalForce
 from ..device import arrays
+from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts
 from ..planning.sweep_order import sweep_order
@@ -52,8 +53,8 @@ class MasslessContactTerm(ContactTerm):
         self.cell_viscosity = CellViscosity(domain, force) if self.viscous else None
 
     @property
-    def trouble(self) -> str | None:
-        """Reason why the last static solve did not converge, or None."""
+    def trouble(self) -> tuple[BodyPlan, str] | None:
+        """The first body whose last static solve did not converge, and the reason; or None."""
         return self.static_solve.trouble
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:

@@ -12,9 +12,10 @@ from ..kernels.lanes import SWEEP_LANES
 from ..kernels.node_places import PLACES
 from ..mesh.elements import shape_functions
 from ..mesh.geometry import shortest_edge
+from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
-from ..planning.static_solver import static_solver
+from ..planning.static_solver import projected
 from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -55,7 +56,7 @@ class StaticSolve:
         self.islands = islands
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        self.projected = static_solver(scene, islands[0].body).projected
+        self.projected = projected(scene, domain.bodies)
         room = len(contact.nodes) + SWEEP_LANES - 1
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
@@ -91,6 +92,8 @@ class StaticSolve:
         return stats
 
     def _settings(self, scene: Scene, domain: Domain, island: Island) -> np.ndarray:
+        from ..kernels.materials import LAWS
+
         contact, model, names, body = domain.contact, scene.contact, self.names, island.body
         material, graph = body.body.material, None if body.contact is None else body.contact.graph
         assert isinstance(model, MasslessContact)
@@ -101,14 +104,13 @@ class StaticSolve:
         settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
         settings[names.MAXIMUM_SWEEPS] = MAXIMUM_SWEEPS if linear else POLISHING_SWEEPS
-        if self.projected:  # which detects an indefinite tangent itself
-            settings[names.MAXIMUM_SWEEPS] = LINEARISATIONS * MAXIMUM_SWEEPS
         settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MAXIMUM_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         settings[names.LINEAR] = 1.0 if linear else 0.0
+        settings[names.REFUSES] = 1.0 if LAWS[material.law].refusal else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
         settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
         settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
@@ -120,16 +122,19 @@ class StaticSolve:
         return settings
 
     @property
-    def trouble(self) -> str | None:
-        """Reason why the last solve did not converge, of the first island in trouble; None if it did."""
+    def trouble(self) -> tuple[BodyPlan, str] | None:
+        """The first body whose last solve did not converge, and the reason; None if all did."""
         stats = arrays.get(self.stats).reshape(-1, self.names.STATS)
         wrong = np.flatnonzero(stats[:, self.names.CONVERGED] != 1.0)
         if not len(wrong):
             return None
-        island, numbers = self.islands[wrong[0]], stats[wrong[0]]
+        island = self.islands[wrong[0]]
+        return island.body, self._reason(island, stats[wrong[0]])
+
+    def _reason(self, island: Island, numbers: np.ndarray) -> str:
+        """Return why the solve of an island with these numbers [STATS] did not converge, and what to try."""
         body = island.body.body
-        whose = "" if len(self.islands) == 1 else f" of {island.body.label}"
-        text = f"the static solve of the contact nodes{whose} stopped at a residual of"
+        text = "the static solve of the contact nodes stopped at a residual of"
         text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
         if not numbers[self.names.PIVOT] > 0.0:
             from ..kernels.materials import LAWS

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..device import arrays
 from ..kernels.lanes import MAXIMUM_ROWS, MAXIMUM_SLOTS
-from ..planning.body_plan import ContactPlan
+from ..planning.body_plan import BodyPlan, ContactPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
 from ..scene.contact_models import PenaltyContact
@@ -64,7 +64,7 @@ class ContactTerm:
         static_friction = self.kernel == "massless" and self.block > 1
         if scene.friction is not None:
             self.friction, coefficient = (
-                make_friction(scene, domain.contact, static_friction),
+                make_friction(scene, domain, static_friction),
                 scene.friction.coefficient,
             )
         self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
@@ -92,8 +92,8 @@ class ContactTerm:
         )
 
     @property
-    def trouble(self) -> str | None:
-        """Reason why the last step failed, or None."""
+    def trouble(self) -> tuple[BodyPlan, str] | None:
+        """The body whose last step failed, and the reason; or None."""
         return None
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from ..kernels.columns import cell_groups, group_size
-from ..kernels.lanes import FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
+from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.node_places import PLACES
-from ..mesh.elements import FORMULATIONS
+from ..mesh.elements import FORMULATIONS, shape_functions
 from ..scene.friction_models import FrictionLayer, FrictionModel
 from ..scene.scene import Scene
 from .body_plan import FRICTION_TERMS, BodyPlan
@@ -15,7 +15,7 @@ from .domain import Domain
 from .domain_packs import pack_domain
 from .measured import raw_groups
 from .packing import CellPacks
-from .static_solver import static_solver
+from .static_solver import projected, static_solver
 from .sweep_order import sweep_order
 
 REAL, WHOLE = 8, 4  # bytes of a number
@@ -102,7 +102,10 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
 
 
 def memory(plan: Plan, domain: Domain) -> dict[str, int]:
-    """Return the bytes that the terms of a domain will take, as in `Result.memory`."""
+    """Return the bytes that the terms of a domain will take, as in `Result.memory`, on up to 8 threads.
+
+    They leave out the state of laws that keep numbers at their quadrature points.
+    """
     nodes, packs = len(domain.reference), pack_domain(domain)
     boundary = len(domain.boundary)
     result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, domain, packs)}
@@ -124,13 +127,16 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
-            if static_solver(plan.scene, domain.bodies[0]).projected:
+            if projected(plan.scene, domain.bodies):
                 size += count * REAL * (PLACES[block].end - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
             size += len(packs.corners) * WHOLE
-            size += sum(8 * block.cells.shape[1] * 3 * REAL for block in domain.blocks[:1])
+            for cells in domain.blocks:
+                if len(cells.contact):
+                    _values, gradients, weights = shape_functions(cells.body.body.mesh.kind)
+                    size += CONTACT_BLOCK * WHOLE + REAL * (gradients.size + weights.size)
         result[plan.contact_term or "contact"] = size
         if domain.viscous_cells and contact.graph is not None:
             lanes = packs.lanes - packs.first_contact_lane

@@ -17,19 +17,26 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, s
 
     kept: numbers of state of the quadrature points of a cell, by element and law; None: no law has state.
     """
-    size, kept = len(material_numbers(domain, domain.blocks[0])), kept or {}
+    kept = kept or {}
     blocks = [
         Block(
             block.cells,
             WIDTH,
             domain.kinds.index(block.kind),
-            lanes.MATERIALS + number * size,
+            place,
             len(block.contact),
             kept.get(block.kind, 0),
         )
-        for number, block in enumerate(domain.blocks)
+        for place, block in zip(material_places(domain), domain.blocks, strict=True)
     ]
     return pack_blocks(blocks, len(domain.reference), len(domain.kinds), chunks)
+
+
+def material_places(domain: Domain) -> list[int]:
+    """Return where the constants of every block begin in `params`."""
+    size = lanes.LAME if not domain.dissipates else lanes.VISCOSITY
+    size = size if domain.viscosity is None else lanes.MATERIAL_NUMBERS
+    return [lanes.MATERIALS + number * size for number in range(len(domain.blocks))]
 
 
 def material_numbers(domain: Domain, block: CellBlock) -> list[float]:

@@ -1,10 +1,11 @@
 """Pack cells into lanes, and packs into chunks with force rows of their own: the layout that is fast on CPUs.
 
 A pack holds `width` cells of one block (an element with a law and its constants) as [corner][lane]. The packs of all
-blocks are divided into a fixed number of chunks, so that sums have the same bits at any thread count. Each chunk adds
-forces, without atomics, into its own row over the nodes [low, high] it spans. low and high never fall from chunk to
-chunk: every chunk between a node's first and last one has a row for it. Contact cells stand last, in
-as many further chunks; each of their corners has a row of its own, which the static solve and the node sum read.
+blocks are divided into chunks, as many on one thread as on eight, so that sums have the same bits there; more threads
+have as many chunks as threads, and other rounding errors. Each chunk adds forces, without atomics, into its own row
+over the nodes [low, high] it spans. low and high never fall from chunk to chunk: every chunk between a node's first and
+last one has a row for it. Contact cells stand last, in as many further chunks; each of their corners has a row of its
+own, which the static solve and the node sum read.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from ..mesh.geometry import grid_planes
 __all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
+MAXIMUM_BOUNDARY = 1 << 31 - 2 * CHUNK_BITS  # boundary nodes of a domain are fewer: their bits in node_info
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,9 @@ class CellPacks:
             raise InputError("boundary nodes", limits, f"give nodes in 0..{len(self.node_info) - 1}")
         if np.unique(boundary).size != boundary.size:
             raise InputError("boundary nodes", boundary, "name each node once")
+        if boundary.size >= MAXIMUM_BOUNDARY:
+            remedy = f"give bodies that step together fewer than {MAXIMUM_BOUNDARY} of them: a coarser mesh there"
+            raise InputError("boundary nodes", boundary.size, remedy)
         info = self.node_info.copy()
         info[boundary] |= (np.arange(boundary.size, dtype=np.int32) + 1) << 2 * CHUNK_BITS
         return info

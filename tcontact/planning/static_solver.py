@@ -9,6 +9,7 @@ have soft modes (sweeps at a ratio of 3, 10, 30, 100: 24, 93, 195, 559; products
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +58,12 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     if tall > TALL:
         return StaticSolver(True, f"contact cells are {tall:.3g} times as tall as wide")
     return StaticSolver(False, "few will do")
+
+
+def projected(scene: Scene, bodies: Iterable[BodyPlan]) -> bool:
+    """Return whether MPRGP places the massless nodes of bodies that share a domain: they all have one solver."""
+    massless = [body for body in bodies if body.contact is not None and body.contact.graph is not None]
+    return any(static_solver(scene, body).projected for body in massless)
 
 
 def _hindrance(scene: Scene, block: int) -> str:

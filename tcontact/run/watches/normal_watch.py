@@ -17,6 +17,7 @@ from ..guards import Stop
 from ..watched import Run
 
 TURNED = np.radians(5.0)  # rotation of a body or a wall since the start
+SLIGHT = np.radians(0.1)  # rotation below which nothing turns
 OFTEN, RARELY = 8, 32  # rows between looks, for fast and for slow rotation
 SAMPLES = 512  # largest number of nodes for the rotation of a body
 TIMES = 65  # times at which the motion of a wall is checked before the run
@@ -31,13 +32,12 @@ class NormalWatch:
     """Checks the rotation of bodies with normal removal and of the walls.
 
     Only rotations that tilt the normal count, if all obstacles are planes of one direction: a body that spins about
-    it keeps its normals.
+    it keeps its normals. A launch of many rows ends at a look while a body or a wall is turning.
     """
-
-    ends_launches = False
 
     def __init__(self, run: Run, numbers: list[int]) -> None:
         self.due, self._seen, self._far, self._warned = OFTEN, 0, 0.0, False
+        self.ends_launches = True
         self._normal = _common_normal(run.scene.obstacles)
         self._numbers = numbers
         self._picked, self._start, self._mass = [], [], []
@@ -95,12 +95,14 @@ class NormalWatch:
                 return None  # the guards stop at the next row
             if far > TURNED:
                 self._warn(run, who, far, time + step)
+                self.ends_launches = False
                 return None
             furthest = max(furthest, far)
         rate = (furthest - self._far) / max(1, row - self._seen)
         wait = RARELY if rate <= 0.0 else 0.5 * (TURNED - furthest) / rate
         self.due = row + int(np.clip(wait, OFTEN, RARELY))
         self._seen, self._far = row, furthest
+        self.ends_launches = furthest > SLIGHT
         return None
 
     def _angles(self, run: Run, time: float) -> Iterator[tuple[str, float]]:

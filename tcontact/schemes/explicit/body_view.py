@@ -45,8 +45,8 @@ class BodyView:
     @property
     def trouble(self) -> str | None:
         """Reason why the static solve of the body did not converge, or None."""
-        contact = self.state.contact
-        return None if contact is None else contact.trouble
+        found = None if self.state.contact is None else self.state.contact.trouble
+        return found[1] if found is not None and found[0] is self.plan else None
 
     @property
     def viscous_force(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
