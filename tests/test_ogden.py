@@ -8,12 +8,13 @@ from contact_stiffness import contact_stiffness, spread_of
 from implicit_parts import MATERIALS
 from one_point import Force
 from oracle import meshes
-from scenes import block
+from scenes import block, wall
 from test_implicit_tangents import check_cells
 from test_internal_force import Step
 
 import tcontact as tc
 from tcontact.cases import cube_impact
+from tcontact.schemes import IMPLICIT
 
 MU, ALPHA = (6.3e5, 1.2e3, -1e4), (1.3, 5.0, -2.0)
 RUBBER = tc.Ogden(MU, ALPHA, 0.4, 1000.0)
@@ -192,6 +193,32 @@ def test_discrete_stresses_by_invariants_are_refused_by_name(tmp_path):
         assert {"Gonzalez", "Midpoint", "TransportAveraging", "CentralDifference"} <= {*others}
         assert not {"DiscreteGradient", "Dissipative"} & {*others}
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean", "mooney_rivlin", "st_venant_kirchhoff", "ogden"])
+def test_the_scheme_that_a_failed_implicit_step_advises_takes_the_law(law):
+    """Guards and Newton's method give one remedy; Ogden refuses discrete-gradient."""
+    from tcontact.kernels.cells.implicit_rules import has_rule
+    from tcontact.kernels.materials import LAWS
+    from tcontact.run import guards
+    from tcontact.schemes.implicit.solution.state import REMEDY
+
+    assert guards.REMEDY is REMEDY
+    advised = [scheme for scheme in IMPLICIT if scheme.name in REMEDY]
+    assert advised
+    assert all("energy" in scheme.conserves and has_rule(LAWS[law], scheme.stress) for scheme in advised)
+
+
+def test_an_inverted_cell_is_told_what_helps_this_law():
+    """Where the law itself loses ellipticity, advice for shocks would lead astray."""
+    mesh = block("hex8", (3, 3, 6), (0.1, 0.1, 0.2), shake=0.0)
+    body = tc.Body(mesh, tc.Ogden.of(2.3e7, 0.27, 1350.0), contact="zmin")
+    c = body.material.wave_speed
+    thrown = replace(body, velocity=(0.0, 0.0, -c))
+    result = tc.simulate(tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c))
+    assert result.reason == "inverted-cell"
+    assert "exponents below 1" in result.message
+    assert "viscosity" not in result.message
 
 
 def test_a_number_of_parameters_that_the_law_does_not_take_is_refused(monkeypatch):

@@ -145,7 +145,7 @@ class StaticSolve:
         poisson, limit = body.material.poisson, MAXIMUM_POISSON[self.projected]
         if body.formulation == "mean-dilatation" and poisson > limit:
             text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {limit:g},"
-            return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
+            return text + " or an implicit scheme, which solves for all nodes together, such as tc.Gonzalez()"
         removal = "" if island.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
             removal += "a friction coefficient of at most 1 (there may be several solutions above it), "
