@@ -114,7 +114,7 @@ class Beside:
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
-        if not body.small:  # a small body takes many steps a launch and has no such kernel
+        if not state.domain.small:  # a small one takes many steps a launch and has no such kernel
             self.works["no energy"] = timing.batch(no_energy, steps, finish)
         if assembled.possible(body.body.material.law.partition("_")[0], configuration.kind, configuration.cells):
             matrix = assembled.stiffness(body)
