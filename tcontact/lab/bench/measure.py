@@ -26,7 +26,7 @@ from .rows import rows_of
 
 BATCH = 3e6  # hex cell updates in a batch, about
 # cells that take as long as a hex, about
-WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5}
+WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5, "wedge6": 1}
 COMPARED = 5  # steps after which the plain step must stand where ours does
 
 
