@@ -124,6 +124,13 @@ def test_prisms_with_ogden_give_a_row():
     assert row["plain_error"] <= 1e-13
 
 
+def test_what_has_no_reference_is_not_measured_against_another_one():
+    with pytest.raises(tc.InputError, match="reference"):
+        reference.shape_slopes("pyramid5")
+    with pytest.raises(tc.InputError, match="reference"):
+        reference.energy_and_stress("other", (1.0, 1.0), np.zeros((1, 3, 3)))
+
+
 def test_every_element_and_law_is_known_to_the_bench():
     assert {*FORMULATIONS} == {*KINDS} - {"hex8-distorted"} == {*measure_module.WEIGHT} - {"hex8-distorted"}
     assert {*LAWS} == {*materials.LAWS}

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.errors import InputError
+
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 SIGNS = 2.0 * CORNERS - 1.0
 HOURGLASS = np.array([np.prod(SIGNS[:, axes], axis=1) for axes in ([0, 1], [0, 2], [1, 2], [0, 1, 2])])
@@ -32,6 +34,8 @@ def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
                         ((1 - t, -1.0), (t, 1.0))]  # fmt: skip
                 slopes.append(np.concatenate(ends))
         return np.array(slopes), np.full(6, 1 / 12)
+    if not kind.startswith("hex8"):
+        raise InputError("--kinds", kind, "has no reference yet: write one in tcontact/lab/bench/reference.py")
     points = 0.5 + (CORNERS - 0.5) / np.sqrt(3.0)
     value = np.where(CORNERS == 1, points[:, None], 1.0 - points[:, None])
     slope = np.broadcast_to(2.0 * CORNERS - 1.0, value.shape)
@@ -61,6 +65,8 @@ def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple
             pull = pull + ratio * alpha * power
         slope = (pull + (lam * (j - 1) * j)[..., None]) / squares
         return w + lam / 2 * (j - 1) ** 2, f @ (frame * slope[..., None, :]) @ np.swapaxes(frame, -1, -2)
+    if law not in ("linear", "st-venant-kirchhoff"):
+        raise InputError("--laws", law, "has no reference yet: write one in tcontact/lab/bench/reference.py")
     strain = 0.5 * (h + turned) if law == "linear" else 0.5 * (h + turned + turned @ h)
     trace = np.trace(strain, axis1=-2, axis2=-1)
     stress = lam * trace[..., None, None] * eye + 2 * mu * strain
