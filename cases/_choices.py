@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Literal
 
 import tcontact as tc
+from tcontact.mesh.elements import ELEMENTS
 from tcontact.scene.materials import LAWS
 
-Kind = Literal["hex8", "tet4", "wedge6"]
+Kind = Literal[tuple(ELEMENTS)]
 Formulation = Literal["full", "reduced", "mean-dilatation"]
 Law = Literal[tuple(LAWS)]
 Contact = Literal["massless", "penalty", "impulse"]

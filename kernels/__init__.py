@@ -20,5 +20,5 @@ The rooms, from top to bottom; each imports only what stands below it:
     lanes       sizes and places that the host and the kernels agree on
 
 `cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and
-`nodes.node_phase` sums the rows of all chunks in order, so that any number of threads gives the same bits.
+`nodes.node_phase` sums the rows of all chunks in order, so that the bits depend on the number of chunks alone.
 """

@@ -1,8 +1,8 @@
 """Sizes and places that host and kernels share: packed cells (tcontact/planning/packing.py), sweeps, contact."""
 
 GRAIN = 512  # a parallel loop gives each thread at least this many iterations: one in GRAIN does the work of a chunk
-CHUNKS = 8  # chunks of ordinary cells, and as many of contact cells; fixed, so that threads do not change the bits
-MAXIMUM_CHUNKS = 31  # with more threads than CHUNKS
+CHUNKS = 8  # chunks of ordinary cells, and as many of contact cells, on up to so many threads, which give the same bits
+MAXIMUM_CHUNKS = 31  # more threads have as many chunks, up to this number, and other rounding errors
 CHUNK_BITS = 5  # bits in node_info for the first chunk of a node, and for the last one; then the boundary node + 1
 CHUNK_MASK = (1 << CHUNK_BITS) - 1
 WIDTH = 8  # lanes of a pack
@@ -29,7 +29,7 @@ KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
 # start of Lame's constants and of the bulk viscosity in a material, and its end
 LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
-# numbers of an island: first contact node, pack, contact cell, node without rows, contact block (islands.py)
+# numbers of an island (islands.py): its first contact node, pack, contact cell, node without rows and contact block
 ISLAND = 5
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep updates at once
-MAXIMUM_ROWS = 256  # time levels in one launch of a small body
+MAXIMUM_ROWS = 256  # time levels in one launch of a small domain

@@ -10,10 +10,13 @@ from conftest import THREADS
 import tcontact as tc
 from tcontact.commands.cli import main
 from tcontact.lab.bench import accuracy, blocks, chart, collect, parts, reference, small, table, timing
-from tcontact.lab.bench.configuration import LAWS, Configuration, grid
+from tcontact.lab.bench import measure as measure_module
+from tcontact.lab.bench.configuration import KINDS, LAWS, Configuration, grid
 from tcontact.lab.bench.measure import measure
+from tcontact.mesh.elements import FORMULATIONS
 from tcontact.planning.body_plan import SMALL
 from tcontact.results.report import plain
+from tcontact.scene import materials
 
 TINY = Configuration("hex8", "linear", 2, THREADS, ("none", "normal", "full"), steps=4, seconds=0.01, batches=3)
 
@@ -75,12 +78,13 @@ def test_yardsticks_do_the_same_work(rows):
 
 @pytest.mark.parametrize(
     ("kind", "law"),
-    [(kind, law) for kind in ("hex8", "hex8-reduced", "tet4") for law in LAWS]
+    [(kind, law) for kind in ("hex8", "hex8-reduced", "tet4", "wedge6") for law in LAWS]
     + [("hex8-mean-dilatation", law) for law in LAWS if law != "st-venant-kirchhoff"],
 )
 def test_reference_force_is_the_slope_of_its_energy(kind, law):
     scene, u = blocks.shaken(kind, law, 2)
-    mesh, lame = scene.bodies[0].mesh, (0.7, 0.4, 0.2) if law == "mooney-rivlin" else (0.7, 0.4)
+    further = {"mooney-rivlin": (0.2,), "ogden": (0.5, 1.3, 0.01, 5.0, 0.02, -2.0)}
+    mesh, lame = scene.bodies[0].mesh, (0.7, 0.4, *further.get(law, ()))
     way = np.random.default_rng(1).uniform(-1.0, 1.0, u.shape)
     step = 1e-5 * np.abs(u).max()
     up, down = (reference.force(kind, law, lame, mesh.nodes, mesh.cells, u + s * way)[1] for s in (step, -step))
@@ -103,11 +107,33 @@ def test_other_hexes_are_measured_against_their_own_reference_and_plain_kernel(k
         assert row["ratio_to_plain"]["median"] > 0.0
 
 
-def test_mooney_rivlin_is_measured_against_its_own_reference():
-    for kind in ("hex8", "tet4"):
-        errors = accuracy.step_errors(kind, "mooney-rivlin", 2)
-        assert 0.0 < errors["force_error"] <= 1e-13
-        assert errors["elastic_error"] <= 1e-13
+@pytest.mark.parametrize(
+    ("kind", "law"),
+    [("hex8", "mooney-rivlin"), ("tet4", "mooney-rivlin"), ("tet4", "ogden"), ("wedge6", "neo-hookean")],
+)
+def test_other_laws_and_prisms_are_measured_against_their_own_reference(kind, law):
+    errors = accuracy.step_errors(kind, law, 2)
+    assert 0.0 < errors["force_error"] <= 1e-13
+    assert errors["elastic_error"] <= 1e-13
+
+
+def test_prisms_with_ogden_give_a_row():
+    (row,) = measure(Configuration("wedge6", "ogden", 3, THREADS, steps=4, seconds=0.01, batches=3))["rows"]
+    assert row["ok"], row["reason"]
+    assert row["cells"] == 2 * 3**3
+    assert row["plain_error"] <= 1e-13
+
+
+def test_what_has_no_reference_is_not_measured_against_another_one():
+    with pytest.raises(tc.InputError, match="reference"):
+        reference.shape_slopes("pyramid5")
+    with pytest.raises(tc.InputError, match="reference"):
+        reference.energy_and_stress("other", (1.0, 1.0), np.zeros((1, 3, 3)))
+
+
+def test_every_element_and_law_is_known_to_the_bench():
+    assert {*FORMULATIONS} == {*KINDS} - {"hex8-distorted"} == {*measure_module.WEIGHT} - {"hex8-distorted"}
+    assert {*LAWS} == {*materials.LAWS}
 
 
 def test_an_error_in_the_step_shows(monkeypatch):
@@ -206,3 +232,41 @@ def test_command_writes_numbers_table_and_chart(tmp_path, capsys):
 def test_bad_options_are_refused(options, capsys):
     assert main(["bench", *options]) == 2
     assert options[0] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--kinds", "tet4"],
+        ["--laws", "linear"],
+        ["--contact", "full"],
+        ["--steps", "5"],
+        ["--seconds", "1"],
+        ["--arch", "cpu"],
+        ["--threads", "1,2"],
+        ["--sizes", "4,8"],
+    ],
+)
+def test_the_comparison_of_solvers_refuses_options_that_it_would_ignore(options, tmp_path, capsys):
+    assert main(["bench", "--solvers", *options, "--out", str(tmp_path / "new")]) == 2
+    assert f"{options[0]} = " in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_gpu_refuses_several_threads(tmp_path, capsys):
+    assert main(["bench", "--arch", "cuda", "--threads", "1,2", "--out", str(tmp_path / "new")]) == 2
+    assert "--arch cuda takes one number" in capsys.readouterr().err
+
+
+def test_a_quick_look_keeps_what_is_given(monkeypatch, tmp_path):
+    """--quick changes defaults alone."""
+    seen = []
+    monkeypatch.setattr(
+        collect, "collect", lambda found, say, extras: seen.extend(found) or {"machine": {}, "rows": []}
+    )
+    monkeypatch.setattr(table, "lines", lambda report: [])
+    monkeypatch.setattr(table, "write_csv", lambda path, rows: None)
+    main(["bench", "--quick", "--laws", "linear,ogden", "--sizes", "3,4", "--seconds", "2", "--out", str(tmp_path)])
+    assert {one.law for one in seen} == {"linear", "ogden"}
+    assert {one.size for one in seen} == {3, 4}
+    assert {(one.seconds, one.threads, one.batches) for one in seen} == {(2.0, 1, 3)}

@@ -61,9 +61,8 @@ def test_a_domain_of_one_body_has_the_arrays_of_its_plan(number):
     domain = domain_of(body)
     for name in (*NODES, *BOUNDARY, "support_axes", "speeds", "contact", "images", "gravity"):
         assert getattr(domain, name) is getattr(body, name), name
-    for name in ("boundary", "support_rows", "place", "variant"):
-        if name != "variant":
-            assert np.array_equal(getattr(domain, name), getattr(body, name)), name
+    for name in ("boundary", "support_rows"):
+        assert np.array_equal(getattr(domain, name), getattr(body, name)), name
     assert domain.kinds == ((body.variant, body.body.material.law),)
     if body.contact is not None:
         for mine, own in zip(domain.residual_receivers, body.residual_receivers, strict=True):
@@ -76,11 +75,6 @@ def test_nodes_stand_body_after_body(domain):
         own = slice(first, first + len(body.reference))
         for name in NODES:
             assert np.array_equal(getattr(domain, name)[own], getattr(body, name))
-    values = np.random.default_rng(1).uniform(size=(len(domain.reference), 3))
-    parts = np.split(values, domain.node_start[1:-1])
-    wanted = np.concatenate([body.to_user(part) for body, part in zip(domain.bodies, parts, strict=True)])
-    assert np.array_equal(domain.to_user(values), wanted)
-    assert np.array_equal(values[domain.place], wanted)
 
 
 def test_boundary_nodes_begin_with_contact_nodes_and_their_followers(domain):

@@ -9,6 +9,7 @@ from scenes import block, state_of
 from test_resume import split
 
 import tcontact as tc
+from tcontact.cells.stress import VonMises
 from tcontact.device import arrays, runtime
 from tcontact.kernels.elements import FUNCTIONS
 from tcontact.planning.packing import WIDTH
@@ -55,9 +56,7 @@ def _law():
         return neo_hookean.tangent(f, [parameters[0], parameters[1] * (1.0 + old[1])], pressure)
 
     tangents = (neo_hookean.LAW.tangents[0]._replace(point=point),)
-    LAWS["test_hardening"] = neo_hookean.LAW._replace(
-        update=update, tangents=tangents, state=("commits", "most"), step=None
-    )
+    LAWS["test_hardening"] = neo_hookean.LAW._replace(update=update, tangents=tangents, state=("commits", "most"))
 
 
 def falling(kind="hex8", cells=2, formulation="full", removal="normal", duration=4e-3, speed=4.0):
@@ -144,5 +143,17 @@ def test_a_law_without_state_has_no_byte_of_it():
 
 
 def test_what_cannot_have_state_refuses_it():
-    with pytest.raises(tc.InputError, match="implicit schemes have"):
-        tc.simulate(falling(), tc.Midpoint(dt=1e-5))
+    with pytest.raises(tc.InputError, match=r"implicit schemes have .* takes test_hardening: CentralDifference$"):
+        tc.simulate(falling(), tc.Midpoint(dt=1e-5))  # although the law has the functions of neo-Hookean's steps
+
+
+def test_the_stress_of_its_cells_is_refused_with_the_option_to_give(tmp_path):
+    remedy = r'give fields=\("displacement", \.\.\.\) without "von_mises"'
+    with pytest.raises(tc.InputError, match=remedy):
+        VonMises(falling().bodies[0])
+    with pytest.raises(tc.InputError, match=remedy) as error:
+        tc.simulate(falling(), out=tmp_path / "run", frames=2)
+    assert error.value.field == "fields"
+    assert not (tmp_path / "run").exists()
+    fields = ["displacement", "velocity"]
+    assert tc.simulate(falling("tet4", duration=1e-4), out=tmp_path / "run", frames=2, fields=fields).ok

@@ -218,9 +218,12 @@ def test_no_module_is_called_like_a_function_that_a_package_exports():
 
 OLD_NAMES = """
 import importlib, sys, warnings
+from operator import attrgetter
 import tcontact as tc
 from tcontact.base import moved
-functions = {name: getattr(tc, name) for name in moved.FUNCTIONS}
+functions = {name: attrgetter(name)(tc) for name in moved.FUNCTIONS}
+from tcontact.friction_layer.solve import solve
+assert solve is functions["friction_layer.solve"]
 for old in [*moved.KEPT, *moved.MOVED]:
     seen = f"tcontact.{old}" in sys.modules and old not in moved.FUNCTIONS
     with warnings.catch_warnings(record=True) as caught:
@@ -228,12 +231,13 @@ for old in [*moved.KEPT, *moved.MOVED]:
         module = importlib.import_module(f"tcontact.{old}")
         new = importlib.import_module(f"tcontact.{moved.destination(old)}")
         if old in moved.FUNCTIONS:
-            assert getattr(module, old) is getattr(new, old)
+            name = old.rpartition(".")[2]
+            assert getattr(module, name) is getattr(new, name)
         else:
             assert module is new and module.__spec__.name == module.__name__, old
     told = [warning for warning in caught if "the old name goes" in str(warning.message)]
     assert seen or bool(told) == (old.split(".")[0] not in moved.KEPT), old
-assert functions == {name: getattr(tc, name) for name in moved.FUNCTIONS}
+assert functions == {name: attrgetter(name)(tc) for name in moved.FUNCTIONS}
 from tcontact.obstacles.motion import Motion
 import tcontact.scene.obstacles.motion
 assert Motion is tcontact.scene.obstacles.motion.Motion

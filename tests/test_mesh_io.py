@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import warnings
 
 import meshio
 import numpy as np
 import pytest
 from mesh_files import NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
-from tcontact.mesh.files.content import MeshWarning
+from tcontact.mesh.files.content import FileMesh, MeshWarning, mesh_from_file
 from tcontact.mesh.files.reading import read_mesh
 
 
@@ -115,3 +116,47 @@ def test_reading_prints_nothing(tmp_path, capfd):
 def test_importing_the_reader_imports_no_meshio():
     code = "import sys, tcontact.mesh.files.reading; sys.exit('meshio' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def star():
+    """A hex with a prism at each of its four upright sides, and their upper faces: 1 quad and 4 triangles.
+
+    The corners of the quad all belong to prisms.
+    """
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, -1], [2, 0.5], [0.5, 2], [-1, 0.5]])
+    points = np.array([[*corner, z] for z in (0.0, 1.0) for corner in corners])
+    triangles = np.array([[0, 4, 1], [1, 5, 2], [2, 6, 3], [3, 7, 0]])
+    square = np.array([[0, 1, 2, 3]])
+    cells = [
+        ("hex8", 1, [7], np.hstack([square, square + 8])),
+        ("wedge6", 2, [7], np.hstack([triangles, triangles + 8])),
+    ]
+    tops = [("quad", 1, [1], square + 8), ("quad", 1, [2], square + 8), ("triangle", 2, [1], triangles + 8)]
+    return points, [*tops, *cells]
+
+
+@pytest.mark.parametrize("kind", ["hex8", "wedge6"])
+def test_faces_of_the_other_cells_in_a_file_are_left_out(kind, tmp_path):
+    points, blocks = star()
+    names = {(2, 1): "top", (2, 2): "square", (3, 7): "all"}
+    tags = list(range(1, len(points) + 1))
+    write_gmsh22(tmp_path / "part.msh", points, tags, blocks, names, False)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mesh = read_mesh(tmp_path / "part.msh", kind=kind)
+    said = [str(warning.message) for warning in caught if warning.category is MeshWarning]
+    if kind == "wedge6":
+        assert mesh.cell_count == len(mesh.faces_of("top")) == 4
+        assert "square" not in mesh.face_sets
+        assert any("'square' is left out: none of its faces belongs to a wedge6 cell" in text for text in said)
+    else:
+        assert len(mesh.faces_of("top")) == len(mesh.faces_of("square")) == 1
+        assert not said
+
+
+def test_a_triangle_among_quadrilaterals_that_is_written_in_two_ways_is_one_face():
+    mesh = box("wedge6")
+    a, b, c = mesh.cells[0][:3]
+    faces = [np.array([[a, b, c, c], [b, c, a, a], [c, c, b, a]]), np.array([[c, b, a]])]
+    content = FileMesh(mesh.nodes, [("wedge", mesh.cells)], face_sets={"one": faces})
+    assert len(mesh_from_file(content, 1.0, None).face_sets["one"]) == 1

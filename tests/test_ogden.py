@@ -1,17 +1,20 @@
 """Ogden's law: exact stresses, small strains, tangents where stretches coincide, impacts, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from contact_stiffness import contact_stiffness, spread_of
 from implicit_parts import MATERIALS
 from one_point import Force
 from oracle import meshes
-from scenes import block
+from scenes import block, wall
 from test_implicit_tangents import check_cells
 from test_internal_force import Step
 
 import tcontact as tc
 from tcontact.cases import cube_impact
+from tcontact.schemes import IMPLICIT
 
 MU, ALPHA = (6.3e5, 1.2e3, -1e4), (1.3, 5.0, -2.0)
 RUBBER = tc.Ogden(MU, ALPHA, 0.4, 1000.0)
@@ -216,9 +219,57 @@ def test_tangent_of_implicit_steps(rule, kind, formulation, monkeypatch):
 def test_discrete_stresses_by_invariants_are_refused_by_name(tmp_path):
     scene = cube_impact.scene(cells=2, law="ogden")
     for scheme in (tc.DiscreteGradient(dt=1e-4), tc.Dissipative(dt=1e-4)):
-        with pytest.raises(tc.InputError, match=r"law = 'ogden': implicit schemes have .* for steps of D"):
+        with pytest.raises(tc.InputError, match=r"law = 'ogden': implicit schemes have .* for steps of D") as error:
             tc.simulate(scene, scheme, out=tmp_path / "run")
+        others = str(error.value).split("takes ogden: ")[1].split(", ")
+        assert {"Gonzalez", "Midpoint", "TransportAveraging", "CentralDifference"} <= {*others}
+        assert not {"DiscreteGradient", "Dissipative"} & {*others}
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean", "mooney_rivlin", "st_venant_kirchhoff", "ogden"])
+def test_the_scheme_that_a_failed_implicit_step_advises_takes_the_law(law):
+    """Guards and Newton's method give one remedy; Ogden refuses discrete-gradient."""
+    from tcontact.kernels.cells.implicit_rules import has_rule
+    from tcontact.kernels.materials import LAWS
+    from tcontact.run import guards
+    from tcontact.schemes.implicit.solution.state import REMEDY
+
+    assert guards.REMEDY is REMEDY
+    advised = [scheme for scheme in IMPLICIT if scheme.name in REMEDY]
+    assert advised
+    assert all("energy" in scheme.conserves and has_rule(LAWS[law], scheme.stress) for scheme in advised)
+
+
+def test_an_inverted_cell_is_told_what_helps_this_law():
+    """Where the law itself loses ellipticity, advice for shocks would lead astray."""
+    mesh = block("hex8", (3, 3, 6), (0.1, 0.1, 0.2), shake=0.0)
+    body = tc.Body(mesh, tc.Ogden.of(2.3e7, 0.27, 1350.0), contact="zmin")
+    c = body.material.wave_speed
+    thrown = replace(body, velocity=(0.0, 0.0, -c))
+    result = tc.simulate(tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c))
+    assert result.reason == "inverted-cell"
+    assert "exponents below 1" in result.message
+    assert "viscosity" not in result.message
+
+
+def test_a_number_of_parameters_that_the_law_does_not_take_is_refused(monkeypatch):
+    """Parameters more than there are places would shift those of the next body without a word."""
+    from tcontact.kernels.materials import LAWS
+
+    class Longer(tc.Ogden):
+        @property
+        def parameters(self):
+            return (*super().parameters, 1.0)
+
+    scene = cube_impact.scene(cells=2, law="ogden")
+    own = replace(scene, bodies=[replace(scene.bodies[0], material=Longer(MU, ALPHA, 0.4, 1000.0))])
+    with pytest.raises(tc.InputError, match=r"the law 'ogden' takes 8, lam, mu, .*give a value for each") as error:
+        tc.simulate(own)
+    assert error.value.field == "Scene.bodies[0].material.parameters"
+    monkeypatch.setitem(LAWS, "ogden", LAWS["ogden"]._replace(parameters=(*LAWS["ogden"].parameters, "more")))
+    with pytest.raises(tc.InputError, match=r"law = 'ogden': it takes 9 parameters, .* 8 places"):
+        tc.simulate(own)
 
 
 @pytest.mark.parametrize(
@@ -234,12 +285,20 @@ def test_discrete_stresses_by_invariants_are_refused_by_name(tmp_path):
         ((1e6,), (25.0,), "alpha[0]"),
         ((float("nan"),), (2.0,), "mu"),
         (("1e6",), (2.0,), "mu"),
+        ((-1e5,), (-25.0,), "alpha[0]"),
+        ((1e6,), (1e-305,), "mu"),
+        ((1e-200,), (1e-200,), "mu"),
+        ((1e308,), (20.0,), "mu"),
+        ((1e6, True), (2.0, 1.0), "mu"),
+        ((1e6, 1e6), (2.0, np.True_), "alpha"),
     ],
 )
 def test_bad_pairs_are_refused(mu, alpha, field):
     with pytest.raises(tc.InputError) as error:
         tc.Ogden(mu, alpha, 0.3, 1.0)
     assert error.value.field == field
+    if field == "alpha[0]":
+        assert f"alpha[0] = {alpha[0]:g}" in str(error.value)  # with its sign
 
 
 def test_scene_files_know_it(tmp_path):

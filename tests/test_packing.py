@@ -140,10 +140,8 @@ def test_every_cell_is_scattered_once_and_every_row_is_seen_by_its_node(width, c
 def test_corners_of_contact_cells_have_rows_of_their_own(width, chunks):
     for given, count in meshes():
         blocks, packs = pack(given, count, width, chunks)
-        for number, block in enumerate(blocks):
-            first, end = packs.corner_start[number : number + 2]
-            assert end - first == block.contact * block.cells.shape[1]
-        assert len(np.unique(packs.corners)) == len(packs.corners) == packs.corner_start[-1]
+        starts = np.cumsum([0, *(block.contact * block.cells.shape[1] for block in blocks)])
+        assert len(np.unique(packs.corners)) == len(packs.corners) == starts[-1]
         written = {}
         for _chunk, number, _kind, packed, lane, segment, _base, owns in visited(blocks, packs):
             cell = packed * width + lane
@@ -151,7 +149,7 @@ def test_corners_of_contact_cells_have_rows_of_their_own(width, chunks):
                 written[number, cell] = places_of(blocks[number], segment, packed, lane) + segment[lanes.ROW]
         for (number, cell), rows in written.items():
             corners = blocks[number].cells.shape[1]
-            first = packs.corner_start[number] + cell * corners
+            first = starts[number] + cell * corners
             assert np.array_equal(packs.corners[first : first + corners], rows)
         assert len(written) == sum(block.contact for block in blocks)
 
@@ -211,7 +209,7 @@ def test_boundary_nodes_are_numbered_from_one():
 def test_one_block_by_itself_is_packed_as_among_blocks():
     cells = grid((4, 3, 5))[1]
     alone, among = pack_cells(cells, 120, 8, contact=13), pack_blocks([Block(cells, 8, contact=13)], 120, 1)
-    for name in ("connectivity", "chunk_table", "segments", "node_info", "corners", "corner_start"):
+    for name in ("connectivity", "chunk_table", "segments", "node_info", "corners"):
         assert np.array_equal(getattr(alone, name), getattr(among, name))
     assert alone.row_count == among.row_count
 

@@ -209,7 +209,7 @@ def test_one_period_is_what_many_periods_are(name):
     scene, names = slab(name, 1)
     periods = enough_for_large(name)
     large, again = slab(name, periods)
-    assert [tc.plan(one).bodies[0].small for one in (scene, large)] == [True, False]
+    assert [tc.plan(one).domains[0].small for one in (scene, large)] == [True, False]
     dt = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-9)).dt_limit
     one, many = (simulate(whole, dt=dt) for whole in (scene, large))
     assert np.abs(one.history["contact_force"][:, 2]).max() > 0.0
@@ -229,7 +229,7 @@ def test_many_contact_cells_are_measured_by_all_threads_alike():
     nx, ny, _ = CELLS
     periods = SMALL["hex8"] // (nx * ny) + 1
     large, _ = slab("normal removal", periods)
-    assert [tc.plan(one).bodies[0].few_contact_cells for one in (scene, large)] == [True, False]
+    assert [tc.plan(one).domains[0].few_contact_cells for one in (scene, large)] == [True, False]
     dt = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-9)).dt_limit
     one, many = (simulate(dataclasses.replace(whole, duration=2e-3), dt=dt) for whole in (scene, large))
     force = one.history["contact_force"][:, 2]

@@ -103,7 +103,7 @@ def digest():
     """Steps and a hash over all that a run returns."""
     contact = tc.MasslessContact(removal="full")
     scene = reduced(thrown("neo", cells=21, duration=0.4, gap=0.001, contact=contact))
-    assert not tc.plan(scene).bodies[0].small  # small bodies run on one thread anyway
+    assert not tc.plan(scene).domains[0].small  # small bodies run on one thread anyway
     result = simulate(scene)
     assert np.abs(result.history["contact_force"]).max() > 0.0
     found = hashlib.sha256(result.position.tobytes() + result.velocity.tobytes())

@@ -214,6 +214,24 @@ def test_two_checkpoints_are_kept_and_a_damaged_one_is_passed_over(stopped, tmp_
     same_files(place, tmp_path / "good")
 
 
+def test_a_checkpoint_of_another_format_is_refused_by_its_name(stopped, tmp_path, monkeypatch):
+    """It is not called damaged, and nothing in the folder changes; beside a readable one it is passed over."""
+    folder, physics = stopped
+    place = shutil.copytree(folder, tmp_path / "old")
+    good, _ = store.read_all(place)
+    head = good[0].head | {"versions": {"tcontact": "0.0.9"}}
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "FORMAT", 3)
+        store.write(place, head, good[0].values, good[0].found)  # replaces the older one
+    left, damaged = store.read_all(place)
+    assert len(left) == 1
+    assert not damaged
+    left[0].path.unlink()
+    with pytest.raises(tc.InputError, match=r"format 3, written by version 0\.0\.9, and this one reads 4") as caught:
+        tc.resume(place, physics, FINE)
+    assert caught.value.field == "folder"
+
+
 def test_without_anything_to_go_on_from(stopped, tmp_path):
     folder, physics = stopped
     for data in (b"", b"nonsense" * 100):

@@ -65,7 +65,7 @@ def test_few_contact_cells_on_one_thread_give_the_same(name, small):
     results = []
     for most in (0, 16):  # 64 cells, 16 of them at the wall
         small(most)
-        assert plan(scene).bodies[0].few_contact_cells is (most == 16)
+        assert plan(scene).domains[0].few_contact_cells is (most == 16)
         assert ("prediction, contact cells" in plan(scene).describe()) is (most == 16)
         results.append(simulate(scene))
     one, other = results

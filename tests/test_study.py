@@ -148,8 +148,8 @@ def test_a_scheme_that_is_added_becomes_a_method(monkeypatch):
 
 
 def test_implicit_schemes_take_multiples_of_the_step():
-    assert methods.standard()[-1] == "massless-normal@discrete-gradient*2"
-    assert methods.method(methods.standard()[-1]).scheme(0.9) == tc.DiscreteGradient(cfl=1.8)
+    assert methods.standard(methods.STANDARD)[-1] == "massless-normal@discrete-gradient*2"
+    assert methods.method("massless-normal@discrete-gradient*2").scheme(0.9) == tc.DiscreteGradient(cfl=1.8)
     assert methods.method("impulse@paper-implicit").scheme(0.9) == tc.PaperImplicit(cfl=0.9)
     for wrong in ("*0", "*x", "*-1", "*inf"):
         with pytest.raises(tc.InputError):

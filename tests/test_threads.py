@@ -18,7 +18,7 @@ def digests():
     for kind, law, removal, cells in RUNS:
         contact = tc.MasslessContact(removal=removal)
         scene = thrown(law, kind, cells=cells, duration=0.5, gap=0.001, contact=contact)
-        assert not tc.plan(scene).bodies[0].small
+        assert not tc.plan(scene).domains[0].small
         result = simulate(scene)
         assert np.abs(result.history["contact_force"]).max() > 0.0
         digest = hashlib.sha256(result.position.tobytes() + result.velocity.tobytes())

@@ -33,10 +33,13 @@ DISCRETE = ("discrete", "dissipative")  # rules that need the `discrete` stress 
 
 
 def has_rule(law, rule: str) -> bool:
-    """Return whether a law (materials/law.py) has the functions that a rule needs; the linear law has its own rules."""
-    return (not law.state and law.linear) or (
-        law.step is not None and (rule not in DISCRETE or law.step.discrete is not None)
-    )
+    """Return whether a law (materials/law.py) has the functions that a rule needs; the linear law has its own rules.
+
+    No rule carries the state of a law from one step to the next.
+    """
+    if law.state:
+        return False
+    return law.linear or (law.step is not None and (rule not in DISCRETE or law.step.discrete is not None))
 
 
 @ti.func

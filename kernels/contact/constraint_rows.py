@@ -8,12 +8,6 @@ difference g is (for its rounding error), and the velocity of the partner at the
 rigid obstacles, whose rows have one node of weight 1. Penalty, impulses, prediction, static solve and friction read
 rows only. They set the force of every row; `hand_over` applies it to the node, and the search that filled the row
 computes the load of the partner from it.
-
-Rows of pairs of deformable bodies get masters beside their node: weights P in lists (row_start [rows+1], masters,
-weights), absent as long as no pair exists. Their search fills gap n.(x_s - P x_m), normal and the velocities P v_m of
-the same fields in a slot of the slave, behind those of the obstacles. The static solve stays as it is: with
-x_s = y_s + n n.(P x_m) the row is a bound on one number of its slave (change of basis around the sweeps or MPRGP), and
-`hand_over` gives -P F_r to the masters.
 """
 
 import taichi as ti

@@ -1,7 +1,8 @@
 """Islands: sets of contact nodes that no stiffness couples to other contact nodes.
 
 The contact nodes of a body are one island. The static solve of an island has its own settings, residual and end, so
-that its result is bit for bit that of a run with this body alone. One force pass over the contact cells serves all.
+that its result is that of a run with this body alone, to rounding errors: the positions of all islands are relative to
+one point among their nodes. One force pass over the contact cells serves all.
 `islands` [i+1, ISLAND] holds where island i begins among the contact nodes, the packs of the sweeps, the contact cells,
 the nodes without rows (behind the contact nodes in their list) and the contact blocks (lanes.py).
 """

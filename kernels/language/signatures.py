@@ -13,6 +13,8 @@ import taichi as ti
 
 from .arguments import ARRAY, INDEX, Array, Index, Shared
 
+MOST = 64  # arguments of a kernel in Taichi, arrays and numbers
+
 
 class Signature(NamedTuple):
     """Arguments of a kernel, hashable: name and class of every bundle, and the fields that it has."""
@@ -63,6 +65,7 @@ def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **o
     """Make a `ti.kernel` that calls function(*numbers, *bundles).
 
     numbers: names of integer arguments (i32), which come first; options: values of the fields that are no arrays.
+    Raises `TypeError` for more arguments than Taichi takes, which it would refuse only when the kernel is called.
     """
     arrays = signature.arguments()
     kinds = [f"{name}: {'INDEX' if issubclass(kind, Index) else 'ARRAY'}" for name, kind in arrays.items()]
@@ -78,6 +81,9 @@ def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **o
     scope |= {f"option_{field}": value for field, value in options.items()}
     heads = [*(f"{number}: ti.i32" for number in numbers), *kinds]
     title = function.__name__
+    if len(heads) > MOST:
+        shares = ", ".join(f"{name} {len(present)}" for name, _bundle, present in signature.bundles)
+        raise TypeError(f"kernel {title} has {len(heads)} arguments ({shares}), Taichi takes {MOST}: join some arrays")
     source = f"def {title}({', '.join(heads)}):\n    function({', '.join([*numbers, *built])})\n"
     file = f"<kernel {title} {id(function)}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)

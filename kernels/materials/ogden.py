@@ -226,5 +226,5 @@ LAW = Law(
     update,
     (Tangent(point, corner, pair),),
     StepLaw(energy, stress, stress_change),
-    refusal="this Ogden law may lose ellipticity at such stretches: use exponents of at least 1, or NeoHookean",
+    refusal="an Ogden law with exponents below 1 may lose ellipticity at such stretches: raise them, or use NeoHookean",
 )

@@ -5,8 +5,8 @@
 (METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new.)
 With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the kernel gives v = -f/m and does not change u.
 
-The cells come first (cell_phase.py), then the nodes (node_phase.py). The numbers of chunks and node ranges are fixed,
-so that the result has the same bits on any number of threads. `params`: lanes.py.
+The cells come first (cell_phase.py), then the nodes (node_phase.py). The result has the same bits
+for the same numbers of chunks and node ranges, on any number of threads. `params`: lanes.py.
 """
 
 import functools

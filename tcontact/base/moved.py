@@ -59,7 +59,8 @@ MOVED = {
     for room, names in ROOMS.items()
     for old, _, new in (name.partition("=") for name in names.split())
 } | {"terms": "contact"}
-FUNCTIONS = ("plan", "resume", "simulate")  # former modules whose names are functions of the package now
+# former modules whose names are functions now, of the package or of a part of it
+FUNCTIONS = ("plan", "resume", "simulate", "friction_layer.solve")
 
 
 def destination(name: str) -> str | None:
@@ -105,7 +106,7 @@ class OldNames(MetaPathFinder, Loader):
 
 
 class OldModule(ModuleType):
-    """Stand-in for a module whose name is a function of the package now, which an import must not replace."""
+    """Stand-in for a module whose name is a function now, which an import must not replace."""
 
     def __getattr__(self, name: str) -> Any:
         """Return a name of the module from its present place."""

@@ -8,6 +8,7 @@ from ..base.errors import InputError
 from ..device import arrays
 from ..device.launch import Prepared
 from ..planning.packing import WIDTH, pack_cells
+from ..results.frame_fields import NO_STRESS
 from ..scene.body import Body
 
 
@@ -15,8 +16,8 @@ class VonMises:
     """Computes the von Mises norm of the Cauchy stress of a body for any displacement.
 
     It is made only where it is shown: it compiles its own kernel and keeps connectivity, positions, displacement and
-    result, 24 (tet4) or 40 (hex8) bytes a cell and 48 a node. Taichi must be running (`runtime.start`). Raises
-    `InputError` for a law that the kernels do not have.
+    result, 24 (tet4), 32 (wedge6) or 40 (hex8) bytes a cell and 48 a node. Taichi must be running (`runtime.start`).
+    Raises `InputError` for a law that the kernels do not have.
     """
 
     def __init__(self, body: Body) -> None:
@@ -27,7 +28,7 @@ class VonMises:
         if law not in LAWS:
             raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
         if LAWS[law].state:
-            raise InputError("material.law", law, "its stress depends on what the points keep; draw something else")
+            raise InputError("material.law", law, NO_STRESS)
         kind = body.element
         packs = pack_cells(mesh.cells, mesh.node_count, WIDTH)
         self._count = mesh.cell_count

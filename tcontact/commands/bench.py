@@ -11,8 +11,12 @@ from ..base.errors import InputError
 from ..lab.bench import chart
 from ..lab.bench.configuration import CONTACTS, KINDS, LAWS, grid
 from ..results.report import write_json
-from . import words
+from . import options, words
 from .doctor import cores
+from .folder import writable
+
+QUICK: dict[str, Any] = {"laws": ["neo-hookean"], "sizes": [8], "threads": [1], "seconds": 1.0}
+LINEAR = "only compares both removals of linear hex8 cubes on the CPU: leave it out"
 
 
 def add(subparsers: Any) -> None:
@@ -23,35 +27,31 @@ def add(subparsers: Any) -> None:
         description="Time the whole explicit step, a process per configuration, beside the plain kernel, the copy"
         " bandwidth and an assembled matrix. Leaves bench.json, bench.csv and bench.png in a folder.",
     )
-    available = cores()
-    threads = [1, available] if available > 1 else [1]
-    lists: dict[str, tuple[Callable[[str], Any], list[Any], str]] = {
-        "--kinds": (_among(KINDS), ["hex8", "hex8-reduced", "tet4"], "kinds of cells"),
-        "--laws": (_among(LAWS), ["neo-hookean", "linear"], "elastic laws"),
-        "--sizes": (words.whole, [32], "hexes along an edge of the cube (six tets for each)"),
-        "--threads": (words.whole, threads, "CPU threads"),
-        "--contact": (_among(CONTACTS), ["none", "normal", "full"], "removal of the massless contact on one face"),
+    lists: dict[str, tuple[Callable[[str], Any], str]] = {
+        "kinds": (_among(KINDS), "kinds of cells"),
+        "laws": (_among(LAWS), "elastic laws"),
+        "sizes": (words.whole, "hexes along an edge of the cube (six tets or two prisms for each)"),
+        "threads": (words.whole, "CPU threads"),
+        "contact": (_among(CONTACTS), "removal of the massless contact on one face"),
     }
-    for option, (convert, default, text) in lists.items():
-        shown = ",".join(map(str, default))
-        parser.add_argument(
-            option, metavar="A,B", type=words.several(convert), default=default, help=f"{text} (default: {shown})"
-        )
+    for name, (convert, text) in lists.items():
+        shown = ",".join(map(str, _defaults()[name]))
+        parser.add_argument(f"--{name}", metavar="A,B", type=words.several(convert), help=f"{text} (default: {shown})")
     parser.add_argument(
         "--steps", metavar="N", type=words.whole, help="steps per batch (default: about a quarter second)"
     )
     parser.add_argument(
-        "--seconds", metavar="S", type=words.positive, default=10.0, help="time budget per configuration (default: 10)"
+        "--seconds", metavar="S", type=words.positive, help="time budget per configuration (default: 10)"
     )
-    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    options.add(parser, "--arch")
+    options.add(parser, "--out", default=Path("runs/bench"), help="(default: runs/bench)")
     parser.add_argument(
-        "--out", metavar="DIR", type=words.folder, default=Path("runs/bench"), help="(default: runs/bench)"
+        "--quick", action="store_true", help="8^3 cells, one law, one thread, a minute unless given: a look only"
     )
-    parser.add_argument("--quick", action="store_true", help="8^3 cells, one law, one thread, a minute: a look only")
     parser.add_argument(
         "--solvers",
         action="store_true",
-        help="only compare the solvers of the static solve, on the first of --sizes and --threads; leaves solvers.json",
+        help="only compare the solvers of the static solve, for one of --sizes and --threads; leaves solvers.json",
     )
     parser.set_defaults(run=run)
 
@@ -61,16 +61,14 @@ def run(arguments: argparse.Namespace) -> int:
     from ..lab.bench import static_solvers, table
     from ..lab.bench.collect import collect
 
-    laws, sizes, threads, batches = arguments.laws, arguments.sizes, arguments.threads, 5
-    if arguments.quick:
-        laws, sizes, threads, batches = laws[:1], [8], threads[:1], 3
-    if arguments.arch == "cuda":
-        threads = threads[:1]
+    _check(arguments)
+    for name, value in (_defaults() | (QUICK if arguments.quick else {})).items():
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, value)
+    sizes, threads = arguments.sizes, arguments.threads
     out: Path = arguments.out
-    try:
+    with writable(out):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
     if arguments.solvers:
         rows = static_solvers.compare(sizes[0], threads[0])
         write_json(out / "solvers.json", {"rows": rows})
@@ -78,14 +76,14 @@ def run(arguments: argparse.Namespace) -> int:
         return 0 if all(row["ok"] for row in rows) else 1
     configurations = grid(
         arguments.kinds,
-        laws,
+        arguments.laws,
         sizes,
-        threads,
+        threads[:1] if arguments.arch == "cuda" else threads,
         contacts=tuple(arguments.contact),
         arch=arguments.arch,
         steps=arguments.steps,
-        seconds=1.0 if arguments.quick else arguments.seconds,
-        batches=batches,
+        seconds=arguments.seconds,
+        batches=3 if arguments.quick else 5,
     )
     report = collect(configurations, lambda text: print(f"  {text}", flush=True), extras=not arguments.quick)
     write_json(out / "bench.json", report)
@@ -95,6 +93,31 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"\nfiles in {out}" + ("" if drawn else " (no chart: nothing was measured)"))
     others = [row for part in ("bar", "layer", "rubbing", "queries", "start") for row in report.get(part, ())]
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
+
+
+def _defaults() -> dict[str, Any]:
+    """Return the values of the options that are not given."""
+    available = cores()
+    return {
+        "kinds": ["hex8", "hex8-reduced", "tet4"],
+        "laws": ["neo-hookean", "linear"],
+        "sizes": [32],
+        "threads": [1, available] if available > 1 else [1],
+        "contact": ["none", "normal", "full"],
+        "seconds": 10.0,
+        "arch": "cpu",
+    }
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse options that would be ignored. Raises `InputError`."""
+    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch") if arguments.solvers else ():
+        if getattr(arguments, name) is not None:
+            raise InputError(f"--{name}", getattr(arguments, name), f"--solvers {LINEAR}")
+    for name in ("sizes", "threads") if arguments.solvers else ("threads",) if arguments.arch == "cuda" else ():
+        if len(getattr(arguments, name) or ()) > 1:
+            reason = "--solvers" if arguments.solvers else "--arch cuda"
+            raise InputError(f"--{name}", getattr(arguments, name), f"{reason} takes one number: give it alone")
 
 
 def _among(known: tuple[str, ...]) -> Callable[[str], str]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..device.atomic_file import refuse_link
-from . import words
+from . import options, words
 from .folder import result_file
 
 
@@ -18,15 +17,13 @@ def add(subparsers: Any) -> None:
         help="write a stored run as .vtu or .xdmf",
         description="Write the frames of a stored run as .vtu files with a .pvd index, or as .xdmf with .h5.",
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
+    options.add(parser, "FILE")
     parser.add_argument("--to", choices=("vtu", "xdmf"), default="vtu", help="format (default: vtu)")
     parser.add_argument(
         "--fields", metavar="A,B", type=words.names, help="only these fields (tcontact info lists them; default: all)"
     )
     parser.add_argument("--every", metavar="N", type=words.whole, default=1, help="take every N-th frame (default: 1)")
-    parser.add_argument(
-        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: export, beside FILE)"
-    )
+    options.add(parser, "--out", help="folder to write into (default: export, beside FILE)")
     parser.set_defaults(run=run)
 
 

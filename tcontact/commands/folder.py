@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from ..base import validate
-from ..base.errors import InputError
+from ..base.errors import InputError, OutputError
 from ..run.folder_lock import locked
 
 NO_RESULT = "no such file; give a result.vtkhdf or the folder of a run"
@@ -81,16 +81,28 @@ def _runs(folder: Path) -> list[str]:
 
 
 @contextmanager
+def writable(folder: Path) -> Iterator[None]:
+    """Refuse the folder if an `OSError` says that it takes no files; an `OutputError` of a run says more itself."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as error:
+        raise InputError("--out", str(folder), f"cannot be written ({error}); name another folder") from error
+
+
+@contextmanager
 def replacing(folder: Path, force: bool) -> Iterator[None]:
     """Let a new run write into the folder; the files of an older run go when the new one has succeeded.
 
     If the new run raises before it wrote anything, the older files come back. Files that are not ours stay where they
-    are. Raises `InputError` if the folder holds a run and force is False, or if it is no folder.
+    are. Raises `InputError` if the folder holds a run and force is False, if it is no folder, or takes no files.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError("--out", str(folder), "is a file; name a folder")
-    with locked(folder) if folder.is_dir() else nullcontext():
-        yield from _replacing(folder, force)
+    with writable(folder):
+        if folder.exists() and not folder.is_dir():
+            raise InputError("--out", str(folder), "is a file; name a folder")
+        with locked(folder) if folder.is_dir() else nullcontext():
+            yield from _replacing(folder, force)
 
 
 def _replacing(folder: Path, force: bool) -> Iterator[None]:

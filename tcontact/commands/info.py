@@ -15,6 +15,7 @@ from ..base.errors import InputError
 from ..results import report
 from ..results.report import check_lines, si
 from ..show.render.colours import FIELDS
+from . import options
 from .folder import NO_RESULT
 from .run import show
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 def add(subparsers: Any) -> None:
     """Declare the command."""
     parser = subparsers.add_parser("info", help="show a run at a glance", description="Show a run at a glance.")
-    parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
+    options.add(parser, "FILE")
     parser.set_defaults(run=run)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from ..base import validate
 from ..base.errors import InputError
 from . import curves, origins, words
+from . import options as shared
 from .folder import result_file
 
 
@@ -19,7 +20,7 @@ def add(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "render", help="draw a stored run", description="Draw the frames of a stored run, and an animation of them."
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="a result.vtkhdf or the folder of a run")
+    shared.add(parser, "FILE")
     parser.add_argument("--field", metavar="NAME", help="field that colours the surface (tcontact info lists them)")
     parser.add_argument("--colours", metavar="MAP", help="a colour map of matplotlib, for example coolwarm")
     parser.add_argument("--range", metavar="LOW,HIGH", type=_pair, help="values at the two ends of the colours")
@@ -41,9 +42,7 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--plots", action="store_true", help="only the curves of the run (contact force, gap, energies), from its files"
     )
-    parser.add_argument(
-        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: beside the file)"
-    )
+    shared.add(parser, "--out", help="folder to write into (default: beside the file)")
     parser.set_defaults(run=run)
 
 

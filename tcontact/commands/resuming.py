@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError, OutputError
-from . import origins, words
+from . import options, origins
 from .run import finish
 
 
@@ -21,16 +21,10 @@ def add(subparsers: Any) -> None:
         " pictures were drawn gets them.",
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="the folder of the run")
-    parser.add_argument("--arch", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
-    parser.add_argument(
-        "--checkpoint",
-        metavar="SECONDS",
-        type=words.not_negative,
-        default=60.0,
-        help="wall time between further checkpoints, 0 = only when it is stopped again (default: 60)",
-    )
-    parser.add_argument("--quiet", action="store_true", help="no progress bar, no table: only failures are printed")
+    options.add(parser, "--arch", default="cpu")
+    between = "wall time between further checkpoints, 0 = only when it is stopped again (default: 60)"
+    options.add(parser, "--checkpoint", help=between)
+    options.add(parser, "--threads", "--quiet")
     parser.set_defaults(run=run)
 
 

@@ -12,13 +12,12 @@ import numpy as np
 
 from tcontact import cases
 
-from ..base.errors import InputError, OutputError
 from ..results import frame_fields, report
 from ..results.result import Result
 from ..run.checkpoint import store
 from ..run.history import MOST_ROWS
 from ..show import plots
-from . import curves, folder, settings, words
+from . import curves, folder, options, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
 
@@ -31,29 +30,16 @@ def add(subparsers: Any) -> None:
         description="Run a case; leave summary.json, history.csv, result.vtkhdf, plots and frames in a folder.",
     )
     parser.add_argument("case", metavar="CASE", help="name of a case (tcontact list), or a scene.toml")
-    parser.add_argument(
-        "--set",
-        metavar="KEY=VALUE",
-        action="append",
-        default=[],
-        help="set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable",
-    )
-    parser.add_argument("--out", metavar="DIR", type=words.folder, help="folder to write into (default: runs/CASE)")
+    keys = "set a parameter of the case (tcontact list -v) or of the scheme: cfl, dt, scheme; repeatable"
+    options.add(parser, "--set", help=keys)
+    options.add(parser, "--out", help="folder to write into (default: runs/CASE)")
     parser.add_argument("--frames", metavar="N", type=words.count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
         "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
     )
-    parser.add_argument("--arch", choices=("cpu", "cuda"), help="where to compute (default: cpu)")
-    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
-    parser.add_argument(
-        "--checkpoint",
-        metavar="SECONDS",
-        type=words.not_negative,
-        default=60.0,
-        help="wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)",
-    )
-    parser.add_argument("--quiet", action="store_true", help="no progress bar, no table: only failures are printed")
-    parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
+    between = "wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)"
+    options.add(parser, "--checkpoint", help=between)
+    options.add(parser, "--arch", "--threads", "--quiet", "--force")
     parser.set_defaults(run=run)
 
 
@@ -77,23 +63,18 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         scenes = {"": case.scene(**wanted.scene)}
         places = {"": out}
-    try:
-        with folder.replacing(out, arguments.force):
-            runs: dict[str, tuple[bool, Result]] = {}
-            for label, chosen in scenes.items():
-                scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
-                title = f"{arguments.case} {label}".strip()
-                known = parameters | wanted.scheme
-                go, origin = _start(arguments, scene, own, places[label], label)
-                runs[label] = finish(go, title, case, known, places[label], arguments, origin)
-                if runs[label][1].reason == "interrupted":
-                    break
-            if wanted.compare:
-                _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    with folder.replacing(out, arguments.force):
+        runs: dict[str, tuple[bool, Result]] = {}
+        for label, chosen in scenes.items():
+            scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
+            title = f"{arguments.case} {label}".strip()
+            known = parameters | wanted.scheme
+            go, origin = _start(arguments, scene, own, places[label], label)
+            runs[label] = finish(go, title, case, known, places[label], arguments, origin)
+            if runs[label][1].reason == "interrupted":
+                break
+        if wanted.compare:
+            _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
     return 0 if all(passed for passed, _ in runs.values()) else 1
 
 

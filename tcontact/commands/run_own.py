@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import InputError
 from ..device import runtime
 from ..results import report
 from . import folder
@@ -19,16 +18,13 @@ def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argpars
     checks = [check.to_dict() for check in case.checks(runs)]
     figures = case.summary(runs)
     passed = all(check["passed"] for check in checks)
-    try:
-        with folder.replacing(out, arguments.force):
-            out.mkdir(parents=True, exist_ok=True)
-            data = {"case": arguments.case, "parameters": parameters, "figures": figures, "checks": checks}
-            data |= {"passed": passed, "versions": report.versions()}
-            data |= {"arch": runtime.arch(), "threads": runtime.threads()}
-            report.write_json(out / "summary.json", data)
-            case.write(runs, out)
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    with folder.replacing(out, arguments.force):
+        out.mkdir(parents=True, exist_ok=True)
+        data = {"case": arguments.case, "parameters": parameters, "figures": figures, "checks": checks}
+        data |= {"passed": passed, "versions": report.versions()}
+        data |= {"arch": runtime.arch(), "threads": runtime.threads()}
+        report.write_json(out / "summary.json", data)
+        case.write(runs, out)
     lines = report.check_lines(checks)
     if arguments.quiet:
         failed = [line for line in lines if "FAIL" in line]

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError
 from ..run.history import MOST_ROWS
 from ..run.scene_files import load_scene
 from . import folder, settings
@@ -55,12 +55,7 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
             setattr(arguments, key, options.get(key, default))
     out = arguments.out or Path("runs") / file.stem
     case = without_checks()
-    try:
-        with folder.replacing(out, arguments.force):
-            go, origin = start(arguments, scene, scheme, out, "")
-            passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments, origin)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    with folder.replacing(out, arguments.force):
+        go, origin = start(arguments, scene, scheme, out, "")
+        passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments, origin)
     return 0 if passed else 1

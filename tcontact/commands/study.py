@@ -16,7 +16,7 @@ from ..lab.study import layer_study as friction_layer
 from ..lab.study.runner import collect
 from ..lab.study.setting import Study
 from ..results.report import write_json
-from . import folder, settings, words
+from . import folder, options, settings, words
 
 HARD, LAYER = "hard-cases", "friction-layer"
 
@@ -47,9 +47,7 @@ def add(subparsers: Any) -> None:
         type=words.several(words.positive),
         help="steps over the stable one, cfl (default: 0.9; hard cases: own)",
     )
-    parser.add_argument(
-        "--set", metavar="KEY=VALUE", action="append", default=[], help="set a parameter of the scene; repeatable"
-    )
+    options.add(parser, "--set", help="set a parameter of the scene; repeatable")
     parser.add_argument(
         "--error", metavar="NAME", help="error that table and figure show (default: the problem's first)"
     )
@@ -57,11 +55,8 @@ def add(subparsers: Any) -> None:
         "--budget", metavar="SECONDS", type=words.positive, help="leave out what would not be done in time"
     )
     parser.add_argument("--full", action="store_true", help="hard cases at their full size (minutes)")
-    parser.add_argument(
-        "--out", metavar="DIR", type=words.folder, help="folder to write into (default: runs/study-CASE)"
-    )
-    parser.add_argument("--threads", metavar="N", type=words.whole, help="CPU threads (default: all cores)")
-    parser.add_argument("--force", action="store_true", help="replace the files of another run in DIR")
+    options.add(parser, "--out", help="folder to write into (default: runs/study-CASE)")
+    options.add(parser, "--threads", "--force")
     parser.set_defaults(run=run)
 
 
@@ -70,12 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or Path("runs") / f"study-{arguments.case}"
     work = {HARD: _hard_cases, LAYER: _friction_layer}.get(arguments.case, _study)
     ready = work(arguments)  # bad input is refused here, before any file is touched
-    try:
-        with folder.replacing(out, arguments.force):
-            out.mkdir(parents=True, exist_ok=True)
-            return int(ready(out))
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written ({error}); name another folder") from error
+    with folder.replacing(out, arguments.force):
+        out.mkdir(parents=True, exist_ok=True)
+        return int(ready(out))
 
 
 def _study(arguments: argparse.Namespace) -> Any:

@@ -34,7 +34,13 @@ MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the m
 
 
 class StaticSolve:
-    """Arrays of the static solve; kernels/static/control.py numbers `stats` [islands, STATS] and `settings`."""
+    """Arrays of the static solve of a domain; order: of the sweeps; slots: constraint rows of a node.
+
+    pairs: stiffness between pairs of contact nodes [N/m] and its assembly, by the names of
+    kernels/language/bundles.Pairs; system: the linear problem K d = right + lambda nu for the increments d [m] of the
+    massless components, right [N], K [N/m], gaps [m], by the names of bundles.System, where all shapes stand. Of each
+    island: settings [islands, SETTINGS] and stats [islands, STATS] in the order of kernels/static/control.py.
+    """
 
     def __init__(
         self,
@@ -145,7 +151,7 @@ class StaticSolve:
         poisson, limit = body.material.poisson, MAXIMUM_POISSON[self.projected]
         if body.formulation == "mean-dilatation" and poisson > limit:
             text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {limit:g},"
-            return text + " or an implicit scheme, which solves for all nodes together, such as tc.DiscreteGradient()"
+            return text + " or an implicit scheme, which solves for all nodes together, such as tc.Gonzalez()"
         removal = "" if island.removal == "normal" else "removal='normal', "
         if self.friction > 1.0 and removal:
             removal += "a friction coefficient of at most 1 (there may be several solutions above it), "

@@ -26,7 +26,10 @@ class ContactTerm:
     """Contact of the bodies of a domain with the obstacles; the contact nodes are the first boundary nodes.
 
     The base class only measures gaps: it serves where supports hold every contact node along the normals.
-    `kernel`: its name in kernels/step/serial_step.py.
+    `kernel`: its name in kernels/step/serial_step.py. nodes [k + m]: the contact nodes, then the `others` of every
+    island, those without rows; reference [k + m, 3] [m]: their positions at rest, relative to the mean of those of the
+    domain; starts [islands + 1, ISLAND]: where the parts of every island begin (kernels/contact/islands.py); candidates
+    [k, slots]: obstacle of each row; contact_force [k, 3] [N].
     """
 
     name = "contact"

@@ -91,7 +91,7 @@ def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
         raise InputError(
             "cells",
             _first("cell", bad, len(cells), cells),
-            "is inverted (negative Jacobian); list its corners in VTK order or untangle the mesh",
+            f"is inverted (negative Jacobian); {element.order}, or untangle the mesh",
         )
     bad = np.flatnonzero(flat)
     if len(bad):

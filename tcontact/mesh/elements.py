@@ -46,8 +46,8 @@ class Element:
     functions, None for the same. faces, edges: their corners; mirror: the order of the corners of the same cell with
     the opposite orientation; spans: three pairs of sets of corners, whose centres span a parallelepiped that is the
     cell or contains it, with enough alternatives for all heights of the cell; in_box: cells into which a hexahedron is
-    cut. formulations: by name, "full" first; spacing: edge over shortest height of a cell of
-    even shape; relaxation: factor of the sweeps of the static solve, best at nu = .3.
+    cut. formulations: by name, "full" first; order: the remedy for corners in a wrong order; spacing: edge over
+    shortest height of a cell of even shape; relaxation: factor of the sweeps of the static solve, best at nu = .3.
     Files: vtk: number of VTK's type; xdmf: name and number; meshio: name; abaqus: type, and abaqus_faces: S1, S2, ...
     """
 
@@ -68,6 +68,7 @@ class Element:
     meshio: str
     abaqus: str
     abaqus_faces: tuple[Corners, ...]
+    order: str = "list its corners in VTK order"
     spacing: float = 1.0
     relaxation: float = 1.0
     product_points: FloatArray | None = None
@@ -227,6 +228,8 @@ WEDGE6 = Element(  # VTK has had this order, that of gmsh and Abaqus, only for s
     abaqus="C3D6",
     relaxation=1.2,
     abaqus_faces=((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    order="list the corners 0 1 2 of a triangle counter-clockwise as seen from the other triangle, and 3 4 5 opposite"
+    " them (gmsh, Abaqus and VTK now; some versions of VTK had them clockwise)",
 )
 
 ELEMENTS = {element.kind: element for element in (HEX8, TET4, WEDGE6)}

@@ -16,7 +16,7 @@ from ..scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ..scene.periodic import Images
 from .contact_graph import ContactGraph, residual_receivers
 
-# largest number of cells that one thread does alone; a body of so few takes many steps per launch
+# largest number of cells that one thread does alone; a domain of so few takes many steps per launch (domain.py)
 SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
 
 
@@ -31,9 +31,11 @@ FRICTION_TERMS: dict[type, str] = {
 class ContactPlan:
     """Contact lists of one body, in its internal numbering.
 
-    nodes [k]: contact nodes, the first rows of the boundary list; all_nodes: every node of the contact set (gaps);
-    areas [k] [m^2]; for massless contact also basis [k, 3, 3], block (1 or 3 massless components a node), the graph and
-    viscosity: beta of the contact cells, 0 without (METHOD 3).
+    nodes [k]: numbers of the contact nodes, the first boundary nodes; all_nodes [a]: those of every node of the contact
+    set, whose gaps are measured; areas [k] [m^2]: area weights (METHOD 1). Of massless contact only: removal: "normal"
+    or "full"; basis [k, 3, 3]: unit columns that span the massless directions of a node, then zero columns; block: the
+    largest number of these directions, 1 or 3; graph: the contact nodes that share a cell; viscosity: beta of the
+    contact cells, 0 without (METHOD 3).
     """
 
     nodes: np.ndarray
@@ -75,17 +77,6 @@ class BodyPlan:
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     images: Images | None = None
-
-    @property
-    def small(self) -> bool:
-        """Return whether the body takes many steps per launch."""
-        return len(self.cells) <= SMALL[self.element]
-
-    @property
-    def few_contact_cells(self) -> bool:
-        """Return whether there are massless contact cells, and so few that one thread does them."""
-        graph = None if self.contact is None else self.contact.graph
-        return graph is not None and len(graph.cells) <= SMALL[self.element]
 
     @property
     def viscous_cells(self) -> bool:

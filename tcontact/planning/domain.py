@@ -169,12 +169,6 @@ class Domain:
         return Images(np.concatenate(shifted), np.full(3, np.nan))
 
     @cached_property
-    def place(self) -> np.ndarray:
-        """Number [n] in the domain of every node in the user's numbering, body after body."""
-        parts = [body.place + start for body, start in zip(self.bodies, self.node_start, strict=False)]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-    @cached_property
     def blocks(self) -> tuple[CellBlock, ...]:
         """The blocks of cells, body after body."""
         found = []
@@ -195,7 +189,7 @@ class Domain:
 
     @cached_property
     def contact(self) -> ContactPlan | None:
-        """Contact lists of all bodies that can touch; None without any."""
+        """Contact lists of all bodies that can touch, None without any; removal and viscosity are in their plans."""
         plans = [body.contact for body in self.bodies]
         if len(plans) == 1:
             return plans[0]
@@ -204,16 +198,13 @@ class Domain:
             return None
         bases = [plan.basis for plan, _ in there if plan.basis is not None]
         graphs = [plan.graph for plan, _ in there if plan.graph is not None]
-        removals = {plan.removal for plan, _ in there}
         return ContactPlan(
             nodes=np.concatenate([plan.nodes + start for plan, start in there]),
             all_nodes=np.concatenate([plan.all_nodes + start for plan, start in there]),
             areas=np.concatenate([plan.areas for plan, _ in there]),
-            removal=removals.pop() if len(removals) == 1 else "mixed",
             basis=np.concatenate(bases) if bases else None,
             block=max((plan.block for plan, _ in there if plan.graph is not None), default=3),
             graph=joined(graphs, [first for plan, first in there if plan.graph is not None]) if graphs else None,
-            viscosity=max(plan.viscosity for plan, _ in there),
         )
 
     @cached_property
@@ -263,10 +254,6 @@ class Domain:
     def options(self) -> dict[str, Any]:
         """Options of its kernels for damping and bulk viscosity; empty without these."""
         return self.bodies[0].options
-
-    def to_user(self, values: np.ndarray) -> np.ndarray:
-        """Return a copy of values [n, ...] of the nodes in the user's numbering, body after body."""
-        return np.take(values, self.place, axis=0)
 
 
 def _starts(counts: list[int]) -> np.ndarray:

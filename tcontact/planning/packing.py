@@ -54,8 +54,8 @@ class CellPacks:
     node_info [nodes] int32: first and last chunk with a cell of the node, boundary node + 1 (0 = ordinary), in bits as
     in lanes.py; first > last for a node of contact cells alone.
     row_count: number of rows (3 force components each); lanes: lanes of all packs; corner_rows: rows of corners;
-    corner_start [blocks + 1], corners: row of every corner of the contact cells, by block; memory: numbers of state of
-    all quadrature points; contact_memory [blocks]: where those of the contact cells begin.
+    corners: row of every corner of the contact cells, block by block; memory: numbers of state of all quadrature
+    points; contact_memory [blocks]: where those of the contact cells begin.
     """
 
     connectivity: IntArray
@@ -67,7 +67,6 @@ class CellPacks:
     lanes: int
     first_contact_lane: int
     corner_rows: int
-    corner_start: NDArray[np.int64]
     corners: NDArray[np.int64]
     memory: int
     contact_memory: NDArray[np.int64]
@@ -201,7 +200,6 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         lanes=int(lanes[-1]),
         first_contact_lane=int(lanes[len(blocks)]),
         corner_rows=int(places[-1] - places[len(blocks)]),
-        corner_start=np.concatenate([[0], np.cumsum([len(part) for part in corners])]),
         corners=np.concatenate(corners),
         memory=int(memory[-1]),
         contact_memory=memory[len(blocks) : -1],

@@ -18,6 +18,8 @@ NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure
 LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # numbers a node, with a FrictionLayer
 CELLWISE = {"von_mises": 1}  # numbers a cell
 ALWAYS = "displacement"  # without it there is no shape to draw
+# remedy for a law with state
+NO_STRESS = 'the stress depends on what the points keep: give fields=("displacement", ...) without "von_mises"'
 FIXED = 1_100_000  # what a file without frames takes [byte]: mostly room for 4096 rows of the history
 
 

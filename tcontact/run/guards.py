@@ -8,6 +8,7 @@ import numpy as np
 
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
+from ..schemes.implicit.solution.state import REMEDY
 from .history import History
 from .worst_cell import worst_cell
 
@@ -72,7 +73,7 @@ class Guards:
             _state, where = self._worst(step, self.states)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
-                advice = "use a scheme that conserves energy (discrete-gradient), or a smaller dt"
+                advice = REMEDY
             return Stop("diverged", f"{what} {time}; {where}; {advice}")
         for state in self.states:
             if state.trouble:

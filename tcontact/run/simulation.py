@@ -25,7 +25,7 @@ from ..results.result import Result
 from ..scene.contact_models import PenaltyContact
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
-from ..schemes import scheme_of
+from ..schemes import IMPLICIT, scheme_of
 from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
@@ -95,7 +95,7 @@ def simulate(
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
-    _check_laws(scene, scheme)
+    _check_laws(scene, scheme, folder is not None and frames > 0 and "von_mises" in wanted)
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
@@ -154,20 +154,36 @@ def carry_out(
     return result
 
 
-def _check_laws(scene: Scene, scheme: Any) -> None:
-    """Refuse a material whose law the kernels do not have. Raises `InputError`."""
-    from ..kernels.materials import LAWS  # imports Taichi
+def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
+    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`.
 
-    known, who, remedy = list(LAWS), "the kernels", "CONTRIBUTING.md says how to add a law"
-    if scheme.implicit:
-        from ..kernels.cells.implicit_rules import has_rule
+    draws: whether the von Mises stress is written, which a law with state does not have.
+    """
+    from ..kernels.cells.implicit_rules import has_rule  # imports Taichi, as the next ones do
+    from ..kernels.lanes import LAW_PARAMETERS
+    from ..kernels.materials import LAWS
 
-        known, who = [name for name, law in LAWS.items() if has_rule(law, scheme.stress)], "implicit schemes"
-        remedy = f"for steps of {type(scheme).__name__}; use one of them, or tc.CentralDifference()"
     for index, body in enumerate(scene.bodies):
-        if body.material.law not in known:
-            remedy = f"{who} have {', '.join(known)}; {remedy}"
-            raise InputError(f"Scene.bodies[{index}].material.law", body.material.law, remedy)
+        name, field = body.material.law, f"Scene.bodies[{index}].material"
+        law = LAWS.get(name)
+        if law is None:
+            remedy = f"the kernels have {', '.join(LAWS)}; CONTRIBUTING.md says how to add a law"
+            raise InputError(f"{field}.law", name, remedy)
+        if len(law.parameters) > LAW_PARAMETERS:
+            remedy = f"it takes {len(law.parameters)} parameters, and the kernels have {LAW_PARAMETERS} places; give it"
+            raise InputError(f"{field}.law", name, f"{remedy} fewer, or raise LAW_PARAMETERS in kernels/lanes.py")
+        values = body.material.parameters
+        if len(values) != len(law.parameters):
+            remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for each"
+            raise InputError(f"{field}.parameters", values, remedy)
+        if scheme.implicit and not has_rule(law, scheme.stress):
+            have = ", ".join(known for known, one in LAWS.items() if has_rule(one, scheme.stress))
+            others = [kind.__name__ for kind in IMPLICIT if has_rule(law, kind.stress)]
+            remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a scheme"
+            remedy += f" that takes {name}: {', '.join([*others, 'CentralDifference'])}"
+            raise InputError(f"{field}.law", name, remedy)
+        if draws and law.state:
+            raise InputError("fields", "von_mises", f"{frame_fields.NO_STRESS} (law {name!r} of {scene.label(index)})")
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:

@@ -14,7 +14,7 @@ from ..base.errors import InputError
 from ..mesh.elements import ELEMENTS
 from ..mesh.geometry import shortest_edge
 from ..mesh.mesh import Mesh
-from .materials import Material
+from .materials import LAWS, Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 
 
@@ -94,8 +94,8 @@ class Body:
             raise InputError(
                 "Body.formulation",
                 self.formulation,
-                f"{type(self.material).__name__} has no part that is of the volume change alone; use NeoHookean,"
-                " MooneyRivlin or LinearElastic, or leave it at 'full'",
+                f"{type(self.material).__name__} has no part that is of the volume change alone; use"
+                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
             )
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")

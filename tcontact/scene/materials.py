@@ -1,7 +1,7 @@
 """Materials: an elastic law with its constants and a density.
 
 Each law names its stored energy W per reference volume [J/m^3]; the kernels take its parameters at run time. `LAWS` at
-the end is the list of laws for scene files, cases and the benchmark.
+the end is the list of laws: cases and the benchmark choose by its words, scene files by the names of its classes.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
@@ -20,8 +22,8 @@ LARGEST_EXPONENT = 20.0  # largest exponent of an Ogden law: powers of a stretch
 class Material:
     """Base class of isotropic elastic materials.
 
-    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name for users;
-    linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
+    young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name in cases and
+    in the benchmark; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
     times the square of the volume change is a part of W, which formulation="mean-dilatation" takes per cell.
     """
 
@@ -217,18 +219,25 @@ class Ogden(Material):
             count = validate.shape_of(name, given, remedy := "give a list of one to three numbers")
             if len(count) != 1 or not 1 <= count[0] <= PAIRS:
                 raise InputError(name, given, remedy)
-            object.__setattr__(self, name, tuple(validate.floats(name, given, count).tolist()))
+            values = validate.floats(name, given, count).tolist()
+            if any(isinstance(one, (bool, np.bool_)) for one in given):  # beside numbers NumPy takes them for 0 and 1
+                raise InputError(name, given, f"{remedy}, without truth values")
+            object.__setattr__(self, name, tuple(values))
         if len(self.mu) != len(self.alpha):
             raise InputError("alpha", self.alpha, f"give as many as there are in mu, {len(self.mu)}")
         for number, (mu, alpha) in enumerate(zip(self.mu, self.alpha, strict=True)):
-            if not mu * alpha > 0.0:
+            if 0.0 in (mu, alpha) or (mu > 0.0) != (alpha > 0.0):
                 raise InputError(
                     f"alpha[{number}]", alpha, f"must have the sign of mu[{number}] = {mu:g}, neither of them 0"
                 )
-            validate.number(f"alpha[{number}]", abs(alpha), high=LARGEST_EXPONENT, strict=False)
+            low, high = -LARGEST_EXPONENT, LARGEST_EXPONENT
+            validate.number(f"alpha[{number}]", alpha, low=low, high=high, strict=False)
         validate.number("poisson", self.poisson, low=0.0, strict=False)
         validate.number("poisson", self.poisson, high=0.5)
         validate.number("density", self.density, low=0.0)
+        if not (self.lame_mu > 0.0 and np.isfinite(self.parameters).all()):
+            given = f"mu/alpha and the shear modulus sum(mu alpha)/2 = {self.lame_mu:g}"
+            raise InputError("mu", self.mu, f"{given} must be finite and above 0; give mu in Pa and other exponents")
 
     @classmethod
     def of(cls, young: float, poisson: float, density: float) -> Ogden:
@@ -267,7 +276,7 @@ class Ogden(Material):
         return (self.lame_lambda, self.lame_mu, *[value for pair in pairs for value in pair])
 
 
-# the laws by their words, for scene files, cases and the benchmark
+# the laws by their words for cases and the benchmark; scene files know them by the names of their classes
 LAWS: dict[str, type[Material]] = {
     kind.word: kind for kind in (NeoHookean, MooneyRivlin, LinearElastic, StVenantKirchhoff, Ogden)
 }

@@ -25,7 +25,7 @@ def material(law: str) -> materials.Material:
 
 
 def block(kind: str, law: str, size: int, contact: str = "none", duration: float = 1e-9) -> Scene:
-    """Return a scene: a cube of size^3 hexes (or six tets for each) flies down, sheared by standing waves.
+    """Return a scene: a cube of size^3 hexes (six tets or two prisms for each) flies down, sheared by standing waves.
 
     contact: "none" = the same cube with nothing in its way, else the removal of its massless contact with a wall that
     it touches at the start.

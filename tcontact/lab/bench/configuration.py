@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ...mesh.elements import ELEMENTS
+from ...mesh.elements import ELEMENTS, FORMULATIONS
+from ...scene import materials
 
-KINDS = ("hex8", "hex8-distorted", "hex8-reduced", "hex8-mean-dilatation", "tet4")
-LAWS = ("neo-hookean", "linear", "st-venant-kirchhoff", "mooney-rivlin")
+KINDS = ("hex8-distorted", *FORMULATIONS)
+LAWS = tuple(materials.LAWS)
 CONTACTS = ("none", "normal", "full")
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Task of one process: a cube of size^3 hexes (or six tets for each), timed with and without contact in turns.
+    """Task of one process: a cube of size^3 hexes (six tets or two prisms for each), with and without contact in turns.
 
     kind: of KINDS, hex8-distorted = inner nodes moved (no parallelepipeds), hex8-reduced = one-point hexes,
     hex8-mean-dilatation = one volume change per hex; contacts: of "none", "normal" and "full" (removal of the massless

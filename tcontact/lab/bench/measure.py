@@ -26,7 +26,7 @@ from .rows import rows_of
 
 BATCH = 3e6  # hex cell updates in a batch, about
 # cells that take as long as a hex, about
-WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5}
+WEIGHT = {"hex8": 1, "hex8-distorted": 1, "hex8-reduced": 3, "hex8-mean-dilatation": 1, "tet4": 5, "wedge6": 1}
 COMPARED = 5  # steps after which the plain step must stand where ours does
 
 
@@ -114,7 +114,7 @@ class Beside:
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
-        if not body.small:  # a small body takes many steps a launch and has no such kernel
+        if not state.domain.small:  # a small one takes many steps a launch and has no such kernel
             self.works["no energy"] = timing.batch(no_energy, steps, finish)
         if assembled.possible(body.body.material.law.partition("_")[0], configuration.kind, configuration.cells):
             matrix = assembled.stiffness(body)

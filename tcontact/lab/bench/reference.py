@@ -14,6 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.errors import InputError
+
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 SIGNS = 2.0 * CORNERS - 1.0
 HOURGLASS = np.array([np.prod(SIGNS[:, axes], axis=1) for axes in ([0, 1], [0, 2], [1, 2], [0, 1, 2])])
@@ -24,6 +26,16 @@ def shape_slopes(kind: str) -> tuple[np.ndarray, np.ndarray]:
     """Return dN/dr [points, corners, 3] on the unit cell and the weights of its Gauss points [points]."""
     if kind == "tet4":
         return np.array([[(-1.0, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]]), np.array([1 / 6])
+    if kind == "wedge6":  # 3 points (r, s) of the triangle times 2 along t
+        flat, slopes = np.array([(-1.0, -1.0), (1.0, 0.0), (0.0, 1.0)]), []
+        for t in 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0):
+            for r, s in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3)):
+                ends = [np.column_stack([share * flat, sign * np.array([1 - r - s, r, s])]) for share, sign in
+                        ((1 - t, -1.0), (t, 1.0))]  # fmt: skip
+                slopes.append(np.concatenate(ends))
+        return np.array(slopes), np.full(6, 1 / 12)
+    if not kind.startswith("hex8"):
+        raise InputError("--kinds", kind, "has no reference yet: write one in tcontact/lab/bench/reference.py")
     points = 0.5 + (CORNERS - 0.5) / np.sqrt(3.0)
     value = np.where(CORNERS == 1, points[:, None], 1.0 - points[:, None])
     slope = np.broadcast_to(2.0 * CORNERS - 1.0, value.shape)
@@ -36,19 +48,25 @@ def energy_and_stress(law: str, moduli: Sequence[float], h: np.ndarray) -> tuple
     eye, turned = np.eye(3), np.swapaxes(h, -1, -2)
     f = eye + h
     lam, mu = moduli[:2]
-    if law == "mooney-rivlin":
-        c2 = moduli[2] / 4
+    if law in ("neo-hookean", "mooney-rivlin"):
+        c2 = moduli[2] / 4 if law == "mooney-rivlin" else 0.0
         c1 = mu / 2 - 2 * c2
         j, c = np.linalg.det(f), np.swapaxes(f, -1, -2) @ f
         first, square = np.trace(c, axis1=-2, axis2=-1), np.trace(c @ c, axis1=-2, axis2=-1)
         w = c1 * (first - 3) + c2 * ((first**2 - square) / 2 - 3) - mu * np.log(j) + lam / 2 * (j - 1) ** 2
         pull = (lam * (j - 1) * j - mu)[..., None, None] * np.swapaxes(np.linalg.inv(f), -1, -2)
         return w, 2 * c1 * f + 2 * c2 * (first[..., None, None] * f - f @ c) + pull
-    if law == "neo-hookean":
-        j = np.linalg.det(f)
-        inverse = np.swapaxes(np.linalg.inv(f), -1, -2)
-        w = mu / 2 * (np.sum(f * f, axis=(-1, -2)) - 3) - mu * np.log(j) + lam / 2 * (j - 1) ** 2
-        return w, mu * (f - inverse) + (lam * (j - 1) * j)[..., None, None] * inverse
+    if law == "ogden":
+        squares, frame = np.linalg.eigh(np.swapaxes(f, -1, -2) @ f)
+        j, w, pull = np.linalg.det(f), 0.0, 0.0  # pull: l_i dW/dl_i
+        for ratio, alpha in zip(moduli[2::2], moduli[3::2], strict=True):
+            power = squares ** (alpha / 2) - 1
+            w = w + ratio * (np.sum(power, axis=-1) - alpha * np.log(j))
+            pull = pull + ratio * alpha * power
+        slope = (pull + (lam * (j - 1) * j)[..., None]) / squares
+        return w + lam / 2 * (j - 1) ** 2, f @ (frame * slope[..., None, :]) @ np.swapaxes(frame, -1, -2)
+    if law not in ("linear", "st-venant-kirchhoff"):
+        raise InputError("--laws", law, "has no reference yet: write one in tcontact/lab/bench/reference.py")
     strain = 0.5 * (h + turned) if law == "linear" else 0.5 * (h + turned + turned @ h)
     trace = np.trace(strain, axis1=-2, axis2=-1)
     stress = lam * trace[..., None, None] * eye + 2 * mu * strain

@@ -79,6 +79,6 @@ def method(name: str) -> Method:
     raise InputError("--methods", name, f"use {', '.join(FAMILIES)} (D, K: numbers above 0), with @SCHEME if wanted")
 
 
-def standard(names: tuple[str, ...] = STANDARD) -> tuple[str, ...]:
+def standard(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the given names, and the first of them with the conserving implicit scheme at twice the step."""
     return (*names, f"{names[0]}@{DiscreteGradient.name}*2")

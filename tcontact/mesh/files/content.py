@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ..elements import ELEMENTS
-from ..geometry import FloatArray, IntArray, in_face_table, jacobians
+from ..geometry import FloatArray, IntArray, cell_face_keys, face_keys, in_face_table, jacobians
 from ..mesh import Mesh
 
 KINDS = {element.meshio: element.kind for element in ELEMENTS.values()}
@@ -55,7 +55,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     number[used] = np.arange(len(used))
     given = content.face_sets
     if any(len(rows) and KINDS.get(name, found) != found for name, rows in content.blocks):
-        given = {name: _of_these(faces, found, number) for name, faces in given.items()}
+        given = _of_these(given, found, number, cells)
     face_sets = {name: _faces(name, faces, found, number) for name, faces in given.items() if faces}
     node_sets = {}
     for name, ids in content.node_sets.items():
@@ -107,12 +107,20 @@ def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
     return cells
 
 
-def _of_these(arrays: list[IntArray], kind: str, number: IntArray) -> list[IntArray]:
-    """Select the faces of a file with several kinds of cells that the chosen cells can have."""
+def _of_these(
+    given: dict[str, list[IntArray]], kind: str, number: IntArray, cells: IntArray
+) -> dict[str, list[IntArray]]:
+    """Select the faces of a file with several kinds of cells that the chosen cells have; warn of sets without any."""
     lengths = {len(face) for face in ELEMENTS[kind].faces}
-    fitting = [faces for faces in arrays if faces.shape[1] in lengths]
-    kept = [faces[(number[faces] >= 0).all(axis=1)] for faces in fitting]
-    return [faces for faces in kept if len(faces)]
+    known = cell_face_keys(cells, kind, len(number))
+    result = {}
+    for name, arrays in given.items():
+        fitting = [faces for faces in arrays if faces.shape[1] in lengths]
+        kept = [faces[np.isin(face_keys(in_face_table(faces, kind), len(number)), known)] for faces in fitting]
+        result[name] = [faces for faces in kept if len(faces)]
+        if arrays and not result[name]:
+            warnings.warn(f"set {name!r} is left out: none of its faces belongs to a {kind} cell", MeshWarning, 4)
+    return result
 
 
 def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> IntArray:
@@ -121,7 +129,7 @@ def _faces(name: str, arrays: list[IntArray], kind: str, number: IntArray) -> In
     if any(faces.shape[1] not in lengths for faces in arrays):
         raise MeshFileError(f"surface {name!r} has faces that are no faces of {kind} cells; mesh it with the volume")
     faces = np.concatenate([in_face_table(faces, kind) for faces in arrays])
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    _, first = np.unique(face_keys(faces, len(number)), return_index=True)
     faces = number[faces[np.sort(first)]]
     if (faces < 0).any():
         raise MeshFileError(f"surface {name!r} has faces that belong to no cell; leave this group out of the file")

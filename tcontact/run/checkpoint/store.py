@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...device.atomic_file import part_of, replaced
 
 FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
@@ -33,6 +34,10 @@ class Stored:
         return int(self.head["row"])
 
 
+class OtherFormat(Exception):
+    """A checkpoint has the format of another version of the program; the text says which."""
+
+
 def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dict[str, np.ndarray]) -> Path:
     """Replace the older of the two checkpoints by a new one; return its file. Raises `OSError`."""
     rows = {name: -1 if (stored := _head(folder / name)) is None else int(stored["row"]) for name in FILES}
@@ -47,14 +52,21 @@ def write(folder: Path, head: dict[str, Any], values: dict[str, Any], found: dic
 
 
 def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
-    """Read the complete checkpoints of a folder, latest first; also return the damaged files."""
-    good, bad = [], []
+    """Read the complete checkpoints of a folder, latest first; also return the damaged files.
+
+    Raises `InputError` if all that are complete have another format.
+    """
+    good, bad, other = [], [], None
     for path in (folder / name for name in FILES):
         if path.is_file():
             try:
                 good.append(_read(path))
             except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError):
                 bad.append(path)
+            except OtherFormat as error:
+                other = path, str(error)
+    if other and not good:
+        raise InputError("folder", str(other[0]), other[1])
     return sorted(good, key=lambda stored: -stored.row), bad
 
 
@@ -66,17 +78,22 @@ def remove(folder: Path) -> None:
 
 
 def _read(path: Path) -> Stored:
-    """Read a checkpoint. Raises one of several errors for a damaged file; zip checks a sum of every part."""
+    """Read a checkpoint. Raises one of several errors for a damaged file; zip checks a sum of every part.
+
+    Raises `OtherFormat` for a file of another version.
+    """
     data = path.read_bytes()
     with zipfile.ZipFile(io.BytesIO(data)) as parts:
         if parts.testzip() is not None:
             raise zipfile.BadZipFile(f"{path} is damaged")
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
         head = json.loads(stored[HEAD].tobytes())
+        if (form := head.pop("format")) != FORMAT:
+            made = dict(head.get("versions", {})).get("tcontact", "unknown")
+            remedy = f"has format {form}, written by version {made}, and this one reads {FORMAT}"
+            raise OtherFormat(f"{remedy}; resume the run with that version, or run it again")
         found = {name: stored[str(number)] for number, name in enumerate(head.pop("names"))}
     values = head.pop("values")
-    if head.pop("format") != FORMAT:
-        raise ValueError(f"{path} has another format")
     return Stored(path, head, values, found)
 
 

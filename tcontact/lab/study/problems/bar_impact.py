@@ -10,6 +10,7 @@ from tcontact.cases import bar_impact as case
 
 from ....results.smoothness import force_variation
 from .. import errors as err
+from ..methods import STANDARD
 from . import cell_stiffness
 
 scene = case.scene
@@ -25,16 +26,7 @@ ERRORS = (
     "displacement_error",
 )
 SIZES = (20, 40, 80, 160)
-METHODS = (
-    "massless-normal",
-    "massless-full",
-    "massless-depth-3",
-    "massless-penalty-10",
-    "penalty-1",
-    "penalty-10",
-    "penalty-100",
-    "impulse",
-)
+METHODS = STANDARD
 REFERENCE = "exact: rho c v A for the time 2 length/c, then free of stress (d'Alembert)"
 
 

@@ -10,21 +10,14 @@ from tcontact.cases import cube_impact as case
 
 from ....results.smoothness import force_variation
 from .. import errors as err
+from ..methods import STANDARD
 from . import cell_stiffness
 
 scene = case.scene
 unit = cell_stiffness
 ERRORS = ("force_error", "force_step_error", "impulse_error", "plateau_error", "restitution_error", "force_variation")
 SIZES = (4, 8, 16)
-METHODS = (
-    "massless-normal",
-    "massless-full",
-    "massless-depth-3",
-    "massless-penalty-10",
-    "penalty-1",
-    "penalty-10",
-    "impulse",
-)
+METHODS = tuple(name for name in STANDARD if name != "penalty-100")
 FINER = 2  # the reference has so many times the largest size
 REFERENCE_CFL = 0.45
 

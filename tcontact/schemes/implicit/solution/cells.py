@@ -1,7 +1,7 @@
 """Forces, tangent blocks and energy of the cells of a body over a time step (METHOD 4).
 
 Points, weights and shape gradients are computed once with numpy and stored; a one-point hex has the mean gradient of
-its cell and the hourglass stiffness of kernels/elements/reduced_hex.py, a quadratic energy of corotated differences.
+its cell and the hourglass stiffness of kernels/elements/hex8_reduced.py, a quadratic energy of corotated differences.
 """
 
 from __future__ import annotations

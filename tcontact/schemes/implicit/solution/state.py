@@ -18,7 +18,7 @@ from .body import ImplicitBody, Level, Taken
 from .newton import NotConverged
 from .rule import ImplicitRule
 
-REMEDY = "use a smaller dt, or a scheme that conserves energy (discrete-gradient)"
+REMEDY = "use a smaller dt, or a scheme that conserves energy (gonzalez takes every law)"
 
 
 class ElasticForce:
