@@ -52,6 +52,7 @@ from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
+from .scene.pairs import Pair  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
@@ -96,6 +97,7 @@ __all__ = [
     "Ogden",
     "OutputError",
     "OverlapWarning",
+    "Pair",
     "PaperImplicit",
     "PenaltyContact",
     "Plane",

@@ -29,21 +29,23 @@ SAMPLES = 257  # samples of a function of time
 OUT_OF_REACH = 10.0  # times the distance that a node can cover
 
 
-def with_reached_faces(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> Body:
-    """Return the body with the faces that may meet an obstacle as contact faces; the body itself unless "auto"."""
+def with_reached_faces(
+    body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any, others: np.ndarray | None = None
+) -> Body:
+    """Return the body with the faces that may meet an obstacle as contact faces; the body itself unless "auto".
+
+    others [k]: for each outer face whether it may meet another body; None: it may not.
+    """
     if not body.finds_contact:
         return body
     faces = body.outer_faces
-    if len(obstacles) == 0 or len(faces) == 0:
-        faces = faces[:0]
-    else:
-        reached = np.zeros(len(faces), dtype=bool)
+    reached = np.zeros(len(faces), dtype=bool) if others is None else others.copy()
+    if len(faces):
         for obstacle in obstacles:
             reached |= _meets(body, faces, obstacle, duration, gravity)
-        faces = faces[reached]
     result = copy.copy(body)
     result.__dict__.pop("contact_nodes", None)
-    result.__dict__["contact_faces"] = faces
+    result.__dict__["contact_faces"] = faces[reached]
     return result
 
 

@@ -17,12 +17,13 @@ from .contact_models import ContactModel, ImpulseContact, MasslessContact, Penal
 from .dissipation import BulkViscosity, Damping
 from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
 from .obstacles import Obstacle
+from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
 from .periodic import check_obstacles
 from .reach import with_reached_faces
 
 
 class OverlapWarning(UserWarning):
-    """Two bodies of a scene may touch; contact between bodies is not modelled."""
+    """Two bodies of a scene that are no pair in contact with each other may touch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,9 @@ class Scene:
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
     duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
     pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
-    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: contact between bodies is not
-    modelled yet, so "auto" stops a run where two of them meet (`Result.reason` "bodies-meet"), and None lets them pass
-    through each other.
+    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: "auto" (those whose contact
+    faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two bodies meet that are no
+    pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
     Raises `InputError`.
     """
 
@@ -46,7 +47,8 @@ class Scene:
     friction: FrictionModel | None = None
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None
-    pairs: str | None = "auto"
+    pairs: str | Sequence[Pair] | None = "auto"
+    body_pairs: tuple[BodyPair, ...] = field(default=(), init=False)
 
     def __post_init__(self) -> None:
         bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
@@ -74,16 +76,14 @@ class Scene:
             )
         if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
-        if self.pairs is not None and not (isinstance(self.pairs, str) and self.pairs == "auto"):
-            remedy = (
-                "contact between bodies is not modelled yet: give 'auto' to stop where two bodies meet, or None (in"
-                ' a scene file "none") to let them pass through each other'
-            )
-            raise InputError("Scene.pairs", self.pairs, remedy)
+        object.__setattr__(self, "pairs", checked_pairs(self.pairs))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
-        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within) for body in self.bodies))
+        reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
+        named = zip(self.bodies, reached, strict=True)
+        object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
+        object.__setattr__(self, "body_pairs", pairs_of(self))
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -101,8 +101,14 @@ class Scene:
 
     @property
     def touching(self) -> bool:
-        """Return whether contact can occur: obstacles, a contact model and a body with a contact set."""
-        return bool(self.obstacles) and self.contact is not None and any(body.touches for body in self.bodies)
+        """Return whether contact can occur: a contact model, a body with a contact set and something to touch."""
+        there = bool(self.obstacles or self.body_pairs)
+        return there and self.contact is not None and any(body.touches for body in self.bodies)
+
+    def can_touch(self, index: int) -> bool:
+        """Return whether body `index` can touch an obstacle or another body."""
+        paired = any(index in (pair.first, pair.second) for pair in self.body_pairs)
+        return self.touching and self.bodies[index].touches and (bool(self.obstacles) or paired)
 
     @property
     def moving(self) -> bool:
@@ -117,6 +123,18 @@ class Scene:
     def obstacle_label(self, index: int) -> str:
         """Return the name of an obstacle for messages and results."""
         return self.obstacles[index].name or f"obstacle-{index}"
+
+    def _faces_of_others(self, index: int) -> np.ndarray | None:
+        """Return for every outer face of a body with contact="auto" whether it may meet another body of its pairs."""
+        if not self.bodies[index].finds_contact or self.pairs is None or hindrance(self):
+            return None
+        found = np.zeros(len(self.bodies[index].outer_faces), dtype=bool)
+        for other in range(len(self.bodies)):
+            names = {self.label(index), self.label(other)}
+            asked = isinstance(self.pairs, str) or any({pair.first, pair.second} == names for pair in self.pairs)
+            if other != index and asked:
+                found |= meeting_faces(self, index, other, outer=True)
+        return found
 
     def _check_start(self, index: int, body: Body) -> None:
         if not body.touches:
@@ -138,14 +156,15 @@ class Scene:
 
     def _check_bodies_apart(self) -> None:
         boxes = [(body.initial_nodes.min(axis=0), body.initial_nodes.max(axis=0)) for body in self.bodies]
+        paired = {frozenset((pair.first, pair.second)) for pair in self.body_pairs}
         for first in range(len(boxes)):
             for second in range(first + 1, len(boxes)):
                 low = np.maximum(boxes[first][0], boxes[second][0])
                 high = np.minimum(boxes[first][1], boxes[second][1])
-                if (low <= high).all():
+                if (low <= high).all() and {first, second} not in paired:
                     warnings.warn(
                         f"bodies {self.label(first)} and {self.label(second)} overlap in their bounding boxes;"
-                        " contact between bodies is not modelled",
+                        " they are no pair in contact with each other",
                         OverlapWarning,
                         stacklevel=4,
                     )

@@ -1,0 +1,226 @@
+"""Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD, pairs).
+
+A total order of the bodies decides: by stiffness in powers of 2 (lambda + 2 mu of the material), then by the mean area
+of a contact face, then by the place in the scene. The lower one of a pair is the slave: its contact nodes get the
+constraint rows.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import InputError
+from ..mesh.geometry import shortest_edge
+from .body import Body
+from .contact_models import MasslessContact
+
+FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
+SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies that can touch each other, by name (`Body.name`, or "body-0", "body-1", ...).
+
+    first, second: the names; forces in the history act on the first one. slave: the name of the body whose contact
+    nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces. initial_gap:
+    "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa: curvature of
+    the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
+    """
+
+    first: str
+    second: str
+    slave: str | None = None
+    initial_gap: str = "as-meshed"
+
+    def __post_init__(self) -> None:
+        for field in ("first", "second"):
+            name = getattr(self, field)
+            if not isinstance(name, str) or not name:
+                raise InputError(f"Pair.{field}", name, "give the name of a body, for example 'body-0'")
+        if self.first == self.second:
+            remedy = "contact of a body with itself is not modelled: name two bodies"
+            raise InputError("Pair.second", self.second, remedy)
+        if self.slave is not None and self.slave not in (self.first, self.second):
+            raise InputError("Pair.slave", self.slave, f"give {self.first!r}, {self.second!r} or None")
+        validate.choice("Pair.initial_gap", self.initial_gap, ("as-meshed", "closed"))
+
+    @property
+    def name(self) -> str:
+        """The name of the pair in the history."""
+        return f"{self.first}-{self.second}"
+
+
+@dataclass(frozen=True)
+class BodyPair:
+    """A pair by the numbers of its bodies in the scene; forces in the history act on `first`."""
+
+    name: str
+    first: int
+    second: int
+    slave: int
+    initial_gap: str = "as-meshed"
+
+    @property
+    def master(self) -> int:
+        """The body that is not the slave."""
+        return self.first + self.second - self.slave
+
+
+def checked_pairs(given: Any) -> Any:
+    """Return "auto", None or a tuple of `Pair`. Raises `InputError` for anything else and for a pair named twice."""
+    if given is None or (isinstance(given, str) and given == "auto"):
+        return given
+    pairs = (given,) if isinstance(given, Pair) else given
+    if isinstance(pairs, str) or not isinstance(pairs, Sequence) or not all(isinstance(pair, Pair) for pair in pairs):
+        remedy = "give 'auto' (bodies touch where they meet), a list of tcontact.Pair, or None (in a scene file"
+        raise InputError("Scene.pairs", given, f'{remedy} "none") to let bodies pass through each other')
+    seen: set[frozenset[str]] = set()
+    for pair in pairs:
+        bodies = frozenset((pair.first, pair.second))
+        if bodies in seen:
+            raise InputError("Scene.pairs", pair.name, "name each pair once")
+        seen.add(bodies)
+    return tuple(pairs)
+
+
+def hindrance(scene: Any) -> str:
+    """Return what rules out contact between the bodies of a scene, or ""."""
+    if not isinstance(scene.contact, MasslessContact):
+        return "contact between bodies needs contact=MasslessContact()"
+    if scene.contact.penalty is not None:
+        return "contact between bodies has no penalty: leave MasslessContact.penalty at None"
+    if scene.contact.solver == "gauss-seidel":
+        return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
+    if scene.friction is not None:
+        return "friction between bodies is not available yet: leave Scene.friction at None"
+    if len(scene.obstacles) > 1:
+        return "contact between bodies goes with at most one obstacle"
+    if any(body.images is not None for body in scene.bodies):
+        return "contact between bodies is not available for periodic bodies"
+    return ""
+
+
+def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
+    """Return the pairs of bodies of a scene that are in contact with each other.
+
+    With "auto" these are the bodies whose contact faces may meet; none where something rules out contact between
+    bodies: a run then stops where bodies meet. Raises `InputError` for a list with pairs that cannot be.
+    """
+    if scene.pairs is None or (scene.pairs == "auto" and len(scene.bodies) < 2):
+        return ()
+    why_not = hindrance(scene)
+    ranks = _ranks(scene.bodies)
+    found = []
+    if scene.pairs == "auto":
+        if why_not:
+            return ()
+        for first, second in itertools.combinations(range(len(scene.bodies)), 2):
+            if may_meet(scene, first, second):
+                name = f"{scene.label(first)}-{scene.label(second)}"
+                found.append(BodyPair(name, first, second, min(first, second, key=ranks.__getitem__)))
+        return tuple(found)
+    labels = [scene.label(index) for index in range(len(scene.bodies))]
+    for pair in scene.pairs:
+        for field in ("first", "second"):
+            name = getattr(pair, field)
+            if name not in labels:
+                raise InputError(f"Pair.{field}", name, f"use one of the bodies: {', '.join(labels)}")
+            if not scene.bodies[labels.index(name)].touches:
+                raise InputError(f"Pair.{field}", name, "it has no contact faces: give its Body.contact")
+        if why_not:
+            raise InputError("Scene.pairs", pair.name, why_not)
+        first, second = labels.index(pair.first), labels.index(pair.second)
+        slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels.index(pair.slave)
+        found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap))
+    _check_order(found, labels)
+    return tuple(found)
+
+
+def _check_order(pairs: Sequence[BodyPair], labels: Sequence[str]) -> None:
+    """Refuse slaves that go round in a circle, such as A of B, B of C, C of A."""
+    above = {pair.slave: {other.master for other in pairs if other.slave == pair.slave} for pair in pairs}
+    for start in above:
+        reached, front = set(), set(above[start])
+        while front:
+            reached |= front
+            front = set().union(*(above.get(body, set()) for body in front)) - reached
+        if start in reached:
+            raise InputError("Pair.slave", labels[start], "the slaves of the pairs go round in a circle; leave one None")
+
+
+def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:
+    """Return a place for every body such that the slave of every pair comes before its master."""
+    place = [0] * count
+    for _ in range(count):
+        for pair in pairs:
+            place[pair.master] = max(place[pair.master], place[pair.slave] + 1)
+    return place
+
+
+def _ranks(bodies: Sequence[Body]) -> list[tuple[int, float, int]]:
+    """Return the key of every body in the order of slaves, the first one is slave of all others."""
+    keys = []
+    for index, body in enumerate(bodies):
+        stiffness = body.material.lame_lambda + 2.0 * body.material.lame_mu
+        keys.append((round(float(np.log2(stiffness))), mean_area(body), index))
+    return keys
+
+
+def mean_area(body: Body) -> float:
+    """Return the mean area [m^2] of the contact faces of a body, to 6 digits; 0 without any."""
+    if not body.touches:
+        return 0.0
+    return float(f"{np.linalg.norm(area_vectors(body.initial_nodes[body.contact_faces]), axis=1).mean():.6g}")
+
+
+def area_vectors(corners: np.ndarray) -> np.ndarray:
+    """Return the area times the outward normal [k, 3] [m^2] of faces with corners [k, 4|3, 3]."""
+    return np.asarray(0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1]))
+
+
+def may_meet(scene: Any, first: int, second: int) -> bool:
+    """Return whether contact faces of two bodies may meet: they face each other and come close enough."""
+    found = meeting_faces(scene, first, second)
+    return bool(found.any())
+
+
+def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> np.ndarray:
+    """Return for every contact face (or outer face) of the first body whether it may meet one of the second.
+
+    Boxes around the faces, larger by the way that the bodies may go towards each other, overlap, and some face of the
+    second body in reach has a normal against it.
+    """
+    one, other = scene.bodies[first], scene.bodies[second]
+    faces = [body.outer_faces if outer and body.finds_contact else body.contact_faces for body in (one, other)]
+    if not len(faces[0]) or not len(faces[1]):
+        return np.zeros(len(faces[0]), dtype=bool)
+    speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
+    speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
+    fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
+    way = SLACK * (speed + fall) * scene.duration
+    way += sum(shortest_edge(body.mesh.nodes, body.mesh.cells) for body in (one, other))
+    corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]
+    low, high = corners[1].min(axis=(0, 1)) - way, corners[1].max(axis=(0, 1)) + way
+    near = (corners[0].max(axis=1) >= low).all(axis=1) & (corners[0].min(axis=1) <= high).all(axis=1)
+    if not near.any():
+        return near
+    low, high = corners[0][near].min(axis=(0, 1)) - way, corners[0][near].max(axis=(0, 1)) + way
+    there = (corners[1].max(axis=1) >= low).all(axis=1) & (corners[1].min(axis=1) <= high).all(axis=1)
+    if not there.any():
+        return np.zeros(len(faces[0]), dtype=bool)
+    normals = [_unit(area_vectors(part)) for part in corners]
+    directions = np.unique(np.round(normals[1][there], 3), axis=0)
+    facing = np.zeros(len(near), dtype=bool)
+    facing[near] = (normals[0][near] @ directions.T).min(axis=1) < FACING
+    return near & facing
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None].clip(1e-300))
