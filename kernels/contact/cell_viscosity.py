@@ -37,11 +37,10 @@ from ..lanes import (
 )
 from ..language import tensor3
 from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.entries import put_three, row, three
 from ..language.signatures import Signature, kernel_of
 from ..language.vectors import MASK, load
 from ..materials import LAWS, linear_elastic
-from ..nodes.boundary_nodes import row
-from .friction import put_three, three
 
 # The array `viscous` holds: the numbers below; displacement and viscous force [s, 3] of the boundary nodes at the last
 # time level; eta [s] of the contact cells, by lanes of their packs; their corner forces; eta of the contact cells in

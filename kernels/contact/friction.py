@@ -121,19 +121,6 @@ def node_place(k, number: ti.template()):
 
 
 @ti.func
-def three(values: ti.template(), place):
-    """Return three numbers of an array as a vector."""
-    return ti.Vector([values[place + j] for j in ti.static(range(3))])
-
-
-@ti.func
-def put_three(values: ti.template(), place, vector):
-    """Set three numbers of an array."""
-    for j in ti.static(range(3)):
-        values[place + j] = vector[j]
-
-
-@ti.func
 def clear_work(contact: ti.template()):
     """Set the work of friction to 0, before the phases of the step add to it."""
     contact.sums[SUMS.friction_before] = 0.0

@@ -10,7 +10,8 @@ import taichi as ti
 
 from ..columns import SUMS
 from ..lanes import KICK_AFTER, KICK_BEFORE
-from ..nodes.boundary_nodes import row, symmetric
+from ..language.entries import row
+from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
 from .friction import (

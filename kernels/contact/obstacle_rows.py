@@ -8,10 +8,10 @@ import taichi as ti
 
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
 from ..lanes import MAXIMUM_SLOTS
-from ..nodes.boundary_nodes import row
+from ..language.entries import row, three
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
-from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, vector, velocity_at
+from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
 
 
 @ti.func
@@ -28,7 +28,7 @@ def fill_row(obstacles: ti.template(), rows: ti.template(), r, x):
     set_number(rows, r, rows.at.gap, gap)
     set_vector(rows, r, rows.at.normal, normal)
     if ti.static(rows.at.size_squared >= 0):
-        away = x - vector(obstacles.records, RECORD * p + POINT)
+        away = x - three(obstacles.records, RECORD * p + POINT)
         set_number(rows, r, rows.at.size_squared, ti.max(x.norm_sqr(), away.norm_sqr()))
     if ti.static(rows.at.velocity >= 0):
         set_vector(rows, r, rows.at.velocity, velocity_at(obstacles, p, x, VELOCITY))
@@ -128,7 +128,7 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
             force = vector_of(rows, r, rows.at.force)
             if ti.static(rows.at.kick_friction >= 0):
                 force += vector_of(rows, r, rows.at.kick_friction)
-            moment = (x - vector(obstacles.records, RECORD * p + POINT)).cross(force)
+            moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)
             first = power + 1 + OBSTACLE_LOADS * p
             force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
             for j in ti.static(range(3)):

@@ -10,6 +10,7 @@ of sampled distances follow the rows. Only the shapes in `obstacles.options.shap
 import taichi as ti
 
 from ..lanes import OBSTACLE
+from ..language.entries import three
 from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
@@ -19,19 +20,13 @@ CODES = {"plane": 0, "sphere": 1, "cylinder": 2, "box": 3, "sdf": 4}
 
 
 @ti.func
-def vector(values: ti.template(), place):
-    """Return three numbers of an array as a vector."""
-    return ti.Vector([values[place + j] for j in ti.static(range(3))])
-
-
-@ti.func
 def gap_and_normal(obstacles: ti.template(), p, x):
     """Return the gap [m] of position x to obstacle p, and the unit normal into the body there."""
     values = ti.static(obstacles.records)
     start = RECORD * p
-    y = x - vector(values, start + POINT)
+    y = x - three(values, start + POINT)
     gap = 1e300
-    normal = vector(values, start + FRAME + 6)  # normal of a plane, axis of a cylinder
+    normal = three(values, start + FRAME + 6)  # normal of a plane, axis of a cylinder
     shape = int(values[start + SHAPE])
     alone = ti.static(len(obstacles.options.shapes) == 1)
     if ti.static("plane" in obstacles.options.shapes):
@@ -72,13 +67,13 @@ def framed_gap(obstacles: ti.template(), start, shape, y):
     normal = ti.Vector([0.0, 0.0, 1.0])
     if ti.static("box" in obstacles.options.shapes):
         if shape == 3:
-            gap, normal = box_gap_normal(own, vector(values, place))
+            gap, normal = box_gap_normal(own, three(values, place))
     if ti.static("sdf" in obstacles.options.shapes):
         if shape == 4:
             gap, normal = grid_gap_normal(
                 obstacles.motion,
                 ti.cast(values[place + 7], ti.i32),
-                vector(values, place),
+                three(values, place),
                 values[place + 3],
                 values[place + 4],
                 values[place + 5],
@@ -92,9 +87,9 @@ def framed_gap(obstacles: ti.template(), start, shape, y):
 def velocity_at(obstacles: ti.template(), p, x, velocity: ti.template()):
     """Return the velocity [m/s] of the material point of obstacle p at x; velocity: VELOCITY or MEAN_VELOCITY."""
     start = RECORD * p
-    arm = x - vector(obstacles.records, start + POINT)
-    spin = vector(obstacles.records, start + velocity + 3)
-    return vector(obstacles.records, start + velocity) + spin.cross(arm)
+    arm = x - three(obstacles.records, start + POINT)
+    spin = three(obstacles.records, start + velocity + 3)
+    return three(obstacles.records, start + velocity) + spin.cross(arm)
 
 
 @ti.func

@@ -22,6 +22,15 @@ ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to the nearest whole 
 
 
 @ti.func
+def log_series(z):
+    """Return R(z) of `log_split`."""
+    z2 = z * z
+    low = (R0 + R1 * z) + (R2 + R3 * z) * z2
+    high = (R4 + R5 * z) + R6 * z2
+    return low + high * (z2 * z2)
+
+
+@ti.func
 def log_split(change):
     """Return [e - ln(1 + e), 1/(1 + e)] of e = change, both accurate to the last digits also for tiny e.
 
@@ -37,10 +46,7 @@ def log_split(change):
     inverse = 1.0 / (jacobian * (2.0 + t))  # one division for both 1/(1 + e) and f
     f = t * (inverse * jacobian)
     z = f * f
-    z2 = z * z
-    low = (R0 + R1 * z) + (R2 + R3 * z) * z2
-    high = (R4 + R5 * z) + R6 * z2
-    series = low + high * (z2 * z2)
+    series = log_series(z)
     return [(e - t) - k * LN2 + f * (t - z * series), inverse * (2.0 + t)]
 
 
@@ -53,10 +59,7 @@ def logarithm(a):
     t = mantissa - 1.0
     f = t / (2.0 + t)
     z = f * f
-    z2 = z * z
-    low = (R0 + R1 * z) + (R2 + R3 * z) * z2
-    high = (R4 + R5 * z) + R6 * z2
-    series = low + high * (z2 * z2)
+    series = log_series(z)
     return k * LN2_HIGH + (k * LN2_LOW + (t - f * (t - z * series)))
 
 

@@ -10,6 +10,7 @@ import taichi as ti
 
 from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
+from ..language.entries import row
 from .damping import damping_force
 
 
@@ -19,12 +20,6 @@ def symmetric(tensors: ti.template(), s):
     xx, yy, zz = tensors[6 * s], tensors[6 * s + 1], tensors[6 * s + 2]
     xy, yz, xz = tensors[6 * s + 3], tensors[6 * s + 4], tensors[6 * s + 5]
     return ti.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-@ti.func
-def row(values: ti.template(), s):
-    """Return entry s of flat vectors [s, 3]."""
-    return ti.Vector([values[3 * s + j] for j in ti.static(range(3))])
 
 
 @ti.func

@@ -14,7 +14,7 @@ from ..columns import SUMS
 from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
 from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
-from ..nodes.boundary_nodes import row
+from ..language.entries import row
 from .control import F_REF, STATS, SWEEPS
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
 from .sliding import friction_limit

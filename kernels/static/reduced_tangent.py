@@ -26,9 +26,10 @@ from ..lanes import (
     WEIGHTS_AT,
     WIDTH,
 )
+from ..language.entries import row
 from ..language.point_memory import tangent_at
 from ..materials import LAWS
-from .surface_tangent import add_pair, corner
+from .surface_tangent import add_pair
 
 CORNERS = 8
 
@@ -66,31 +67,31 @@ def make_reduced_tangent(kind: str, law: str, block: int):
             for q in range(pairs.blocks[at + POINTS]):
                 jacobian = ti.Matrix.zero(ti.f64, 3, 3)
                 for a in range(CORNERS):
-                    x = corner(body.position, pairs.cell_nodes[first + a])
-                    jacobian += x.outer_product(corner(pairs.shape_gradients, gradients + q * CORNERS + a))
+                    x = row(body.position, pairs.cell_nodes[first + a])
+                    jacobian += x.outer_product(row(pairs.shape_gradients, gradients + q * CORNERS + a))
                 weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
                 volume += weight
                 turned = weight * jacobian.inverse().transpose()
                 for a in range(CORNERS):
-                    g = turned @ corner(pairs.shape_gradients, gradients + q * CORNERS + a)
+                    g = turned @ row(pairs.shape_gradients, gradients + q * CORNERS + a)
                     for j in ti.static(range(3)):
                         slopes[3 * a + j] += g[j]
             slope = ti.Matrix.zero(ti.f64, 3, 3)
             twist = ti.Matrix.zero(ti.f64, 4, 3)
             square = 0.0
             for a in range(CORNERS):
-                g = corner(slopes, a) / volume
+                g = row(slopes, a) / volume
                 square += g.dot(g)
                 node = pairs.cell_nodes[first + a]
-                slope += (corner(body.u, node) - corner(body.u, origin)).outer_product(g)
-                arm = corner(body.position, node) - corner(body.position, origin)
+                slope += (row(body.u, node) - row(body.u, origin)).outer_product(g)
+                arm = row(body.position, node) - row(body.position, origin)
                 twist += hourglass_modes(a).outer_product(arm)
                 for j in ti.static(range(3)):
                     slopes[3 * a + j] = g[j]
             kappa = HOURGLASS * stiff * volume * square / 8.0
             f = ti.Matrix.identity(ti.f64, 3) + slope
             for a in range(CORNERS):
-                gamma = hourglass_modes(a) - twist @ corner(slopes, a)
+                gamma = hourglass_modes(a) - twist @ row(slopes, a)
                 for h in ti.static(range(4)):
                     gammas[4 * a + h] = gamma[h]
             for p in range(pairs.start[cell], pairs.start[cell + 1]):
@@ -102,13 +103,13 @@ def make_reduced_tangent(kind: str, law: str, block: int):
             for part in ti.static(parts):
                 data = tangent_at(part, f, parameters, 0.0, body, place, 0, size, width)
                 for a in range(CORNERS):
-                    mg = part.corner(data, corner(slopes, a))
+                    mg = part.corner(data, row(slopes, a))
                     for j in ti.static(range(3)):
                         moved[3 * a + j] = mg[j]
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):
                     left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
                     value = volume * part.pair(
-                        data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                        data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right)
                     )
                     add_pair(pairs, basis, p, value, block, False)
 

@@ -19,13 +19,11 @@ from ..contact.friction import (
     WORK,
     friction_force,
     node_place,
-    put_three,
     tangents,
-    three,
 )
 from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
-from ..nodes.boundary_nodes import row
+from ..language.entries import put_three, row, three
 from .massless_node import basis_of, entries, largest, settle, square, violated
 
 NODE_ROUNDS = 10  # iterations over the rows of a node with several rows, at most

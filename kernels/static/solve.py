@@ -20,7 +20,7 @@ from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_cell, first_node, island_count
 from ..lanes import CONTACT_BLOCK, KIND
 from ..lanes import SWEEP_LANES as LANES
-from ..nodes.boundary_nodes import row
+from ..language.entries import row
 from .control import (
     BEFORE,
     CONVERGED,

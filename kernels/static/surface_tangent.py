@@ -25,17 +25,12 @@ from ..lanes import (
     WEIGHTS_AT,
     WIDTH,
 )
+from ..language.entries import row
 from ..language.point_memory import tangent_at
 from ..materials import LAWS
 from .massless_node import basis_of
 
 MAXIMUM_CORNERS = 8
-
-
-@ti.func
-def corner(values: ti.template(), a):
-    """Return the vector of corner a out of values [corner, 3]."""
-    return ti.Vector([values[3 * a + j] for j in ti.static(range(3))])
 
 
 @ti.func
@@ -72,7 +67,7 @@ def cell_volume(body: ti.template(), pairs: ti.template(), at, first, corners, l
         change += weight
         turned = weight * now.inverse().transpose()
         for a in range(corners):
-            g = turned @ corner(pairs.shape_gradients, gradients + q * corners + a)
+            g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
             for j in ti.static(range(3)):
                 spread[3 * a + j] += g[j]
     return volume, change / volume - 1.0, spread
@@ -129,7 +124,7 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                 if ti.static(linear):
                     pressure = 0.0
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                    left, right = corner(spread, pairs.corners[2 * p]), corner(spread, pairs.corners[2 * p + 1])
+                    left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
                     add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
             for q in range(pairs.blocks[at + POINTS]):
                 jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
@@ -141,7 +136,7 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                 for part in ti.static(parts):
                     data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
                     for a in range(corners):
-                        g = turned @ corner(pairs.shape_gradients, gradients + q * corners + a)
+                        g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
                         mg = part.corner(data, g)
                         for j in ti.static(range(3)):
                             slopes[3 * a + j] = g[j]
@@ -149,7 +144,7 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                     for p in range(pairs.start[cell], pairs.start[cell + 1]):
                         left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
                         value = part.pair(
-                            data, corner(slopes, left), corner(slopes, right), corner(moved, left), corner(moved, right)
+                            data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right)
                         )
                         add_pair(pairs, basis, p, value, block, plain)
 

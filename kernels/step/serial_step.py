@@ -1,4 +1,4 @@
-"""The serial kernel: boundary nodes, contact and static solve of a step, and whole steps of small bodies.
+"""The serial kernel: boundary nodes, contact and static solve of a step, and whole steps of small domains.
 
 It runs on one thread, in one launch, as a loop over the phases of a step:
 
@@ -7,13 +7,13 @@ It runs on one thread, in one launch, as a loop over the phases of a step:
     place      prediction of the massless nodes; then force passes over the contact cells ("measures"), each followed by
                an iteration of the static solve, until the nodes are in equilibrium
 
-A large body starts at `boundary` after its parallel force pass and does one row (one time level). Few contact cells are
-measured here. If they are many, the kernel ends where a measure is needed and is started again at `measured` after a
-parallel pass over them. A small body starts at `pass` and does many rows; one loop over cells serves force passes and
-measures. The kernel ends early at a row that the host must check (`suspicious`). With friction layers it ends after the
-contact load, so that the layers take their step, and is started again at `kick`. The force of viscous contact cells
-(cell_viscosity.py) is computed before each row and in each measure, here or, if they are many, in a parallel pass
-before the launch; started at `viscous`, the kernel does only that.
+A large domain starts at `boundary` after its parallel force pass and does one row (one time level). Few contact cells
+are measured here. If they are many, the kernel ends where a measure is needed and is started again at `measured` after
+a parallel pass over them. A small domain (few cells in all its bodies) starts at `pass` and does many rows; one loop
+over cells serves force passes and measures. The kernel ends early at a row that the host must check (`suspicious`).
+With friction layers it ends after the contact load, so that the layers take their step, and is started again at `kick`.
+The force of viscous contact cells (cell_viscosity.py) is computed before each row and in each measure, here or, if they
+are many, in a parallel pass before the launch; started at `viscous`, the kernel does only that.
 
 `control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
 """
@@ -76,7 +76,7 @@ def make_serial_step(
     signature: of the bundles of `serial_step`; cells: kinds of cells (element, law); contact_model: "massless",
     "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
-    force pass, for small bodies; measures: includes that over the contact cells, if they are few; damped: name of the
+    force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
     damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
     """
     has_contact = contact_model is not None

@@ -1,4 +1,4 @@
-"""What a step does beside the parallel force pass, and whole steps of small bodies: one launch on one thread."""
+"""What a step does beside the parallel force pass, and whole steps of small domains: one launch on one thread."""
 
 from __future__ import annotations
 
