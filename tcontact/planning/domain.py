@@ -16,10 +16,12 @@ import numpy as np
 
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
+from ..scene.pairs import BodyPair
 from ..scene.periodic import Images
 from ..scene.scene import Scene
 from .body_plan import SMALL, BodyPlan, ContactPlan
 from .contact_graph import joined
+from .removal import connected
 from .static_solver import static_solver
 
 
@@ -51,14 +53,16 @@ class CellBlock:
 class Domain:
     """Bodies in one numbering.
 
-    numbers: numbers of the bodies in the scene; chunks: chunks of its cells (packing.py), None = as many as suit the
-    threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of a body;
+    numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
+    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of a body;
     boundary_place: for every body, places [s] of its boundary nodes among those of the domain. The other attributes
     are those of `BodyPlan` for all bodies.
     """
 
-    def __init__(self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,)) -> None:
-        self.bodies, self.numbers = bodies, numbers
+    def __init__(
+        self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,), pairs: tuple[BodyPair, ...] = ()
+    ) -> None:
+        self.bodies, self.numbers, self.pairs = bodies, numbers, pairs
         self.chunks: int | None = None
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
@@ -263,17 +267,28 @@ def _starts(counts: list[int]) -> np.ndarray:
 def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
     """Group the bodies into domains: one for each number of massless components and solver of the static solve.
 
-    These choose different kernels. Bodies that cannot touch anything join the first domain.
+    These choose different kernels. Bodies that pairs connect have a domain of their own; bodies that cannot touch
+    anything join the first domain.
     """
-    groups: dict[tuple[int, bool], list[int]] = {}
+    groups: dict[tuple[int, ...], list[int]] = {}
     alone = []
     for number, body in enumerate(bodies):
+        if any(number in (pair.first, pair.second) for pair in scene.body_pairs):
+            groups.setdefault((-1, *connected(scene, number)), []).append(number)
+            continue
         if body.contact is None or not len(body.contact.nodes):
             alone.append(number)
             continue
         massless = body.contact.graph is not None
-        kind = body.contact.block if massless else 0, massless and static_solver(scene, body).projected
+        kind = body.contact.block if massless else 0, int(massless and static_solver(scene, body).projected)
         groups.setdefault(kind, []).append(number)
     numbers = list(groups.values()) or [[]]
     numbers[0] = sorted(numbers[0] + alone)
-    return tuple(Domain(tuple(bodies[number] for number in group), tuple(group)) for group in numbers)
+    return tuple(
+        Domain(
+            tuple(bodies[number] for number in group),
+            tuple(group),
+            tuple(pair for pair in scene.body_pairs if pair.first in group),
+        )
+        for group in numbers
+    )

@@ -1,4 +1,4 @@
-"""Islands: the contact nodes of one body in lists that several bodies share (kernels/contact/islands.py)."""
+"""Islands: the contact nodes of a body, or of bodies in contact, in shared lists (kernels/contact/islands.py)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .sweep_order import SweepOrder
 
 @dataclass(frozen=True)
 class Island:
-    """The part of one body in the contact lists of its domain.
+    """The part of one body, or of several that are in contact with each other, in the contact lists of the domain.
 
     nodes, all_nodes, cells: its slices of `ContactPlan.nodes`, `ContactPlan.all_nodes` and of the contact cells;
     blocks: its slice of the blocks of contact cells.
     """
 
-    body: BodyPlan
+    bodies: tuple[BodyPlan, ...]
     nodes: slice
     all_nodes: slice
     cells: slice
@@ -32,16 +32,27 @@ class Island:
         """The mass removed from its nodes: "normal", "full" or None."""
         return None if self.body.contact is None else self.body.contact.removal
 
+    @property
+    def body(self) -> BodyPlan:
+        """Its body, or the first one of several."""
+        return self.bodies[0]
+
+    @property
+    def coupled(self) -> bool:
+        """Return whether its bodies are in contact with each other."""
+        return len(self.bodies) > 1
+
 
 def islands_of(domain: Domain) -> tuple[Island, ...]:
-    """Return the islands of a domain, one for each body that can touch."""
-    found, everyone, blocks = [], 0, 0
+    """Return the islands of a domain: one for each body that can touch, or one for all bodies that pairs connect."""
+    found: list[Island] = []
+    everyone, blocks = 0, 0
     for number, body in enumerate(domain.bodies):
         if body.contact is not None:
             own = sum(len(block.contact) > 0 for block in domain.blocks if block.body is body)
             found.append(
                 Island(
-                    body,
+                    (body,),
                     slice(int(domain.contact_start[number]), int(domain.contact_start[number + 1])),
                     slice(everyone, everyone + len(body.contact.all_nodes)),
                     slice(int(domain.cell_start[number]), int(domain.cell_start[number + 1])),
@@ -50,7 +61,13 @@ def islands_of(domain: Domain) -> tuple[Island, ...]:
             )
             everyone += len(body.contact.all_nodes)
             blocks += own
-    return tuple(found)
+    return (_joined(found),) if domain.pairs else tuple(found)
+
+
+def _joined(islands: Sequence[Island]) -> Island:
+    names = ("nodes", "all_nodes", "cells", "blocks")
+    parts = [slice(getattr(islands[0], name).start, getattr(islands[-1], name).stop) for name in names]
+    return Island(tuple(body for island in islands for body in island.bodies), *parts)
 
 
 def nodes_without_rows(domain: Domain, islands: Sequence[Island], obstacles: int) -> list[np.ndarray]:

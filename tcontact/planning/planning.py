@@ -101,7 +101,7 @@ def plan(scene: Scene) -> Plan:
     """Plan a scene. Raises `InputError` where the contact set cannot be made massless."""
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
-    planned = Plan(scene, tuple(_plan_body(scene, body, scene.label(i)) for i, body in enumerate(scene.bodies)))
+    planned = Plan(scene, tuple(_plan_body(scene, index) for index in range(len(scene.bodies))))
     asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else None
     massless = any(body.contact is not None and body.contact.graph is not None for body in planned.bodies)
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
@@ -114,14 +114,15 @@ def plan(scene: Scene) -> Plan:
     return planned
 
 
-def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
+def _plan_body(scene: Scene, index: int) -> BodyPlan:
+    body, label = scene.bodies[index], scene.label(index)
     mesh = body.mesh
     masses = cell_masses(mesh, body.material.density)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
-    can_touch = scene.touching and body.touches
+    can_touch = scene.can_touch(index)
     facing = None
-    if can_touch:
+    if can_touch and scene.obstacles:
         start = body.initial_nodes
         nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
         facing = nearest.normal_at(start.mean(axis=0)[None])[0]
@@ -133,7 +134,7 @@ def _plan_body(scene: Scene, body: Body, label: str) -> BodyPlan:
     contact: ContactPlan | None = None
     massless: MasslessNodes | None = None
     if can_touch and isinstance(scene.contact, MasslessContact):
-        massless = massless_nodes(scene, body)
+        massless = massless_nodes(scene, index)
         if len(massless.nodes):
             check_clusters(body, massless)
             massless = massless if body.images is None else massless.masters(body.images)

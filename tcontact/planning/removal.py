@@ -9,6 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..scene.body import Body
 from ..scene.contact_models import MasslessContact
+from ..scene.pairs import area_vectors
 from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene
@@ -39,15 +40,19 @@ class MasslessNodes:
         return replace(self, nodes=self.nodes[kept], basis=self.basis[kept], rank=self.rank[kept])
 
 
-def choose_removal(scene: Scene, body: Body) -> str:
+def choose_removal(scene: Scene, index: int) -> str:
     """Resolve "auto": normal removal where the normal of a node cannot turn, else full.
 
     It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
-    faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration.
+    faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration. Bodies in
+    contact with each other share one removal: normal if one direction serves them all (`common_normal`).
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
         return scene.contact.removal
+    if paired(scene, index):
+        return "full" if common_normal(scene, index) is None else "normal"
+    body = scene.bodies[index]
     obstacles = [
         scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
     ]
@@ -56,31 +61,82 @@ def choose_removal(scene: Scene, body: Body) -> str:
     normals = np.array([obstacle.frame[2] for obstacle in obstacles])
     if (np.abs(normals @ normals[0]) < PARALLEL).any():
         return "full"
-    corners = body.initial_nodes[body.contact_faces]
-    diagonals = (corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
-    outward = np.cross(*diagonals)
-    outward /= np.linalg.norm(outward, axis=1)[:, None]
-    facing = (-(outward @ normals.T)).max(axis=1)
-    if not (facing > FACING).all():
-        return "full"
-    turned = float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
-    return "full" if turned > SPINS else "normal"
+    facing = (-(_outward(body) @ normals.T)).max(axis=1)
+    return "normal" if (facing > FACING).all() and _turn(scene, body) <= SPINS else "full"
 
 
-def massless_nodes(scene: Scene, body: Body) -> MasslessNodes:
+def _outward(body: Body) -> np.ndarray:
+    """Return the unit outward normals [k, 3] of the contact faces at the start."""
+    areas = area_vectors(body.initial_nodes[body.contact_faces])
+    return np.asarray(areas / np.linalg.norm(areas, axis=1)[:, None])
+
+
+def _turn(scene: Scene, body: Body) -> float:
+    """Return by how much [rad] a body turns in the duration, with the spin of its start."""
+    return float(np.linalg.norm(spin(body, body.initial_velocity, body.initial_nodes))) * scene.duration
+
+
+def paired(scene: Scene, index: int) -> bool:
+    """Return whether a body is in contact with other bodies."""
+    return any(index in (pair.first, pair.second) for pair in scene.body_pairs)
+
+
+def common_normal(scene: Scene, index: int) -> np.ndarray | None:
+    """Return the direction [3] along which a body and all that it is connected to by pairs may lose their mass.
+
+    All their contact faces lie within 15 degrees of it, none of the bodies turns, and an obstacle is a plane across it.
+    None if there is no such direction.
+    """
+    bodies = [scene.bodies[number] for number in connected(scene, index)]
+    normals = [_outward(body) for body in bodies]
+    first = normals[0].mean(axis=0)
+    total = sum((np.where(part @ first > 0.0, 1.0, -1.0)[:, None] * part).sum(axis=0) for part in normals)
+    if not np.linalg.norm(total) > 0.0:
+        return None
+    direction = np.asarray(total / np.linalg.norm(total))
+    for obstacle in scene.obstacles:
+        across = obstacle.shape == "plane" and not obstacle.turns
+        if not across or abs(obstacle.frame[2] @ direction) < FACING:
+            return None
+        direction = np.array(obstacle.frame[2])
+    aligned = all((np.abs(part @ direction) > FACING).all() for part in normals)
+    return direction if aligned and all(_turn(scene, body) <= SPINS for body in bodies) else None
+
+
+def connected(scene: Scene, index: int) -> list[int]:
+    """Return the numbers of the bodies that pairs connect to body `index`, with itself, ascending."""
+    found = {index}
+    while True:
+        more = {number for pair in scene.body_pairs for number in (pair.first, pair.second)
+                if {pair.first, pair.second} & found}  # fmt: skip
+        if more <= found:
+            return sorted(found)
+        found |= more
+
+
+def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
     """Find the nodes of the contact set that lose mass, and their massless directions.
 
     A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
     removal the normals are those of the obstacles within reach.
     """
     assert isinstance(scene.contact, MasslessContact)
-    removal = choose_removal(scene, body)
+    body, removal = scene.bodies[index], choose_removal(scene, index)
     nodes = body.contact_nodes
     free = np.isnan(body.prescribed[nodes])  # [k, 3]
-    obstacles = [
-        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
-    ]
-    normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
+    normals = np.broadcast_to(np.zeros(3), (len(nodes), 1, 3))
+    if paired(scene, index):
+        common = common_normal(scene, index)
+        if removal == "normal" and common is None:
+            remedy = "bodies in contact with each other lose their normal mass only if all their contact faces lie"
+            remedy += " within 15 degrees of one direction and none of them turns; use 'full' or 'auto'"
+            raise InputError("MasslessContact.removal", removal, remedy)
+        normals = normals if common is None else np.broadcast_to(common, normals.shape)
+    else:
+        obstacles = [
+            scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
+        ]
+        normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)
     patterns, member = np.unique(candidates, axis=0, return_inverse=True)
     member = member.reshape(-1)

@@ -1,0 +1,1 @@
+"""Contact between deformable bodies: surfaces, search, coupling rows (METHOD, pairs of bodies)."""

@@ -1,0 +1,198 @@
+"""Coupling of a slave surface with its masters: weights P, normals and areas of the rows (METHOD, pairs of bodies).
+
+    D_s = int phi_s dA,   M_sm = int phi_s N_m dA,   P = M / D,   over the part of the slave faces that is covered
+
+phi = A N_s are dual functions on the covered part of a slave face e: A = diag(int N_s) (int N_s N_s^t)^-1. Linear
+fields are reproduced exactly, so the gap is that at the node itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...device import arrays
+from ...kernels import pair_places as at
+from .surfaces import Facing, area_vectors
+
+COVERED = 1e-6  # area of a slave face that is covered, over its area, below which it takes no part
+DROPPED = 1e-4  # area D of a row over the area of its node below which there is no row
+LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
+SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
+FAR = 3.0  # reach of a pair of faces over that of a slave face
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Rows of a slave surface.
+
+    slaves [r]: nodes of the domain, ascending; area [r] [m^2]: D; first [r + 1], masters, weights, bodies [e]: entries
+    with the place of the body of the master; first_face [r + 1], faces [f, 4], face_weights [f]: the faces whose mean
+    unit normal is the normal of a row.
+    """
+
+    slaves: np.ndarray
+    area: np.ndarray
+    first: np.ndarray
+    masters: np.ndarray
+    weights: np.ndarray
+    bodies: np.ndarray
+    first_face: np.ndarray
+    faces: np.ndarray
+    face_weights: np.ndarray
+
+
+def integrals(slaves: np.ndarray, masters: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return the integrals [p, INTEGRALS] of pairs [p, 2] of faces with corners [.., 4, 3] [m]."""
+    from ...kernels.contact.clipping import make_clipping
+
+    if not len(pairs):
+        return np.zeros((0, at.INTEGRALS))
+    given = [arrays.put(values) for values in (slaves, masters, pairs, np.zeros(len(pairs) * at.INTEGRALS))]
+    make_clipping()(len(pairs), *given)
+    return arrays.get(given[3]).reshape(-1, at.INTEGRALS)
+
+
+def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
+    """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet."""
+    slave, masters = facing.slave.faces, facing.master_faces
+    centre = positions[facing.slave.nodes].mean(axis=0)
+    corners = [positions[faces] - centre for faces in (slave, masters)]
+    found = integrals(*corners, pairs)
+    face_areas = np.linalg.norm(area_vectors(positions, slave), axis=1)
+    near = found[:, at.COMMON_AREA] > 0.0
+    closest = np.full(len(slave), np.inf)
+    np.minimum.at(closest, pairs[near, 0], found[near, at.DISTANCE])
+    near &= (found[:, at.DISTANCE] <= FAR * facing.reach) & (closest[pairs[:, 0]] <= facing.reach)
+    covered = np.bincount(pairs[near, 0], found[near, at.COMMON_AREA], len(slave))
+    near &= (covered > COVERED * face_areas)[pairs[:, 0]]
+    pairs, found = pairs[near], found[near]
+    e, f = pairs.T
+    own = found[:, at.SLAVE_PRODUCTS : at.SLAVE_PRODUCTS + 16].reshape(-1, 4, 4)
+    products = np.zeros((len(slave), 4, 4))
+    np.add.at(products, e, own)
+    dual, areas = _dual(products)
+    mixed = found[:, at.MASTER_PRODUCTS : at.MASTER_PRODUCTS + 16].reshape(-1, 4, 4)
+    blocks = dual[e] @ mixed
+    sums = np.abs(blocks).max(axis=(1, 2), initial=0.0) / np.where(areas[e] > 0.0, areas[e], np.inf).min(axis=1)
+    wild = np.zeros(len(slave), dtype=bool)
+    wild[e[sums > LARGEST_WEIGHT]] = True
+    blocks[wild[e]] = mixed[wild[e]]
+    return _rows(facing, positions, e, f, blocks, areas, own.sum(axis=2))
+
+
+def _dual(products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return A [f, 4, 4] = diag(D) M^-1 of faces with M [f, 4, 4], and D [f, 4]; a missing corner has only zeros."""
+    areas = products.sum(axis=2)
+    filled = products.copy()
+    corner = np.arange(4)
+    scale = products[:, corner, corner].max(axis=1, initial=0.0)
+    empty = products[:, corner, corner] <= 0.0
+    filled[:, corner, corner] += np.where(empty, np.where(scale > 0.0, scale, 1.0)[:, None], 0.0)
+    return areas[:, :, None] * np.linalg.inv(filled), areas
+
+
+def _rows(
+    facing: Facing,
+    positions: np.ndarray,
+    e: np.ndarray,
+    f: np.ndarray,
+    blocks: np.ndarray,
+    areas: np.ndarray,
+    shares: np.ndarray,
+) -> Coupling:
+    slave, masters = facing.slave.faces, facing.master_faces
+    count = len(positions)
+    area = np.zeros(count)
+    np.add.at(area, slave, areas)
+    vectors = area_vectors(positions, slave)
+    sizes = np.linalg.norm(vectors, axis=1)
+    corners = np.where(slave[:, 3] == slave[:, 2], 3, 4)
+    weight = np.where((np.arange(4) < corners[:, None]), (sizes / corners)[:, None], 0.0)
+    of_node = np.zeros(count)
+    np.add.at(of_node, slave, weight)
+    kept = area >= DROPPED * np.where(of_node > 0.0, of_node, np.inf)
+    slaves = np.flatnonzero(kept)
+    row = np.full(count, -1)
+    row[slaves] = np.arange(len(slaves))
+
+    rows = np.broadcast_to(row[slave[e]][:, :, None], blocks.shape).reshape(-1)
+    nodes = np.broadcast_to(masters[f][:, None, :], blocks.shape).reshape(-1)
+    bodies = np.broadcast_to(facing.master_bodies[f][:, None, None], blocks.shape).reshape(-1)
+    values = blocks.reshape(-1)
+    there = (rows >= 0) & (values != 0.0)
+    key, place = np.unique(rows[there] * count + nodes[there], return_inverse=True)
+    total = np.bincount(place.reshape(-1), values[there], len(key))
+    owner = np.zeros(len(key), dtype=np.int64)
+    owner[place.reshape(-1)] = bodies[there]
+    r, node = np.divmod(key, count)
+    first = np.searchsorted(r, np.arange(len(slaves) + 1))
+
+    faces, face_weights, first_face = _normals(facing, positions, slaves, row, e, f, shares, vectors, sizes)
+    return Coupling(
+        slaves, area[slaves], first, node, total / area[slaves][r], owner, first_face, faces, face_weights
+    )
+
+
+def _normals(
+    facing: Facing,
+    positions: np.ndarray,
+    slaves: np.ndarray,
+    row: np.ndarray,
+    e: np.ndarray,
+    f: np.ndarray,
+    shares: np.ndarray,
+    vectors: np.ndarray,
+    sizes: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return faces, their weights and the first face of every row.
+
+    The normal of a row is the inward one of the slave's faces around the node, unless the node is sharp and the master
+    is flat where it covers them: then it is the outward one of the master's faces.
+    """
+    slave, masters = facing.slave.faces, facing.master_faces
+    count = len(positions)
+    own_flat = _flatness(slave, vectors, sizes, count)
+    master_vectors = area_vectors(positions, masters)
+    master_sizes = np.linalg.norm(master_vectors, axis=1)
+    flat = np.ones(count)
+    for body in np.unique(facing.master_bodies):
+        mine = facing.master_bodies == body
+        there = np.unique(masters[mine])
+        flat[there] = _flatness(masters[mine], master_vectors[mine], master_sizes[mine], count)[there]
+    least = np.full(len(slaves), np.inf)
+    covered = row[slave[e]]
+    for a in range(4):
+        some = (covered[:, a] >= 0) & (shares[:, a] != 0.0)
+        np.minimum.at(least, covered[some, a], flat[masters[f[some]]].min(axis=1))
+    sharp = (own_flat[slaves] < SHARP) & (least > own_flat[slaves] + FLATTER) & np.isfinite(least)
+
+    rows, faces, weights = [], [], []
+    corners = np.where(slave[:, 3] == slave[:, 2], 3, 4)
+    for a in range(4):
+        some = np.flatnonzero((row[slave[:, a]] >= 0) & (a < corners))
+        some = some[~sharp[row[slave[some, a]]]]
+        rows.append(row[slave[some, a]])
+        faces.append(slave[some])
+        weights.append(-sizes[some])
+        some = np.flatnonzero((covered[:, a] >= 0) & (shares[:, a] != 0.0))
+        some = some[sharp[covered[some, a]]]
+        rows.append(covered[some, a])
+        faces.append(masters[f[some]])
+        weights.append(shares[some, a])
+    of = np.concatenate(rows)
+    order = np.argsort(of, kind="stable")
+    first = np.searchsorted(of[order], np.arange(len(slaves) + 1))
+    return np.concatenate(faces)[order], np.concatenate(weights)[order], first
+
+
+def _flatness(faces: np.ndarray, vectors: np.ndarray, sizes: np.ndarray, count: int) -> np.ndarray:
+    """Return |sum of areas times normals| over the sum of the areas of the faces around each node [n]; 1 is flat."""
+    total, area = np.zeros((count, 3)), np.zeros(count)
+    corners = np.where(faces[:, 3] == faces[:, 2], 3, 4)
+    for a in range(4):
+        some = a < corners
+        np.add.at(total, faces[some, a], vectors[some])
+        np.add.at(area, faces[some, a], sizes[some])
+    return np.asarray(np.linalg.norm(total, axis=1) / np.where(area > 0.0, area, 1.0))

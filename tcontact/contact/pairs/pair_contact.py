@@ -1,0 +1,215 @@
+"""The rows of all pairs of a domain as the kernels read them, and when they are built anew (kernels/pair_places.py)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...device import arrays
+from ...kernels import pair_places as at
+from ...planning.domain import Domain
+from .coupling import Coupling, couple
+from .search import close_faces
+from .surfaces import Facing, facings_of, surfaces_of
+
+SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
+OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
+SPARE = 1.5  # room of the arrays over what they hold, when they grow
+
+
+class PairContact:
+    """Rows of the pairs of a domain, and the candidates of their search.
+
+    lists (int32), values (float64): as in kernels/pair_places.py; they are replaced by larger ones where rows need it,
+    `replaced` counts how often. rebuilds, searches: how often rows were built and faces searched.
+    """
+
+    def __init__(self, domain: Domain) -> None:
+        contact = domain.contact
+        assert contact is not None
+        self._boundary = domain.boundary
+        self._reference = domain.reference
+        self._slot = np.full(len(domain.reference), -1)
+        self._slot[domain.boundary] = np.arange(len(domain.boundary))
+        self._count = len(contact.nodes)
+        self.surfaces = surfaces_of(domain)
+        self.facings = facings_of(domain, self.surfaces)
+        self.labels = [body.label for body in domain.bodies]
+        self._first = [pair.first for pair in domain.pairs]
+        self._numbers = domain.numbers
+        self._nodes = np.unique(np.concatenate([surface.nodes for surface in self.surfaces]))
+        self._normal = None
+        if contact.block == 1 and contact.basis is not None:
+            self._normal = contact.basis[0, :, 0]
+        self._areas = contact.areas
+        self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
+        self._searched = np.full((len(self._nodes), 3), np.nan)
+        self.margin = min(facing.margin for facing in self.facings) / 4.0
+        self.rebuilds = self.searches = self.replaced = 0
+        self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
+        self.values = arrays.put(np.zeros(at.VALUES_HEADER))
+        self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
+
+    @staticmethod
+    def _empty(facing: Facing) -> Coupling:
+        none = np.zeros(0, dtype=np.int64)
+        return Coupling(none, np.zeros(0), np.zeros(1, int), none, np.zeros(0), none, np.zeros(1, int),
+                        np.zeros((0, 4), dtype=np.int64), np.zeros(0))  # fmt: skip
+
+    def rebuild(self, u: np.ndarray) -> None:
+        """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far."""
+        positions = self._reference + u
+        moved = u[self._nodes] - self._searched
+        moved = moved - moved.mean(axis=0)
+        if not (np.linalg.norm(moved, axis=1) <= self.margin).all():  # nan before the first search
+            self._candidates = [close_faces(facing, positions) for facing in self.facings]
+            self._searched = u[self._nodes].copy()
+            self.searches += 1
+        pairs = zip(self.facings, self._candidates, strict=True)
+        couplings = [couple(facing, positions, found) for facing, found in pairs]
+        couplings = [self._movable(coupling) for coupling in couplings]
+        self._store(couplings, positions, stale=0.0)
+        if self.rebuilds == 0:
+            self._check_start(couplings, positions)
+        self.rebuilds += 1
+
+    def _movable(self, coupling: Coupling) -> Coupling:
+        """Return the rows whose slaves have no mass; the others are held."""
+        slot = self._slot[coupling.slaves]
+        kept = (slot >= 0) & (slot < self._count)
+        if kept.all():
+            return coupling
+        entries = np.repeat(kept, np.diff(coupling.first))
+        faces = np.repeat(kept, np.diff(coupling.first_face))
+        return Coupling(
+            coupling.slaves[kept],
+            coupling.area[kept],
+            _starts(np.diff(coupling.first)[kept]),
+            coupling.masters[entries],
+            coupling.weights[entries],
+            coupling.bodies[entries],
+            _starts(np.diff(coupling.first_face)[kept]),
+            coupling.faces[faces],
+            coupling.face_weights[faces],
+        )
+
+    def _store(self, couplings: list[Coupling], positions: np.ndarray, stale: float) -> None:
+        """Write the rows of all slaves, masters of others first, into the arrays of the kernels."""
+        centre = self._reference[self._nodes].mean(axis=0)
+        slaves = self._slot[np.concatenate([one.slaves for one in couplings])]
+        masters = np.concatenate([one.masters for one in couplings])
+        rows = len(slaves)
+        sides = [self._sides(facing, one.bodies) for facing, one in zip(self.facings, couplings, strict=True)]
+        row_of = np.full(self._count, -1)
+        row_of[slaves] = np.arange(rows)
+        first = _starts(np.concatenate([np.diff(one.first) for one in couplings]))
+        weights = np.concatenate([one.weights for one in couplings])
+        numbers = np.zeros((rows, at.ROW_NUMBERS))
+        if rows:
+            apart = positions[np.concatenate([one.slaves for one in couplings])] - np.add.reduceat(
+                weights[:, None] * positions[masters], first[:-1]
+            )
+            numbers[:, at.ORIGIN : at.ORIGIN + 3] = apart
+            numbers[:, at.AREA] = np.concatenate([one.area for one in couplings])
+            sizes = [np.full(len(one.slaves), SLIP * facing.slave.size)
+                     for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
+            numbers[:, at.SLIP_LIMIT] = np.concatenate(sizes)
+        faces = [one.faces for one in couplings]
+        first_face = _starts(np.concatenate([np.diff(one.first_face) for one in couplings]))
+        face_weights = np.concatenate([one.face_weights for one in couplings])
+        if self._normal is not None:
+            signs = [self._side(facing) * np.ones(len(one.slaves))
+                     for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
+            numbers[:, at.NORMAL : at.NORMAL + 3] = np.concatenate(signs)[:, None] * self._normal
+            faces, first_face, face_weights = [faces[0][:0]], np.zeros(rows + 1, dtype=np.int64), face_weights[:0]
+        whole = {
+            at.SLAVES: slaves,
+            at.FIRST_ENTRY: first,
+            at.MASTERS: self._slot[masters],
+            at.SIDES: np.concatenate(sides),
+            at.FIRST_FACE: first_face,
+            at.FACES: np.concatenate(faces).reshape(-1),
+            at.NODE_ROW: row_of,
+            at.SURFACE: self._slot[self._nodes],
+        }
+        real = {
+            at.WEIGHTS: weights,
+            at.FACE_WEIGHTS: face_weights,
+            at.NUMBERS: numbers.reshape(-1),
+            at.SEARCHED: self._searched.reshape(-1),
+        }
+        header = np.zeros(at.LISTS_HEADER, dtype=np.int64)
+        header[at.ROWS], header[at.SURFACE_NODES] = rows, len(self._nodes)
+        for sections, start in ((whole, at.LISTS_HEADER), (real, at.VALUES_HEADER)):
+            place = start
+            for section, content in sections.items():
+                header[section] = place
+                place += len(content)
+        front = np.array([*centre, self.margin, stale, 0.0])
+        self.lists = self._written(self.lists, np.concatenate([header, *whole.values()]))
+        self.values = self._written(self.values, np.concatenate([front, *real.values()]))
+
+    def _written(self, array: arrays.Array, content: np.ndarray) -> arrays.Array:
+        """Write into an array, or into a larger one that replaces it."""
+        if len(content) > int(np.prod(array.shape)):
+            self.replaced += 1
+            array = arrays.put(np.zeros(int(SPARE * len(content)), dtype=arrays.get(array).dtype))
+        arrays.set_values(array, content)
+        return array
+
+    def _sides(self, facing: Facing, bodies: np.ndarray) -> np.ndarray:
+        """Return 2 * pair + (0 if the slave is the first body of the pair) of entries with masters in `bodies`."""
+        pair = facing.pair[bodies]
+        first = np.array(self._first)[pair] == self._numbers[facing.slave.body]
+        return np.asarray(2 * pair + np.where(first, 0, 1))
+
+    def _side(self, facing: Facing) -> float:
+        """Return the sign that turns the common normal into the slave."""
+        from .surfaces import area_vectors
+
+        outward = area_vectors(self._reference, facing.slave.faces).sum(axis=0)
+        return -1.0 if outward @ self._normal > 0.0 else 1.0
+
+    def _check_start(self, couplings: list[Coupling], positions: np.ndarray) -> None:
+        """Refuse bodies that overlap at the start."""
+        for facing, one in zip(self.facings, couplings, strict=True):
+            if not len(one.slaves):
+                continue
+            apart = positions[one.slaves] - np.add.reduceat(one.weights[:, None] * positions[one.masters], one.first[:-1])
+            corners = positions[one.faces]
+            across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+            across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]
+            normal = np.add.reduceat(across, one.first_face[:-1])
+            gap = np.einsum("ri,ri->r", apart, normal) / np.linalg.norm(normal, axis=1)
+            deepest = int(gap.argmin())
+            if gap[deepest] < -OVERLAP * facing.slave.size:
+                others = sorted({self.labels[body] for body in facing.master_bodies})
+                where = ", ".join(f"{part:.4g}" for part in positions[one.slaves[deepest]])
+                remedy = f"it starts {-gap[deepest]:.3g} m inside {' or '.join(others)} at ({where}); move them apart"
+                raise InputError("Scene.bodies", self.labels[facing.slave.body], remedy)
+
+    def checkpoint(self) -> dict[str, Any]:
+        """Return what the next steps need."""
+        found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
+        found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
+        counts = {"rebuilds": self.rebuilds, "searches": self.searches, "replaced": self.replaced}
+        return {**found, "searched": self._searched, **counts}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Take over what `checkpoint` returned."""
+        self.rebuilds, self.searches = saved["rebuilds"], saved["searches"]
+        self._searched = np.array(saved["searched"])
+        self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
+        self.lists = self._written(self.lists, saved["lists"])
+        self.values = self._written(self.values, saved["values"])
+        self.replaced += 1
+
+    def owned(self) -> list[arrays.Array]:
+        """Return the arrays of the rows."""
+        return [self.lists, self.values]
+
+
+def _starts(counts: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)

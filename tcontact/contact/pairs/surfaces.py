@@ -1,0 +1,94 @@
+"""The contact surfaces of the bodies of a domain: faces in its numbering of nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...mesh.geometry import shortest_edge
+from ...planning.domain import Domain
+from ...scene.pairs import slave_order
+
+REACH = 0.25  # gap over the mean size of a slave face within which a row exists
+THIN = 0.4  # the reach over the shortest edge of either body, at most
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The contact faces of one body.
+
+    body: its place in the domain; order: a slave stands before its masters; faces [f, 4]: nodes of the domain, outward,
+    a triangle with its last node twice; nodes [k]: all nodes of the faces; size [m]: root of the mean area of a face;
+    edge [m]: shortest edge of the body.
+    """
+
+    body: int
+    order: int
+    faces: np.ndarray
+    nodes: np.ndarray
+    size: float
+    edge: float
+
+
+@dataclass(frozen=True)
+class Facing:
+    """The surface of a slave, and the joint surface of all its masters in pairs.
+
+    master_faces [f, 4]: nodes of the domain; master_bodies [f]: place of their body in the domain; pair [bodies]:
+    number of the pair with this master; reach, margin [m]: of rows and of the search.
+    """
+
+    slave: Surface
+    master_faces: np.ndarray
+    master_bodies: np.ndarray
+    pair: np.ndarray
+    reach: float
+
+    @property
+    def margin(self) -> float:
+        """Way [m] that the surfaces may go towards each other before the next search."""
+        return 0.5 * self.slave.size
+
+
+def surfaces_of(domain: Domain) -> list[Surface]:
+    """Return the surfaces of the bodies that are in pairs."""
+    place = {number: index for index, number in enumerate(domain.numbers)}
+    order = slave_order(domain.pairs, max(domain.numbers) + 1)
+    found = []
+    for number in sorted({number for pair in domain.pairs for number in (pair.first, pair.second)}):
+        index = place[number]
+        plan = domain.bodies[index]
+        faces = plan.place[plan.body.contact_faces] + domain.node_start[index]
+        faces = faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]
+        edge = shortest_edge(plan.body.mesh.nodes, plan.body.mesh.cells)
+        size = float(np.sqrt(np.linalg.norm(area_vectors(domain.reference, faces), axis=1).mean()))
+        found.append(Surface(index, order[number], faces.astype(np.int64), np.unique(faces), size, edge))
+    return found
+
+
+def facings_of(domain: Domain, surfaces: Sequence[Surface]) -> list[Facing]:
+    """Return one entry for every body that is slave in a pair, masters of others first."""
+    place = {number: index for index, number in enumerate(domain.numbers)}
+    by_body = {surface.body: surface for surface in surfaces}
+    found = []
+    for slave in sorted(surfaces, key=lambda surface: (-surface.order, surface.body)):
+        pair = np.full(len(domain.bodies), -1)
+        masters = []
+        for number, one in enumerate(domain.pairs):
+            if place[one.slave] == slave.body:
+                pair[place[one.master]] = number
+                masters.append(by_body[place[one.master]])
+        if masters:
+            faces = np.concatenate([master.faces for master in masters])
+            bodies = np.repeat([master.body for master in masters], [len(master.faces) for master in masters])
+            reach = min(REACH * slave.size, THIN * min(surface.edge for surface in (slave, *masters)))
+            found.append(Facing(slave, faces, bodies, pair, reach))
+    return found
+
+
+def area_vectors(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return area times outward unit normal [f, 3] [m^2] of faces [f, 4] of nodes at positions [n, 3]."""
+    corners = positions[faces]
+    return np.asarray(0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
