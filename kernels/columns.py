@@ -9,7 +9,8 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
     boundary ... friction   sums of the other parts of a step: `contact` from the contact load, `gaps` from gaps and
                      static solve
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
-    host, layers     numbers that the host measures
+    pair             loads and rows of each pair of bodies
+    host, layers, pairs   numbers that the host measures
 """
 
 from collections import namedtuple
@@ -18,6 +19,7 @@ from typing import NamedTuple
 # parts of a scene without which some columns do not exist
 FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
+PAIRED = "pairs of bodies"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -76,6 +78,13 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            rule="step", energy="dissipated"),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
+    Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),
+    Column("pair_moment", "N m", "moment of that force about the origin", 3, ("pair",), PAIRED),
+    Column("pair_gap_min", "m", "smallest gap of a row of this pair", 1, ("pair",), PAIRED, "min", INFINITE),
+    Column("pair_rows", "1", "constraint rows of this pair", 1, ("pair",), PAIRED),
+    Column("pair_pressed", "1", "constraint rows of this pair with a force", 1, ("pair",), PAIRED),
+    Column("pair_rebuilds", "1", "times that the rows of all pairs were built so far", 1, ("pairs",), PAIRED),
+    Column("solver_products", "1", "products of the static solve of pairs", 1, ("pairs",), PAIRED, "max"),
     Column("layer_heat", "J", "heat in the friction layers", 1, ("layers",), LAYERS),
     Column("layer_temperature_max", "K", "hottest surface of a friction layer", 1, ("layers",), LAYERS, "max"),
     Column("layer_shear_min", "Pa", "lowest shear stress of a sliding layer", 1, ("layers",), LAYERS, "fmin", NAN),
@@ -143,3 +152,4 @@ BOUNDARY, BOUNDARY_SUMS = places("boundary"), group_size("boundary")
 SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
 CONTACT, CONTACT_SUMS = places("contact"), group_size("contact")
 OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
+PAIR_LOAD, PAIR_LOADS = places("pair"), group_size("pair")

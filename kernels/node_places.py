@@ -10,7 +10,8 @@ class Places(NamedTuple):
     """First component in `System.response` of each vector or matrix of MPRGP; `end`: number of components.
 
     basis: T row by row; inverse: T^-t; bound: lower bound of z_1; position: z; gradient: K z - b; direction: p;
-    product: K z or K p.
+    product: K z or K p. With pairs of bodies also diagonal: the diagonal blocks of K_KK; `coupled_end` is then the
+    number of components.
     """
 
     basis: int
@@ -21,6 +22,12 @@ class Places(NamedTuple):
     direction: int
     product: int
     end: int
+    coupled_end: int
+
+    @property
+    def diagonal(self) -> int:
+        """Return the first component of the diagonal blocks."""
+        return self.end
 
 
 def places(block: int) -> Places:
@@ -28,7 +35,8 @@ def places(block: int) -> Places:
     basis = block + 1
     inverse = basis + block * block
     bound = inverse + block * block
-    return Places(basis, inverse, bound, *(bound + 1 + i * block for i in range(5)))
+    end = bound + 1 + 4 * block
+    return Places(basis, inverse, bound, *(bound + 1 + i * block for i in range(4)), end, end + block * block)
 
 
 PLACES = {block: places(block) for block in (1, 3)}

@@ -6,11 +6,13 @@ Host and kernels share the table; it is plain data.
 # `lists` begins with the number of rows; with the places in `lists` of: the slave of every row (boundary node), first
 # entry of every row and the end, masters (boundary nodes) and 2 * pair + (0 if the slave is the pair's first body) of
 # the entries, first face of every row and the end, faces (4 nodes each; a triangle has its last node twice), row of
-# every contact node (-1: none), boundary nodes of all surfaces and their number; and with the places in `values` of:
-# weights of the entries, weights of the faces, numbers of the rows, displacements (3) of the surface nodes at the search
+# every contact node (-1: none), boundary nodes of all surfaces and their number; with the places in `values` of:
+# weights of the entries, weights of the faces, numbers of the rows, displacements (3) of the surface nodes at the
+# search; and with the number of pairs
 ROWS, SLAVES, FIRST_ENTRY, MASTERS, SIDES, FIRST_FACE, FACES, NODE_ROW, SURFACE, SURFACE_NODES = range(10)
 WEIGHTS, FACE_WEIGHTS, NUMBERS, SEARCHED = range(10, 14)
-LISTS_HEADER = 14
+PAIRS = 14  # number of pairs
+LISTS_HEADER = 15
 # `values` begins with a point near the surfaces (3) [m], to which positions are relative; the displacement [m] at which
 # the search must be repeated; 1 if the rows must be built anew; the largest rebuilt slip [m]
 CENTRE, MARGIN, STALE, SLIP = 0, 3, 4, 5

@@ -1,8 +1,9 @@
 """Integrals over the part that two faces have in common, seen along the normal of the first one (METHOD, pairs).
 
 The corners of both faces are projected into the plane of the slave face; the master face is clipped by the slave face
-(Sutherland and Hodgman 1974), the polygon divided into triangles from its first corner, and each triangle integrated
-with 3 points (exact for polynomials of degree 2):
+(Sutherland and Hodgman 1974), the polygon divided into triangles around its middle, and each triangle integrated with
+3 points (exact for polynomials of degree 2). Triangles from a corner would leave a polygon of three corners with 3
+points, on which the 4 shape functions of a quadrilateral are not independent. The results are:
 
     integral of N_s N_s^t,  integral of N_s N_m^t,  area,  smallest distance |N_s . z_s - N_m . z_m| of the points
 
@@ -29,7 +30,9 @@ FAR = 1e300
 @ti.func
 def bilinear(a, b):
     """Return the shape functions [4] of a quadrilateral at (a, b) in [-1, 1]^2."""
-    return 0.25 * ti.Vector([(1.0 - a) * (1.0 - b), (1.0 + a) * (1.0 - b), (1.0 + a) * (1.0 + b), (1.0 - a) * (1.0 + b)])
+    return 0.25 * ti.Vector(
+        [(1.0 - a) * (1.0 - b), (1.0 + a) * (1.0 - b), (1.0 + a) * (1.0 + b), (1.0 - a) * (1.0 + b)]
+    )
 
 
 @ti.func
@@ -115,21 +118,25 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
     for i in range(corners):
         rx[i], ry[i] = mx[corners - 1 - i], my[corners - 1 - i]
     px, py, count = clipped(sx, sy, rx, ry, 4 - slave_triangle, corners)
-    area = 0.0
-    for i in range(1, count - 1):
-        area += 0.5 * ((px[i] - px[0]) * (py[i + 1] - py[0]) - (px[i + 1] - px[0]) * (py[i] - py[0]))
+    area, middle_x, middle_y = 0.0, 0.0, 0.0
+    for i in range(count):
+        j = ti.select(i + 1 == count, 0, i + 1)
+        area += 0.5 * ((px[i] - px[0]) * (py[j] - py[0]) - (px[j] - px[0]) * (py[i] - py[0]))
+        middle_x += px[i] / count
+        middle_y += py[i] / count
     if area > SLIVER * 0.5 * across.norm():
         distance = FAR
-        for i in range(1, count - 1):
-            part = 0.5 * ((px[i] - px[0]) * (py[i + 1] - py[0]) - (px[i + 1] - px[0]) * (py[i] - py[0]))
-            mid_x = (px[0] + px[i] + px[i + 1]) / 6.0
-            mid_y = (py[0] + py[i] + py[i + 1]) / 6.0
+        for i in range(count):
+            j = ti.select(i + 1 == count, 0, i + 1)
+            x1, y1, x2, y2 = px[i] - middle_x, py[i] - middle_y, px[j] - middle_x, py[j] - middle_y
+            share = (x1 * y2 - x2 * y1) / 6.0
             for q in range(3):
-                corner = ti.select(q == 0, 0, i + q - 1)
-                x, y = mid_x + 0.5 * px[corner], mid_y + 0.5 * py[corner]
+                first_part = ti.select(q == 1, 4.0, 1.0) / 6.0
+                second_part = ti.select(q == 2, 4.0, 1.0) / 6.0
+                x = middle_x + first_part * x1 + second_part * x2
+                y = middle_y + first_part * y1 + second_part * y2
                 at_slave = shape_values(sx, sy, x, y, slave_triangle)
                 at_master = shape_values(mx, my, x, y, master_triangle)
-                share = part / 3.0
                 for a, b in ti.static(ti.ndrange(4, 4)):
                     own, other = place + SLAVE_PRODUCTS + 4 * a + b, place + MASTER_PRODUCTS + 4 * a + b
                     results[own] = results[own] + share * at_slave[a] * at_slave[b]

@@ -41,8 +41,9 @@ def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
     """Fill the rows of contact node k."""
     x = position(contact.reference, k, u, contact.nodes[k])
     slots = ti.static(rows.options.slots)
-    for p in range(slots):
-        fill_row(obstacles, rows, k * slots + p, x)
+    if ti.static(len(contact.options.shapes) > 0):
+        for p in range(slots):
+            fill_row(obstacles, rows, k * slots + p, x)
 
 
 @ti.func
@@ -104,9 +105,10 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
             smallest = ti.min(smallest, number_of(rows, r, rows.at.gap))
     for k in range(first_other(contact, 0), first_other(contact, island_count(contact))):
         x = position(contact.reference, k, u, contact.nodes[k])
-        for p in range(obstacles.records.shape[0] // RECORD):
-            g, _normal = gap_and_normal(obstacles, p, x)
-            smallest = ti.min(smallest, g)
+        if ti.static(len(contact.options.shapes) > 0):
+            for p in range(obstacles.records.shape[0] // RECORD):
+                g, _normal = gap_and_normal(obstacles, p, x)
+                smallest = ti.min(smallest, g)
     contact.sums[SUMS.gap_min] = smallest
 
 
@@ -118,7 +120,7 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
     """
     slots = ti.static(rows.options.slots)
     power = ti.static(loads_place(contact.options.friction != ""))
-    for j in range(power, contact.sums.shape[0]):
+    for j in range(power, power + 1 + obstacles.records.shape[0] // RECORD * OBSTACLE_LOADS):
         contact.sums[j] = 0.0
     power_of_all = 0.0
     for k in range(node_count(contact)):

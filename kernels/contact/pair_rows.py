@@ -13,6 +13,7 @@ large (`is_stale`). Places of the data: pair_places.py.
 
 import taichi as ti
 
+from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS
 from ..language.entries import row
 from ..pair_places import (
     CENTRE,
@@ -27,9 +28,11 @@ from ..pair_places import (
     NORMAL,
     NUMBERS,
     ORIGIN,
+    PAIRS,
     ROW_NUMBERS,
     ROWS,
     SEARCHED,
+    SIDES,
     SLAVES,
     SLIP,
     SLIP_LIMIT,
@@ -38,7 +41,7 @@ from ..pair_places import (
     SURFACE_NODES,
     WEIGHTS,
 )
-from .constraint_rows import normal_of, set_number, set_vector
+from .constraint_rows import normal_of, number_of, set_number, set_vector, vector_of
 from .islands import node_count
 
 UNREACHED = 1e300  # gap of a node without a row
@@ -81,7 +84,8 @@ def apart(coupling: ti.template(), boundary: ti.template(), body: ti.template(),
     """Return the vector [3] [m] from the masters of row r to its slave, x_s - sum P x_m."""
     result = position(coupling, body, boundary.nodes[entry(coupling, SLAVES, r)])
     for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
-        result -= weight(coupling, i) * position(coupling, body, boundary.nodes[entry(coupling, MASTERS, i)])
+        there = position(coupling, body, boundary.nodes[entry(coupling, MASTERS, i)])
+        result = result - weight(coupling, i) * there
     return result
 
 
@@ -101,7 +105,9 @@ def present_normal(coupling: ti.template(), body: ti.template(), r):
 def fill_pair_rows(
     coupling: ti.template(), contact: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template()
 ):
-    """Fill the rows of all slaves at the present displacement."""
+    """Fill the rows of all slaves at the present displacement; without obstacles the other nodes have empty ones."""
+    if ti.static(len(contact.options.shapes) == 0):
+        clear_rows(contact, rows)
     for r in range(coupling.lists[ROWS]):
         fill_pair_row(coupling, boundary, rows, body, r)
 
@@ -184,7 +190,10 @@ def spread(
     stride,
     block: ti.template(),
 ):
-    """Turn y into d = T y: every slave follows the normal motion of its masters. y_kj = values[first + j stride + k]."""
+    """Turn y into d = T y: every slave follows the normal motion of its masters.
+
+    y_kj = values[first + j stride + k].
+    """
     count = node_count(contact)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
@@ -241,3 +250,48 @@ def press_masters(coupling: ti.template(), special_force: ti.template(), r, forc
         place = 3 * entry(coupling, MASTERS, i)
         for j in ti.static(range(3)):
             special_force[place + j] = special_force[place + j] + weight(coupling, i) * force[j]
+
+
+@ti.func
+def hand_over_pairs(
+    coupling: ti.template(), boundary: ti.template(), body: ti.template(), contact: ti.template(), rows: ti.template()
+):
+    """Add the forces on the masters to the contact forces, and sum up the loads of every pair.
+
+    The force on the first body of a pair and its moment about the origin; its rows, those that press, the smallest gap.
+    """
+    pairs = coupling.lists[PAIRS]
+    start = contact.sums.shape[0] - pairs * PAIR_LOADS
+    for p in range(pairs):
+        for j in ti.static(range(PAIR_LOADS)):
+            contact.sums[start + p * PAIR_LOADS + j] = 0.0
+        contact.sums[start + p * PAIR_LOADS + PAIR_LOAD.pair_gap_min] = UNREACHED
+    for r in range(coupling.lists[ROWS]):
+        k = entry(coupling, SLAVES, r)
+        force = vector_of(rows, k, rows.at.force)
+        gap, pressed = number_of(rows, k, rows.at.gap), force.norm() > 0.0
+        slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
+        last = -1
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
+            part = weight(coupling, i) * force
+            for j in ti.static(range(3)):
+                contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - part[j]
+                if m < node_count(contact):
+                    contact.force[3 * m + j] = contact.force[3 * m + j] - part[j]
+            at = start + (side >> 1) * PAIR_LOADS
+            master = row(body.position, boundary.nodes[m]) + row(body.u, boundary.nodes[m])
+            moment = slave.cross(part)
+            if side & 1 == 1:
+                part, moment = 0.0 - part, 0.0 - master.cross(part)
+            for j in ti.static(range(3)):
+                force_place, moment_place = at + PAIR_LOAD.pair_force + j, at + PAIR_LOAD.pair_moment + j
+                contact.sums[force_place] = contact.sums[force_place] + part[j]
+                contact.sums[moment_place] = contact.sums[moment_place] + moment[j]
+            if side != last:
+                gap_place, rows_place = at + PAIR_LOAD.pair_gap_min, at + PAIR_LOAD.pair_rows
+                contact.sums[gap_place] = ti.min(contact.sums[gap_place], gap)
+                contact.sums[rows_place] = contact.sums[rows_place] + 1.0
+                if pressed:
+                    contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
+            last = side

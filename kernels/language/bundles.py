@@ -136,13 +136,21 @@ class Rows(NamedTuple):
         return self.values is not None
 
 
+class Coupling(NamedTuple):
+    """Rows of pairs of bodies (pair_rows.py): lists and values, with the places of pair_places.py."""
+
+    lists: Index = None
+    values: Array = None
+
+
 class ContactOptions(NamedTuple):
     """Compile-time options of contact.
 
     model: "massless", "penalty", "impulse", "gaps" or ""; block: massless components of a node; slots: rows of a node;
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
-    contact cells are viscous; projected: MPRGP solves instead of the sweeps.
+    contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
+    other.
     """
 
     model: str = ""
@@ -156,6 +164,7 @@ class ContactOptions(NamedTuple):
     kick_friction: bool = False
     viscous: bool = False
     projected: bool = False
+    coupled: bool = False
 
     @property
     def static_friction(self) -> bool:

@@ -20,7 +20,8 @@ PIVOT, STIFFEST = 3, 4  # smallest pivot of the diagonal blocks over their trace
 ROUNDING, BEFORE, CONTRACTION = 5, 6, 7  # rounding error of the residual; last residual; ratio of the last two
 STALE, TODO, NEXT, CONVERGED = 8, 9, 10, 11  # 1: renew the tangent; what to do now, and after that; 1: converged
 VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent holds for viscous contact cells
-STATS = 13
+PAIR_STEP = 13  # length of a projected step with pairs of bodies; 0: not known yet
+STATS = 14
 # numbers of `settings` [islands, SETTINGS]
 MINIMUM_SWEEPS, MAXIMUM_IN_ALL = 0, 10  # sweeps of a solve
 POLISHING_SWEEPS, MAXIMUM_SWEEPS = 1, 2  # largest number of sweeps of a linear problem, below and above the tolerance

@@ -14,7 +14,9 @@ from ..columns import SUMS
 from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
 from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
+from ..contact.pair_rows import entry, is_slave, press_masters
 from ..language.entries import row
+from ..pair_places import ROWS, SLAVES
 from .control import F_REF, STATS, SWEEPS
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
 from .sliding import friction_limit
@@ -73,16 +75,35 @@ def move_node(body: ti.template(), contact: ti.template(), k, step):
 
 @ti.func
 def massless_load(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    system: ti.template(),
 ):
-    """Set the force of every row from the force pass of the step; sum up penalty energy, residual and sweeps."""
+    """Set the force of every row from the force pass of the step; sum up penalty energy, residual and sweeps.
+
+    Slaves of pairs come first, before their masters, which the force of their rows acts on too.
+    """
     energy, worst, sweeps = 0.0, 0.0, 0.0
     for island in range(island_count(contact)):
         residual = 0.0
+        if ti.static(contact.options.coupled):
+            for back in range(coupling.lists[ROWS]):
+                r = coupling.lists[ROWS] - 1 - back
+                k = entry(coupling, SLAVES, r)
+                _stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+                residual = ti.max(residual, left)
+                press_masters(coupling, body.special_force, r, vector_of(rows, k, rows.at.force))
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            stored, left = massless_load_node(body, boundary, contact, rows, system, k)
-            energy += stored
-            residual = ti.max(residual, left)
+            alone = 1
+            if ti.static(contact.options.coupled):
+                alone = ti.select(is_slave(coupling, k), 0, 1)
+            if alone == 1:
+                stored, left = massless_load_node(body, boundary, contact, rows, system, k)
+                energy += stored
+                residual = ti.max(residual, left)
         worst = ti.max(worst, residual / ti.max(system.stats[island * STATS + F_REF], 1e-300))
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
     contact.sums[SUMS.contact] = energy

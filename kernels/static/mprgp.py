@@ -12,8 +12,8 @@ obstacle). Each iteration takes one of three steps along a direction p:
 - proportioning: if the chopped gradient exceeds the free one, p is the chopped gradient, which releases those nodes.
 
 The bases precondition K, whose eigenvalues then do not exceed the number of contact nodes of one cell: the length of a
-projected step needs no estimate. A direction of negative curvature shows that K is indefinite; the solve then ends, and
-the sweeps take over.
+projected step needs no estimate, except with pairs of bodies, which couple more nodes (pair_step.py). A direction of
+negative curvature shows that K is indefinite; the solve then ends, and the sweeps take over.
 
 The phases are functions of one pack, at most LANES nodes of one colour. Sums are taken in a fixed order.
 """
@@ -21,6 +21,7 @@ The phases are functions of one pack, at most LANES nodes of one colour. Sums ar
 import taichi as ti
 
 from ..contact.islands import first_pack
+from ..contact.pair_rows import spread
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES
@@ -29,6 +30,7 @@ from .control import (
     F_REF,
     LINEAR,
     MAXIMUM_IN_ALL,
+    PAIR_STEP,
     PIVOT,
     POLISHING_SWEEPS,
     RESIDUAL,
@@ -40,6 +42,7 @@ from .control import (
 )
 from .neighbours import neighbour_forces
 from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
+from .pair_step import MANY, multiply_coupled, pair_step, precondition
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
@@ -91,6 +94,24 @@ def begin(system: ti.template(), node, count, step, block: ti.template()):
 
 
 @ti.func
+def multiply_all(
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    system: ti.template(),
+    island,
+    block: ti.template(),
+):
+    """Set the product with K of all packs of an island, in the bases of its nodes."""
+    starts = ti.static(system.pack_start)
+    if ti.static(contact.options.coupled):
+        multiply_coupled(contact, rows, coupling, system, island, block)
+    else:
+        for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
+            multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)
+
+
+@ti.func
 def multiply(system: ti.template(), pack, node, count, block: ti.template()):
     """Set the product of a pack: the forces [in the bases of its nodes] that the motion of their neighbours causes."""
     force = neighbour_forces(system, pack, block)
@@ -99,19 +120,24 @@ def multiply(system: ti.template(), pack, node, count, block: ti.template()):
 
 
 @ti.func
-def set_gradient(system: ti.template(), node, count, block: ti.template()):
-    """Set the gradient K z - b of a pack after the product with z; the diagonal block of a node adds z itself."""
+def set_gradient(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
+    """Set the gradient K z - b of a pack after the product with z.
+
+    Without pairs of bodies the product lacks what the diagonal block of a node adds, z itself.
+    """
     at = ti.static(PLACES[block])
     gradient = part(system, system.response, node, at.product, block)
     position = part(system, system.response, node, at.position, block)
     right = into_basis(system, node, part(system, system.right, node, 0, block), block)
     for i in ti.static(range(block)):
-        gradient[i] += position[i] - right[i]
+        gradient[i] = gradient[i] - right[i]
+        if ti.static(not contact.options.coupled):
+            gradient[i] += position[i]
     put(system, system.response, node, count, at.gradient, block, gradient)
 
 
 @ti.func
-def measure_direction(system: ti.template(), node, count, block: ti.template()):
+def measure_direction(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
     """Complete K p of a pack after the product with p; return p.K p, gradient.p and the step along -p to the bound.
 
     Each result is a vector over the lanes.
@@ -123,7 +149,8 @@ def measure_direction(system: ti.template(), node, count, block: ti.template()):
     product = part(system, system.response, node, at.product, block)
     curvature, slope = zero, zero
     for i in ti.static(range(block)):
-        product[i] += direction[i]
+        if ti.static(not contact.options.coupled):
+            product[i] += direction[i]
         curvature += direction[i] * product[i]
         slope += direction[i] * gradient[i]
     put(system, system.response, node, count, at.product, block, product)
@@ -217,7 +244,14 @@ def finish(contact: ti.template(), system: ti.template(), node, count, block: ti
 
 
 @ti.func
-def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.template()):
+def mprgp(
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    system: ti.template(),
+    island,
+    block: ti.template(),
+):
     """Solve the linear problem of an island as far as `goals` asks; stats[SWEEPS] counts the products with K.
 
     Returns 1, or 0 if K_KK is indefinite and the increments must not be used.
@@ -228,6 +262,9 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
     at, its = island * STATS, island * SETTINGS
     minimum, aim, accepted = goals(stats, settings, island)
     step = settings[its + STEP_LENGTH]
+    if ti.static(contact.options.coupled):
+        precondition(contact, rows, coupling, system, block)
+        step = pair_step(contact, rows, coupling, system, island, step, block)
     definite = ti.select(stats[at + PIVOT] > 0.0, 1, 0)
     if definite == 1:
         for pack in range(first, end):
@@ -235,21 +272,20 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
     running, projected = definite, 1  # projected: z comes from a projected step, so the next product is with z, not p
     done, proportional, factor, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
     while running == 1:
-        for pack in range(first, end):
-            multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)
+        multiply_all(contact, rows, coupling, system, island, block)
         done += 1.0
         expands = 0
         if projected == 1:
             proportional = 0.0
             for pack in range(first, end):
-                set_gradient(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                set_gradient(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
         else:
             sums = [zero, zero, zero + UNLIMITED]
             for pack in range(first, end):
-                own = measure_direction(system, starts[pack], starts[pack + 1] - starts[pack], block)
-                sums[0] += own[0]
-                sums[1] += own[1]
-                sums[2] = ti.min(sums[2], own[2])
+                found = measure_direction(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+                sums[0] += found[0]
+                sums[1] += found[1]
+                sums[2] = ti.min(sums[2], found[2])
             curvature = sums[0].sum()
             length, reach = sums[1].sum() / curvature, sums[2].min()
             if not curvature > 0.0:
@@ -265,10 +301,10 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
         if running == 1 and expands == 0:
             sums = [zero, zero, zero, zero]
             for pack in range(first, end):
-                own = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+                found = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
                 for i in ti.static(range(3)):
-                    sums[i] += own[i]
-                sums[3] = ti.max(sums[3], own[3])
+                    sums[i] += found[i]
+                sums[3] = ti.max(sums[3], found[3])
             reduced, chopped = sums[0].sum(), sums[1].sum()
             residual = sums[3].max() / stats[at + F_REF]
             factor = 0.0
@@ -284,9 +320,13 @@ def mprgp(contact: ti.template(), system: ti.template(), island, block: ti.templ
                 for pack in range(first, end):
                     set_direction(system, starts[pack], starts[pack + 1] - starts[pack], proportional, factor, block)
     stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if done > MANY:
+        stats[at + PAIR_STEP] = 0.0
     if definite == 1:
         for pack in range(first, end):
             finish(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+        if ti.static(contact.options.coupled):
+            spread(coupling, contact, rows, system.increment, 0, system.stiffness.shape[0], block)
         if settings[its + LINEAR] == 1.0:
             stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
     return definite

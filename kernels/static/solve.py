@@ -18,9 +18,11 @@ from .. import elements
 from ..contact.cell_viscosity import RATE, stiffen, viscous_force
 from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_cell, first_node, island_count
+from ..contact.pair_rows import collect as collect_forces
 from ..lanes import CONTACT_BLOCK, KIND
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
+from ..node_places import PLACES
 from .control import (
     BEFORE,
     CONVERGED,
@@ -49,6 +51,7 @@ from .massless_node import (
     block_of,
     constraint_violation,
     constraints,
+    entries,
     largest,
     unbalanced,
 )
@@ -65,6 +68,7 @@ def assemble(
     boundary: ti.template(),
     contact: ti.template(),
     rows: ti.template(),
+    coupling: ti.template(),
     system: ti.template(),
     viscous: ti.template(),
     island,
@@ -80,9 +84,13 @@ def assemble(
         if contact.compliance[k] > 0.0:
             moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
         rounding = ti.max(rounding, EPSILON * moved)
-        left, magnitude = assemble_node(body, boundary, contact, rows, system, viscous, k)
-        residual = ti.max(residual, left)
-        scale = ti.max(scale, magnitude)
+        scale = ti.max(scale, measure_node(body, boundary, contact, system, viscous, k))
+        if ti.static(not contact.options.coupled):
+            residual = ti.max(residual, assemble_node(body, contact, rows, system, k))
+    if ti.static(contact.options.coupled):
+        collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            residual = ti.max(residual, assemble_node(body, contact, rows, system, k))
     stats[at + F_REF] = scale
     stats[at + BEFORE] = stats[at + RESIDUAL]
     stats[at + RESIDUAL] = residual / scale
@@ -90,25 +98,34 @@ def assemble(
 
 
 @ti.func
-def assemble_node(
+def measure_node(
     body: ti.template(),
     boundary: ti.template(),
     contact: ti.template(),
-    rows: ti.template(),
     system: ti.template(),
     viscous: ti.template(),
     k,
 ):
-    """Set right side B^t (f_ext - f) and constraints of node k; return its residual [N] and the sum of |f_cell| [N]."""
-    block, slots = ti.static(contact.options.block, contact.options.slots)
+    """Set the right side B^t (f_ext - f) of node k; return the sum of |f_cell| [N]."""
+    block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
     force, magnitude = collect(body, k)
     if ti.static(contact.options.viscous):
         force += viscous_force(body, viscous, k)
+    right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
+    for j in ti.static(range(block)):
+        system.right[j * stride + k] = right[j]
+    return magnitude
+
+
+@ti.func
+def assemble_node(body: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template(), k):
+    """Set the constraints of node k; return its residual [N] with the right side, of pairs T^t times it."""
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    stride = system.stiffness.shape[0]
     b = basis_of(contact.basis, k, block)
-    right = b.transpose() @ (row(boundary.load, k) - force)
     normals, gaps = constraints(rows, k, b, block, slots)
-    out_of_balance = 0.0 - right
+    out_of_balance = 0.0 - entries(system.right, k, stride, 0, block)
     residual = 0.0
     if ti.static(contact.options.static_friction):
         out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
@@ -119,13 +136,11 @@ def assemble_node(
     # a linearised gap is not the gap, and a wall may have moved away from a node that was predicted to move with it
     closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
     residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
-    for j in ti.static(range(block)):
-        system.right[j * stride + k] = right[j]
     for p in ti.static(range(slots)):
         system.gaps[p * stride + k] = gaps[p]
         for j in ti.static(range(block)):
             system.normals[(p * block + j) * stride + k] = normals[p, j]
-    return residual, magnitude
+    return residual
 
 
 @ti.func
@@ -159,7 +174,7 @@ def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), 
     weakest = 1.0
     stiffest = 0.0
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
-        trace, pivot = blocks_of_node(pairs, system, k, block)
+        trace, pivot = blocks_of_node(pairs, contact, system, k, block)
         stiffest = ti.max(stiffest, trace)
         weakest = ti.min(weakest, pivot / trace)
     system.stats[island * STATS + PIVOT] = weakest
@@ -167,7 +182,7 @@ def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), 
 
 
 @ti.func
-def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.template()):
+def blocks_of_node(pairs: ti.template(), contact: ti.template(), system: ti.template(), k, block: ti.template()):
     """Assemble the row of node k in K_KK and invert its diagonal block; return trace and smallest pivot of the block.
 
     The first entry of a row is the diagonal block. A component that B does not use gets the trace as its stiffness.
@@ -189,19 +204,23 @@ def blocks_of_node(pairs: ti.template(), system: ti.template(), k, block: ti.tem
     if ti.static(block == 3):
         minor = filled[0, 0] * filled[1, 1] - filled[0, 1] * filled[1, 0]
         pivot = ti.min(pivot, minor / trace, filled.determinant() / (trace * trace))
-    inverse = filled.inverse()
-    for i, j in ti.static(ti.ndrange(block, block)):
-        system.inverse[(i * block + j) * stride + k] = inverse[i, j]
+    if ti.static(contact.options.coupled):
+        for i, j in ti.static(ti.ndrange(block, block)):
+            system.response[(PLACES[block].diagonal + i * block + j) * stride + k] = filled[i, j]
+    else:
+        inverse = filled.inverse()
+        for i, j in ti.static(ti.ndrange(block, block)):
+            system.inverse[(i * block + j) * stride + k] = inverse[i, j]
     system.stiffness[k] = trace
     return trace, pivot
 
 
 @functools.cache
 def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
-    """Return resolve(body, boundary, contact, rows, pairs, system, viscous, first): one iteration of every island.
+    """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
 
-    It is called after each force pass over the contact cells, with the rows filled at the present state; stats[NEXT]
-    says which islands need another pass. first: 1 at the first call of a time step; viscous: data of viscous contact
+    It does one iteration of the static solve of every island. It is called after each force pass over the contact
+    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the first call of a time step; viscous: data of viscous contact
     cells (cell_viscosity.py); plain: every basis is the identity.
     """
     tangents = [
@@ -217,6 +236,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         boundary: ti.template(),
         contact: ti.template(),
         rows: ti.template(),
+        coupling: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         viscous: ti.template(),
@@ -225,7 +245,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
     ):
         stats = ti.static(system.stats)
         at = island * STATS
-        assemble(body, boundary, contact, rows, system, viscous, island)
+        assemble(body, boundary, contact, rows, coupling, system, viscous, island)
         if ti.static(contact.options.viscous):
             if viscous[RATE] != stats[at + VISCOUS_RATE]:
                 stats[at + STALE] = 1.0
@@ -245,10 +265,14 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 stats[at + STALE] = 0.0
             solved = 0
             if ti.static(contact.options.projected):
-                solved = mprgp(contact, system, island, block)
-            if solved == 0:
+                solved = mprgp(contact, rows, coupling, system, island, block)
+            if ti.static(contact.options.coupled):  # pairs of bodies have no second solver
+                if solved == 0:
+                    stats[at + TODO] = DONE
+            elif solved == 0:
                 sweep(contact, rows, system, island)
-            move(body.u, contact, system, island)
+            if stats[at + TODO] != DONE:
+                move(body.u, contact, system, island)
             if stats[at + TODO] == SWEEP:
                 stats[at + NEXT] = MEASURE
         stats[at + CONVERGED] = 0.0
@@ -263,6 +287,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         boundary: ti.template(),
         contact: ti.template(),
         rows: ti.template(),
+        coupling: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         viscous: ti.template(),
@@ -270,6 +295,6 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
     ):
         for island in range(island_count(contact)):
             if first == 1 or system.stats[island * STATS + NEXT] == MEASURE:
-                resolve_island(body, boundary, contact, rows, pairs, system, viscous, island, first)
+                resolve_island(body, boundary, contact, rows, coupling, pairs, system, viscous, island, first)
 
     return resolve

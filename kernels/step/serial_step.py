@@ -33,11 +33,12 @@ from .raw_rows import log_row, row_width
 
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
-# measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]
+# measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
+# of bodies must be built anew
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT = 11
-CONTROL = 12
+RATE_LIMIT, WANTS_ROWS = 11, 12
+CONTROL = 13
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS = 6, 7
@@ -91,12 +92,16 @@ def make_serial_step(
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
+    fill_pair_rows = hand_over_pairs = is_stale = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from ..nodes.images import follow, gather
+    coupled = options.coupled
+    if coupled:
+        from ..contact.pair_rows import fill_pair_rows, hand_over_pairs, is_stale
     if has_contact:
         from ..contact.constraint_rows import hand_over, hand_over_friction
         from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
@@ -123,15 +128,18 @@ def make_serial_step(
 
     @ti.func
     def contact_load(body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
-                     contact: ti.template(), system: ti.template(), control: ti.template()):  # fmt: skip
+                     coupling: ti.template(), contact: ti.template(), system: ti.template(),
+                     control: ti.template()):  # fmt: skip
         if ti.static(contact_model in ("penalty", "impulse") and slots == MAXIMUM_SLOTS):
             choose_candidates(obstacles, contact, body.u)
         if ti.static(has_load):
             fill_rows(obstacles, rows, contact, body.u)
+        if ti.static(coupled):
+            fill_pair_rows(coupling, contact, boundary, rows, body)
         if ti.static(has_contact):
             smallest_gap(obstacles, rows, contact, body.u)
         if ti.static(contact_model == "massless"):
-            massless_load(body, boundary, contact, rows, system)
+            massless_load(body, boundary, contact, rows, coupling, system)
         if ti.static(contact_model == "penalty"):
             penalty_load(contact, rows)
         if ti.static(contact_model == "impulse"):
@@ -140,6 +148,8 @@ def make_serial_step(
             impulse_load(body, boundary, contact, rows, span)
         if ti.static(has_load):
             hand_over(body, contact, rows)
+        if ti.static(coupled):
+            hand_over_pairs(coupling, boundary, body, contact, rows)
         if ti.static(has_friction):
             clear_work(contact)
         if ti.static(solve_has_friction):
@@ -192,9 +202,10 @@ def make_serial_step(
             if start == PLACE:
                 restart_slip(body, contact)
         predict(body, contact, ratio, time * ti.Vector([body.params[GRAVITY + j] for j in range(3)]))
-        if control[EXACT] == 1.0:
-            fill_rows(obstacles, rows, contact, body.u)
-            move_out(body, contact, rows)
+        if ti.static(not coupled):
+            if control[EXACT] == 1.0:
+                fill_rows(obstacles, rows, contact, body.u)
+                move_out(body, contact, rows)
 
     @ti.func
     def serial_step(
@@ -204,6 +215,7 @@ def make_serial_step(
         obstacles: ti.template(),
         rows: ti.template(),
         contact: ti.template(),
+        coupling: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
         launch: ti.template(),
@@ -220,6 +232,7 @@ def make_serial_step(
             number, stop, first = 0, 0, int(control[FIRST])
             control[WANTS_MEASURE] = 0.0
             control[WANTS_LAYERS] = 0.0
+            control[WANTS_ROWS] = 0.0
             while state != STOP:
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
@@ -240,7 +253,7 @@ def make_serial_step(
                 if state == PASS or state == BOUNDARY:
                     if ti.static(tied):
                         gather(body.special_force, images)
-                    contact_load(body, boundary, obstacles, rows, contact, system, control)
+                    contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
@@ -259,7 +272,9 @@ def make_serial_step(
                 if ti.static(contact_model == "massless"):
                     if state == MEASURED:
                         fill_rows(obstacles, rows, contact, body.u)
-                        resolve(body, boundary, contact, rows, pairs, system, viscous_cells, first)
+                        if ti.static(coupled):
+                            fill_pair_rows(coupling, contact, boundary, rows, body)
+                        resolve(body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first)
                         first = 0
                         if any_island(stats, NEXT, MEASURE) == 1:
                             again = 1
@@ -268,6 +283,10 @@ def make_serial_step(
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         place(body, obstacles, rows, contact, viscous_cells, control, state)
                         again, first = 1, 1
+                        if ti.static(coupled):
+                            fill_pair_rows(coupling, contact, boundary, rows, body)
+                            if is_stale(coupling, boundary, rows, body) == 1:
+                                control[WANTS_ROWS] = 1.0
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
                         follow(body.u, body.v, boundary.nodes, images)
@@ -276,6 +295,9 @@ def make_serial_step(
                     if ti.static(not measures):
                         control[FIRST] = float(first)
                         control[WANTS_MEASURE] = 1.0
+                        state = STOP
+                    elif control[WANTS_ROWS] == 1.0:
+                        control[FIRST] = float(first)
                         state = STOP
                 elif state == STOP or stop == 1 or number >= int(control[ROWS]) or int(control[START]) != PASS:
                     state = STOP

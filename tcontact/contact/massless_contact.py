@@ -13,6 +13,7 @@ from ..planning.islands import island_starts
 from ..planning.sweep_order import sweep_order
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
+from .pairs.pair_contact import PairContact
 from .static_solve import StaticSolve
 from .term import ContactTerm
 
@@ -47,6 +48,7 @@ class MasslessContactTerm(ContactTerm):
         self.residual_receivers = arrays.put(np.concatenate([start + len(start), rows]))
         order = sweep_order(contact.graph, self.block)
         self.starts = arrays.put(island_starts(self.islands, self.others, order))
+        self.pairs = PairContact(domain) if domain.pairs else None
         self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
         self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
@@ -85,4 +87,5 @@ class MasslessContactTerm(ContactTerm):
         }
 
     def owned(self) -> list[arrays.Array]:
-        return [*super().owned(), *self.static_solve.owned()]
+        pairs = [] if self.pairs is None else self.pairs.owned()
+        return [*super().owned(), *self.static_solve.owned(), *pairs]

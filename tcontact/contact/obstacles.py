@@ -28,7 +28,7 @@ class Obstacles:
         self.shapes = tuple(sorted({obstacle.shape for obstacle in scene.obstacles}))
         grids = [obstacle.grid for obstacle in scene.obstacles]
         ends = np.cumsum([0 if grid is None else grid.size for grid in grids])
-        sampled = np.concatenate([np.zeros(0) if grid is None else grid.ravel() for grid in grids])
+        sampled = np.concatenate([np.zeros(0), *(grid.ravel() for grid in grids if grid is not None)])
         self._start = np.zeros((len(grids), names.RECORD))
         rows = (rows_at_once + 1) * self._start.size if self.moving else 0
         for record, obstacle, grid, end in zip(self._start, scene.obstacles, grids, ends, strict=True):

@@ -62,7 +62,9 @@ class StaticSolve:
         self.islands = islands
         self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
-        self.projected = projected(scene, domain.bodies)
+        self.coupled = bool(domain.pairs)
+        self.projected = self.coupled or projected(scene, domain.bodies)
+        components = PLACES[block].coupled_end if self.coupled else PLACES[block].end
         room = len(contact.nodes) + SWEEP_LANES - 1
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
@@ -86,7 +88,7 @@ class StaticSolve:
             "right": arrays.zeros(room * block),
             "gaps": arrays.zeros(room * slots),
             "normals": arrays.zeros(room * slots * block),
-            "response": arrays.zeros(room * (PLACES[block].end if self.projected else block + 1)),
+            "response": arrays.zeros(room * (components if self.projected else block + 1)),
             "increment": arrays.zeros(3 * room * block),
             "settings": arrays.put(np.stack([self._settings(scene, domain, island) for island in islands])),
             "stats": self.stats,
@@ -100,12 +102,14 @@ class StaticSolve:
     def _settings(self, scene: Scene, domain: Domain, island: Island) -> np.ndarray:
         from ..kernels.materials import LAWS
 
-        contact, model, names, body = domain.contact, scene.contact, self.names, island.body
-        material, graph = body.body.material, None if body.contact is None else body.contact.graph
+        contact, model, names = domain.contact, scene.contact, self.names
+        materials = [body.body.material for body in island.bodies]
+        graphs = [(body, body.contact.graph) for body in island.bodies if body.contact and body.contact.graph]
         assert isinstance(model, MasslessContact)
         assert contact is not None
-        linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
-        stiffness = material.lame_lambda + 2.0 * material.lame_mu
+        flat = all(obstacle.shape == "plane" for obstacle in scene.obstacles) and not island.coupled
+        linear = flat and all(material.linear for material in materials)
+        stiffness = min(material.lame_lambda + 2.0 * material.lame_mu for material in materials)
         settings = np.zeros(names.SETTINGS)
         settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
@@ -116,15 +120,16 @@ class StaticSolve:
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         settings[names.LINEAR] = 1.0 if linear else 0.0
-        settings[names.REFUSES] = 1.0 if LAWS[material.law].refusal else 0.0
+        settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
-        settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
+        settings[names.RELAXATION] = island.body.body.mesh.element.relaxation if exact else 1.0
         settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
-        if graph is not None:
+        if graphs:
             if not linear:
-                settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])
+                edges = [shortest_edge(body.reference, body.cells[graph.cells]) for body, graph in graphs]
+                settings[names.REACH] = REACH * min(edges)
             settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
-            settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
+            settings[names.STEP_LENGTH] = STEP_LENGTH / max(graph.corners_together for _, graph in graphs)
         return settings
 
     @property

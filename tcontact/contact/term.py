@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -40,12 +40,13 @@ class ContactTerm:
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells have viscosity
     projected = False  # MPRGP replaces the sweeps
+    pairs: Any = None  # rows of pairs of bodies
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
         assert domain.contact is not None
         contact: ContactPlan = domain.contact
         count = len(contact.nodes)
-        self.slots = min(len(scene.obstacles), MAXIMUM_SLOTS)
+        self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS))
         centre = domain.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MAXIMUM_ROWS if domain.small else 1)
         self.islands = islands_of(domain)
@@ -92,6 +93,7 @@ class ContactTerm:
             friction is not None and self.kicked,
             self.viscous,
             self.projected,
+            self.pairs is not None,
         )
 
     @property

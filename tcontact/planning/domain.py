@@ -54,9 +54,9 @@ class Domain:
     """Bodies in one numbering.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
-    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start, cell_start [bodies + 1]: first node, contact node and contact cell of a body;
-    boundary_place: for every body, places [s] of its boundary nodes among those of the domain. The other attributes
-    are those of `BodyPlan` for all bodies.
+    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start, cell_start [bodies + 1]:
+    first node, contact node and contact cell of a body; boundary_place: for every body, places [s] of its boundary
+    nodes among those of the domain. The other attributes are those of `BodyPlan` for all bodies.
     """
 
     def __init__(

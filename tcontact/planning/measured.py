@@ -23,16 +23,18 @@ COMBINE: dict[str, Callable[..., np.ndarray]] = {
 class Layout:
     """The places of the columns of a scene in its rows.
 
-    terms: terms of the scene with columns of their own; obstacles: names of those whose loads are measured; place:
-    slice of each column by name, first the measured ones, then from `width` to `end` the integrals over time; shown:
-    columns of the history in their order.
+    terms: terms of the scene with columns of their own; obstacles, pairs: names of those whose loads are measured;
+    place: slice of each column by name, first the measured ones, then from `width` to `end` the integrals over time;
+    shown: columns of the history in their order.
     """
 
-    def __init__(self, terms: Collection[str] = (), obstacles: tuple[str, ...] = ()) -> None:
-        self.terms, self.obstacles = frozenset(terms), obstacles
+    def __init__(
+        self, terms: Collection[str] = (), obstacles: tuple[str, ...] = (), pairs: tuple[str, ...] = ()
+    ) -> None:
+        self.terms, self.obstacles, self.pairs = frozenset(terms), obstacles, pairs
         mine = [column for column in COLUMNS if not column.term or column.term in self.terms]
-        self.shown = [column for column in self._of_obstacles(mine) if column.shown]
-        self.measured = list(self._of_obstacles([column for column in mine if column.groups]))
+        self.shown = [column for column in self._named(mine) if column.shown]
+        self.measured = list(self._named([column for column in mine if column.groups]))
         names = {column.name for column in self.measured}
         self.integrals = [column for column in mine if column.integral_of in names]
         self.place: dict[str, slice] = {}
@@ -44,14 +46,17 @@ class Layout:
         self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
         self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
 
-    def _of_obstacles(self, columns: list[Column]) -> Iterator[Column]:
-        """Yield the columns; those of an obstacle come together, once for each obstacle."""
-        each = [column for column in columns if "obstacle" in column.groups]
+    def _named(self, columns: list[Column]) -> Iterator[Column]:
+        """Yield the columns; those of an obstacle or pair come together, once for each of them."""
+        named = {"obstacle": self.obstacles, "pair": self.pairs}
+        each = {group: [column for column in columns if group in column.groups] for group in named}
         for column in columns:
-            if column not in each:
+            group = next((group for group in named if group in column.groups), None)
+            if group is None:
                 yield column
-            elif column is each[0]:
-                yield from (part._replace(name=f"{part.name}:{name}") for name in self.obstacles for part in each)
+            elif column is each[group][0]:
+                for name in named[group]:
+                    yield from (part._replace(name=f"{part.name}:{name}") for part in each[group])
 
     def numbers(self, names: Iterable[str]) -> np.ndarray:
         """Return the places of all numbers of these columns, leaving out columns that the scene does not have."""
@@ -73,24 +78,28 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
         if len(domain.contact.nodes):
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
+            groups += ["pair"] * len(domain.pairs)
     return tuple(groups)
 
 
 class RawRows:
-    """Converts raw rows of a domain to measured rows; groups: groups of columns of the raw rows, in their order."""
+    """Converts raw rows of a domain to measured rows.
 
-    def __init__(self, groups: tuple[str, ...], layout: Layout) -> None:
+    groups: groups of columns of the raw rows, in their order; pairs: names of the pairs of the domain.
+    """
+
+    def __init__(self, groups: tuple[str, ...], layout: Layout, pairs: Iterable[str] = ()) -> None:
         self.layout = layout
         first: dict[int, int] = {}  # place in a measured row -> place in a raw row
         further: dict[int, int] = {}  # the same where a second group adds to that place
-        names, start = iter(layout.obstacles), 0
+        names, start = {"obstacle": iter(layout.obstacles), "pair": iter(pairs)}, 0
         for group in groups:
-            obstacle = f":{next(names)}" if group == "obstacle" else ""
+            name = f":{next(names[group])}" if group in names else ""
             for column in group_columns(group):
                 here, start = range(start, start + column.size), start + column.size
                 if column.name == "mass_displacement":
                     self._moved = here
-                for place, raw in zip(layout.numbers([column.name + obstacle]), here, strict=False):
+                for place, raw in zip(layout.numbers([column.name + name]), here, strict=False):
                     (further if place in first else first)[place] = raw
         self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
 

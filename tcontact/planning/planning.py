@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS
+from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS
 from ..scene.body import Body
 from ..scene.contact_models import ImpulseContact, MasslessContact
 from ..scene.friction_models import FrictionLayer, cell_viscosity
@@ -71,10 +71,12 @@ class Plan:
             FRICTION: can_touch and scene.friction is not None,
             LAYERS: can_touch and isinstance(scene.friction, FrictionLayer),
             LOADS: can_touch and scene.tracked,
+            PAIRED: bool(scene.body_pairs),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
-        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names)
+        pairs = tuple(pair.name for pair in scene.body_pairs)
+        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names, pairs)
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -45,6 +45,8 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     if model.solver == "projected-gradient" and hindrance:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
+    if any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs):
+        return StaticSolver(True, "bodies in contact with each other")
     if model.solver != "auto":
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:

@@ -75,6 +75,16 @@ class Result:
         """Moment [rows, 3] [N m] on every obstacle about its reference point, by name."""
         return self._of_obstacles("obstacle_moment:")
 
+    @property
+    def pair_force(self) -> dict[str, np.ndarray]:
+        """Force on the first body of each pair [rows, 3] [N], by the name of the pair."""
+        return self._of_obstacles("pair_force:")
+
+    @property
+    def pair_moment(self) -> dict[str, np.ndarray]:
+        """Moment of that force about the origin [rows, 3] [N m], by the name of the pair."""
+        return self._of_obstacles("pair_moment:")
+
     def _of_obstacles(self, start: str) -> dict[str, np.ndarray]:
         return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
 

@@ -152,7 +152,9 @@ def _check_order(pairs: Sequence[BodyPair], labels: Sequence[str]) -> None:
             reached |= front
             front = set().union(*(above.get(body, set()) for body in front)) - reached
         if start in reached:
-            raise InputError("Pair.slave", labels[start], "the slaves of the pairs go round in a circle; leave one None")
+            raise InputError(
+                "Pair.slave", labels[start], "the slaves of the pairs go round in a circle; leave one None"
+            )
 
 
 def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:

@@ -59,7 +59,7 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling
     slave, masters = facing.slave.faces, facing.master_faces
     centre = positions[facing.slave.nodes].mean(axis=0)
     corners = [positions[faces] - centre for faces in (slave, masters)]
-    found = integrals(*corners, pairs)
+    found = integrals(corners[0], corners[1], pairs)
     face_areas = np.linalg.norm(area_vectors(positions, slave), axis=1)
     near = found[:, at.COMMON_AREA] > 0.0
     closest = np.full(len(slave), np.inf)
@@ -75,11 +75,24 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling
     dual, areas = _dual(products)
     mixed = found[:, at.MASTER_PRODUCTS : at.MASTER_PRODUCTS + 16].reshape(-1, 4, 4)
     blocks = dual[e] @ mixed
-    sums = np.abs(blocks).max(axis=(1, 2), initial=0.0) / np.where(areas[e] > 0.0, areas[e], np.inf).min(axis=1)
+    area, of_node = _node_areas(facing, positions, areas)
+    kept = area >= DROPPED * np.where(of_node > 0.0, of_node, np.inf)
+    weights = np.abs(blocks).max(axis=2, initial=0.0) / np.where(kept, area, np.inf)[slave[e]]
     wild = np.zeros(len(slave), dtype=bool)
-    wild[e[sums > LARGEST_WEIGHT]] = True
+    wild[e[weights.max(axis=1, initial=0.0) > LARGEST_WEIGHT]] = True
     blocks[wild[e]] = mixed[wild[e]]
-    return _rows(facing, positions, e, f, blocks, areas, own.sum(axis=2))
+    return _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), own.sum(axis=2))
+
+
+def _node_areas(facing: Facing, positions: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the covered area D [n] of every node, and the whole area of its faces that belongs to it [n] [m^2]."""
+    slave = facing.slave.faces
+    sizes = np.linalg.norm(area_vectors(positions, slave), axis=1)
+    corners = np.where(slave[:, 3] == slave[:, 2], 3, 4)
+    covered, whole = np.zeros(len(positions)), np.zeros(len(positions))
+    np.add.at(covered, slave, areas)
+    np.add.at(whole, slave, np.where((np.arange(4) < corners[:, None]), (sizes / corners)[:, None], 0.0))
+    return covered, whole
 
 
 def _dual(products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,21 +112,14 @@ def _rows(
     e: np.ndarray,
     f: np.ndarray,
     blocks: np.ndarray,
-    areas: np.ndarray,
+    area: np.ndarray,
     shares: np.ndarray,
 ) -> Coupling:
     slave, masters = facing.slave.faces, facing.master_faces
     count = len(positions)
-    area = np.zeros(count)
-    np.add.at(area, slave, areas)
     vectors = area_vectors(positions, slave)
     sizes = np.linalg.norm(vectors, axis=1)
-    corners = np.where(slave[:, 3] == slave[:, 2], 3, 4)
-    weight = np.where((np.arange(4) < corners[:, None]), (sizes / corners)[:, None], 0.0)
-    of_node = np.zeros(count)
-    np.add.at(of_node, slave, weight)
-    kept = area >= DROPPED * np.where(of_node > 0.0, of_node, np.inf)
-    slaves = np.flatnonzero(kept)
+    slaves = np.flatnonzero(area > 0.0)
     row = np.full(count, -1)
     row[slaves] = np.arange(len(slaves))
 
@@ -130,9 +136,7 @@ def _rows(
     first = np.searchsorted(r, np.arange(len(slaves) + 1))
 
     faces, face_weights, first_face = _normals(facing, positions, slaves, row, e, f, shares, vectors, sizes)
-    return Coupling(
-        slaves, area[slaves], first, node, total / area[slaves][r], owner, first_face, faces, face_weights
-    )
+    return Coupling(slaves, area[slaves], first, node, total / area[slaves][r], owner, first_face, faces, face_weights)
 
 
 def _normals(

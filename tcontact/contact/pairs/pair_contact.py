@@ -141,7 +141,7 @@ class PairContact:
             at.SEARCHED: self._searched.reshape(-1),
         }
         header = np.zeros(at.LISTS_HEADER, dtype=np.int64)
-        header[at.ROWS], header[at.SURFACE_NODES] = rows, len(self._nodes)
+        header[at.ROWS], header[at.SURFACE_NODES], header[at.PAIRS] = rows, len(self._nodes), len(self._first)
         for sections, start in ((whole, at.LISTS_HEADER), (real, at.VALUES_HEADER)):
             place = start
             for section, content in sections.items():
@@ -177,7 +177,9 @@ class PairContact:
         for facing, one in zip(self.facings, couplings, strict=True):
             if not len(one.slaves):
                 continue
-            apart = positions[one.slaves] - np.add.reduceat(one.weights[:, None] * positions[one.masters], one.first[:-1])
+            apart = positions[one.slaves] - np.add.reduceat(
+                one.weights[:, None] * positions[one.masters], one.first[:-1]
+            )
             corners = positions[one.faces]
             across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
             across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]

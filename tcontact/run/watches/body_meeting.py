@@ -1,4 +1,4 @@
-"""Stop a run in which two bodies meet: contact between bodies is not modelled yet.
+"""Stop a run in which two bodies meet that are no pair in contact with each other.
 
 Every pair of bodies has a clearance, a lower bound of the distance of their surfaces. Their relative motion reduces it,
 and the next look comes before it can be 0. Then it is measured anew: by the boxes of both bodies, swept since the last
@@ -16,6 +16,7 @@ import numpy as np
 
 from ...mesh.triangle_distance import smallest_distance, winding_number
 from ...scene.body import Body
+from ...scene.scene import Scene
 from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
 from ..watched import Run
@@ -53,6 +54,13 @@ class Surface:
         return np.asarray(self.start + state.latest()[self.nodes])
 
 
+def _unpaired(scene: Scene) -> list[tuple[int, int]]:
+    """Return the numbers of two bodies each that are no pair in contact with each other."""
+    paired = {frozenset((pair.first, pair.second)) for pair in scene.body_pairs}
+    every = itertools.combinations(range(len(scene.bodies)), 2)
+    return [bodies for bodies in every if frozenset(bodies) not in paired]
+
+
 class BodyMeeting:
     """Looks for meetings of the bodies of a run."""
 
@@ -60,15 +68,15 @@ class BodyMeeting:
 
     def __init__(self, run: Run) -> None:
         self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
-        self._pairs = np.array(list(itertools.combinations(range(len(self._surfaces)), 2)))
+        self._pairs = np.array(_unpaired(run.scene))
         self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self._clearance = np.zeros(len(self._pairs))
         self.due, self._seen, self._time = 0, -1, 0.0
 
     @staticmethod
     def of(run: Run) -> BodyMeeting | None:
-        """Make the looks of a run; None for one body and for bodies that may pass through each other."""
-        return BodyMeeting(run) if len(run.scene.bodies) > 1 and run.scene.pairs is not None else None
+        """Make the looks of a run; None if all its bodies are pairs, or may pass through each other."""
+        return BodyMeeting(run) if run.scene.pairs is not None and _unpaired(run.scene) else None
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where two bodies have met since the last look."""

@@ -37,6 +37,7 @@ class SerialStep:
             Boundary,
             Contact,
             ContactOptions,
+            Coupling,
             Launch,
             Obstacles,
             Pairs,
@@ -54,6 +55,7 @@ class SerialStep:
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
+        self.pairs = pairs = contact.pairs if isinstance(contact, MasslessContactTerm) else None
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = group_size(*groups)
@@ -67,6 +69,7 @@ class SerialStep:
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
+            "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
             "launch": Launch(
@@ -130,6 +133,11 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
+        if control[names.WANTS_ROWS] == 1.0:
+            self._build_rows(u)
+            if control[names.WANTS_MEASURE] == 0.0:
+                control[names.START] = names.MEASURED
+                control = self._go(control, u, v)
         while control[names.WANTS_MEASURE] == 1.0:
             self.force.measure_surface(u, v)
             if self.cells is not None and self.cells.launch is not None:
@@ -137,6 +145,14 @@ class SerialStep:
             control[names.START] = names.MEASURED
             control = self._go(control, u, v)
         return done
+
+    def _build_rows(self, u: arrays.Array) -> None:
+        """Build the rows of pairs of bodies anew; larger arrays take the place of those handed over."""
+        assert self.pairs is not None
+        before = self.pairs.lists, self.pairs.values
+        self.pairs.rebuild(arrays.get(u).reshape(-1, 3))
+        for old, new in zip(before, (self.pairs.lists, self.pairs.values), strict=True):
+            self._parts = tuple(new if part is old else part for part in self._parts)
 
     def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
         """One launch; returns `control` as it left it."""

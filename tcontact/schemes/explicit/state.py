@@ -38,7 +38,8 @@ class DomainState:
         self.scene, self.domain = scene, domain
         self.layout = layout or Layout()
         self.groups = raw_groups(scene, domain)
-        self._reader, self._places = RawRows(self.groups, self.layout), raw_places(domain.dissipates)
+        self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs])
+        self._places = raw_places(domain.dissipates)
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
@@ -140,6 +141,9 @@ class DomainState:
         small = self.domain.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = self._reader.measured(raw, times, self.domain.gravity)
+        if self.contact is not None and self.contact.pairs is not None:
+            rows[-1, self.layout.place["pair_rebuilds"]] = self.contact.pairs.rebuilds
+            rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]
         if self.layered is not None:
             late = float(rows[-1, self.layout.place["friction_after"]][0])
             for name, value in self.layered.row(late).items():
