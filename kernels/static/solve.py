@@ -220,8 +220,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
     """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
 
     It does one iteration of the static solve of every island. It is called after each force pass over the contact
-    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the first call of a time step; viscous: data of viscous contact
-    cells (cell_viscosity.py); plain: every basis is the identity.
+    cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
+    first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
+    identity.
     """
     tangents = [
         make_reduced_tangent(kind, law, block)

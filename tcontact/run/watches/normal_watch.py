@@ -38,7 +38,10 @@ class NormalWatch:
     def __init__(self, run: Run, numbers: list[int]) -> None:
         self.due, self._seen, self._far, self._warned = OFTEN, 0, 0.0, False
         self.ends_launches = True
+        contact = run.states[numbers[0]].plan.contact
         self._normal = _common_normal(run.scene.obstacles)
+        if run.scene.body_pairs and contact is not None and contact.basis is not None:
+            self._normal = contact.basis[0, :, 0]  # one direction serves all bodies in contact
         self._numbers = numbers
         self._picked, self._start, self._mass = [], [], []
         for number in numbers:
@@ -123,7 +126,7 @@ class NormalWatch:
 
 def _common_normal(obstacles: Sequence[Obstacle]) -> np.ndarray | None:
     """Return the common direction of planes; None for other obstacles and for planes of several directions."""
-    if not all(obstacle.shape == "plane" for obstacle in obstacles):
+    if not obstacles or not all(obstacle.shape == "plane" for obstacle in obstacles):
         return None
     normals = np.array([obstacle.frame[2] for obstacle in obstacles])
     across = np.linalg.norm(np.cross(normals, normals[0]), axis=1)
