@@ -266,6 +266,7 @@ def hand_over_pairs(
         for j in ti.static(range(PAIR_LOADS)):
             contact.sums[start + p * PAIR_LOADS + j] = 0.0
         contact.sums[start + p * PAIR_LOADS + PAIR_LOAD.pair_gap_min] = UNREACHED
+    on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
         force = vector_of(rows, k, rows.at.force)
@@ -275,9 +276,9 @@ def hand_over_pairs(
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
             part = weight(coupling, i) * force
-            for j in ti.static(range(3)):
-                contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - part[j]
-                if m < node_count(contact):
+            on_masters += part
+            if m < node_count(contact):
+                for j in ti.static(range(3)):
                     contact.force[3 * m + j] = contact.force[3 * m + j] - part[j]
             at = start + (side >> 1) * PAIR_LOADS
             master = row(body.position, boundary.nodes[m]) + row(body.u, boundary.nodes[m])
@@ -295,3 +296,5 @@ def hand_over_pairs(
                 if pressed:
                     contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
             last = side
+    for j in ti.static(range(3)):
+        contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - on_masters[j]

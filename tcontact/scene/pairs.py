@@ -1,8 +1,8 @@
 """Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD, pairs).
 
-A total order of the bodies decides: by stiffness in powers of 2 (lambda + 2 mu of the material), then by the mean area
-of a contact face, then by the place in the scene. The lower one of a pair is the slave: its contact nodes get the
-constraint rows.
+A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness in powers of 2
+(lambda + 2 mu of the material), by the mean area of a contact face, by the place in the scene. The lower one of a pair
+is the slave: its contact nodes get the constraint rows.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from .body import Body
 from .contact_models import MasslessContact
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
+DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
 
 
@@ -122,9 +123,9 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
         if why_not:
             return ()
         for first, second in itertools.combinations(range(len(scene.bodies)), 2):
-            if may_meet(scene, first, second):
-                name = f"{scene.label(first)}-{scene.label(second)}"
-                found.append(BodyPair(name, first, second, min(first, second, key=ranks.__getitem__)))
+            slave = min(first, second, key=ranks.__getitem__)
+            if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
+                found.append(BodyPair(f"{scene.label(first)}-{scene.label(second)}", first, second, slave))
         return tuple(found)
     labels = [scene.label(index) for index in range(len(scene.bodies))]
     for pair in scene.pairs:
@@ -138,6 +139,11 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
             raise InputError("Scene.pairs", pair.name, why_not)
         first, second = labels.index(pair.first), labels.index(pair.second)
         slave = min(first, second, key=ranks.__getitem__) if pair.slave is None else labels.index(pair.slave)
+        if _held(scene.bodies[slave]):
+            remedy = (
+                "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
+            )
+            raise InputError("Pair.slave", labels[slave], f"{remedy} leave the held nodes out of Body.contact")
         found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap))
     _check_order(found, labels)
     return tuple(found)
@@ -166,13 +172,21 @@ def slave_order(pairs: Sequence[BodyPair], count: int) -> list[int]:
     return place
 
 
-def _ranks(bodies: Sequence[Body]) -> list[tuple[int, float, int]]:
-    """Return the key of every body in the order of slaves, the first one is slave of all others."""
+def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
+    """Return the key of every body in the order of slaves, the first one is slave of all others.
+
+    Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
+    """
     keys = []
     for index, body in enumerate(bodies):
         stiffness = body.material.lame_lambda + 2.0 * body.material.lame_mu
-        keys.append((round(float(np.log2(stiffness))), mean_area(body), index))
+        keys.append((_held(body), round(float(np.log2(stiffness))), mean_area(body), index))
     return keys
+
+
+def _held(body: Body) -> bool:
+    """Return whether supports hold a contact node of the body in all components."""
+    return bool(np.isfinite(body.prescribed[body.contact_nodes]).all(axis=1).any())
 
 
 def mean_area(body: Body) -> float:
@@ -196,8 +210,8 @@ def may_meet(scene: Any, first: int, second: int) -> bool:
 def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> np.ndarray:
     """Return for every contact face (or outer face) of the first body whether it may meet one of the second.
 
-    Boxes around the faces, larger by the way that the bodies may go towards each other, overlap, and some face of the
-    second body in reach has a normal against it.
+    The faces of the second body are taken in groups of one direction: the normals are opposite, each lies in front of
+    the other, and their boxes overlap, larger by the way that the bodies may go.
     """
     one, other = scene.bodies[first], scene.bodies[second]
     faces = [body.outer_faces if outer and body.finds_contact else body.contact_faces for body in (one, other)]
@@ -206,22 +220,24 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
     speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
-    way = SLACK * (speed + fall) * scene.duration
-    way += sum(shortest_edge(body.mesh.nodes, body.mesh.cells) for body in (one, other))
+    slack = sum(shortest_edge(body.mesh.nodes, body.mesh.cells) for body in (one, other))
+    way = SLACK * (speed + fall) * scene.duration + slack
     corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]
-    low, high = corners[1].min(axis=(0, 1)) - way, corners[1].max(axis=(0, 1)) + way
-    near = (corners[0].max(axis=1) >= low).all(axis=1) & (corners[0].min(axis=1) <= high).all(axis=1)
-    if not near.any():
-        return near
-    low, high = corners[0][near].min(axis=(0, 1)) - way, corners[0][near].max(axis=(0, 1)) + way
-    there = (corners[1].max(axis=1) >= low).all(axis=1) & (corners[1].min(axis=1) <= high).all(axis=1)
-    if not there.any():
-        return np.zeros(len(faces[0]), dtype=bool)
     normals = [_unit(area_vectors(part)) for part in corners]
-    directions = np.unique(np.round(normals[1][there], 3), axis=0)
-    facing = np.zeros(len(near), dtype=bool)
-    facing[near] = (normals[0][near] @ directions.T).min(axis=1) < FACING
-    return near & facing
+    centres = [part.mean(axis=1) for part in corners]
+    low, high = corners[0].min(axis=1) - way, corners[0].max(axis=1) + way
+    found = np.zeros(len(faces[0]), dtype=bool)
+    _, group = np.unique(np.round(DIRECTIONS * normals[1]), axis=0, return_inverse=True)
+    for number in range(group.max() + 1):
+        mine = group.reshape(-1) == number
+        direction = _unit(normals[1][mine].mean(axis=0)[None])[0]
+        box = corners[1][mine].min(axis=(0, 1)), corners[1][mine].max(axis=(0, 1))
+        near = (high >= box[0]).all(axis=1) & (low <= box[1]).all(axis=1) & (normals[0] @ direction < FACING)
+        middle, half = 0.5 * (box[0] + box[1]), 0.5 * (box[1] - box[0])
+        ahead = np.einsum("ij,ij->i", normals[0], middle - centres[0]) + np.abs(normals[0]) @ half
+        behind = (centres[0] - middle) @ direction + np.abs(direction) @ half
+        found |= near & (ahead > -slack) & (behind > -slack)
+    return found
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

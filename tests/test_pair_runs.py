@@ -1,0 +1,195 @@
+"""Impacts of two and more bodies: exact solutions of bars, conservation, invariance, the stable step."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle import meshes
+from pair_scenes import OBLIQUE, bar, oblique_cubes, soft, total, touches, touching, variation
+
+import tcontact as tc
+
+SPEED = 0.02
+
+
+def two_bars(cells=(20, 30), across=(2, 3), removal="auto", **options):
+    """Two equal bars that meet at SPEED; gap 0.002."""
+    bodies = [
+        bar(cells[0], across[0], 0.002, -SPEED, "up", contact="zmin", **options),
+        bar(cells[1], across[1], -1.0, 0.0, "low", contact="zmax", **options),
+    ]
+    return tc.Scene(bodies, duration=3.4, contact=tc.MasslessContact(removal))
+
+
+@pytest.mark.parametrize(("cells", "rms", "energy"), [((20, 30), 5e-3, 5e-3), ((40, 60), 5e-4, 2.5e-3)])
+def test_two_equal_bars_press_with_half_the_impact_pressure_and_exchange_their_speed(cells, rms, energy):
+    """rho c V / 2 for as long as the wave runs to the end and back; then the bars part with exchanged velocities."""
+    scene = two_bars(cells)
+    assert tc.plan(scene).bodies[0].contact.removal == "normal"
+    result = tc.simulate(scene)
+    assert result.ok
+    time, force = result.history["time"], result.pair_force["up-low"][:, 2] / (0.5 * SPEED * 0.01)
+    plateau = force[(time > 0.5) & (time < 1.7)]
+    assert np.sqrt(((plateau - 1.0) ** 2).mean()) <= rms
+    assert variation(force) <= 1.5
+    assert touches(force) == 1
+    assert np.abs(result.history["energy_error"]).max() <= energy
+    assert total(result, "momentum") <= 1e-11
+    assert abs(np.trapezoid(force, time) - 2.0) <= 2.0e-2
+    up, low = np.split(result.velocity[:, 2], [scene.bodies[0].mesh.node_count])
+    assert abs(up.mean()) <= 0.02 * SPEED
+    assert abs(low.mean() + SPEED) <= 0.02 * SPEED
+
+
+def test_three_bars_in_a_row_pass_the_speed_on():
+    """The bar in the middle is slave of one neighbour and master or slave of the other."""
+    bodies = [bar(12, 1, 2.004, -SPEED, "a"), bar(18, 2, 1.002, 0.0, "b"), bar(15, 1, 0.0, 0.0, "c")]
+    for pairs in ("auto", [tc.Pair("a", "b", slave="a"), tc.Pair("b", "c", slave="b")]):
+        scene = tc.Scene(bodies, duration=5.2, pairs=pairs)
+        result = tc.simulate(scene)
+        assert result.ok
+        ends = np.cumsum([body.mesh.node_count for body in bodies])
+        speeds = [part[:, 2].mean() / -SPEED for part in np.split(result.velocity, ends[:-1])]
+        assert np.abs(np.array(speeds) - (0.0, 0.0, 1.0)).max() <= 0.04
+        assert np.abs(result.history["energy_error"]).max() <= 8e-3
+        assert total(result, "momentum") <= 1e-11
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
+def test_oblique_cubes_keep_energy_and_momentum(kind):
+    """Both surfaces end inside faces of the other."""
+    result = tc.simulate(oblique_cubes(kind=kind))
+    assert result.ok
+    force = result.pair_force["up-low"]
+    assert np.abs(result.history["energy_error"]).max() <= 4e-3
+    assert total(result, "momentum") <= 1e-11
+    assert total(result, "angular_momentum") <= 2e-3
+    assert touches(force[:, 2]) == 1
+    assert variation(force[:, 2]) <= 1.2
+    assert abs(np.trapezoid(force[:, 2], result.history["time"]) - 0.0389) <= 1e-3
+
+
+def test_products_of_the_static_solve_stay_few_when_the_softer_body_is_slave():
+    for young in (1.0, 10.0, 100.0):
+        scene = oblique_cubes(
+            young=young, duration=2.0 if young > 1.0 else 3.0, contact=tc.MasslessContact("full", tolerance=1e-4)
+        )
+        assert scene.bodies[scene.body_pairs[0].slave].name == "low"
+        result = tc.simulate(scene)
+        products = result.history["solver_products"][touching(result, "up-low")]
+        assert products.mean() <= 25
+        assert products.max() <= 90
+
+
+def test_a_run_turned_and_shifted_is_the_same_run():
+    turn, offset = meshes.rotation(12), np.array((40.0, -7.0, 3.0))
+    scheme = tc.CentralDifference(dt=0.14)
+    one, other = (tc.simulate(oblique_cubes(motion=motion), scheme) for motion in (None, (turn, offset)))
+    assert one.steps == other.steps
+    moved = one.position @ turn.T + offset
+    assert np.abs(moved - other.position).max() <= 1e-7
+    force = one.pair_force["up-low"] @ turn.T
+    assert np.abs(force - other.pair_force["up-low"]).max() <= 1e-5 * np.abs(force).max()
+
+
+def test_force_and_moment_are_those_on_the_first_body_whichever_is_slave():
+    results = [
+        tc.simulate(oblique_cubes(pairs=[pair]))
+        for pair in (tc.Pair("up", "low", slave="low"), tc.Pair("low", "up", slave="low"))
+    ]
+    first, second = results
+    assert np.abs(first.pair_force["up-low"] + second.pair_force["low-up"]).max() <= 1e-15
+    moments = first.pair_moment["up-low"], second.pair_moment["low-up"]  # of slave and master: apart while slipping
+    assert np.abs(moments[0] + moments[1]).max() <= 2e-2 * np.abs(moments[0]).max()
+    assert np.abs(first.history["contact_force"]).max() <= 1e-14
+
+
+@pytest.mark.parametrize("young", [1e-3, 1.0, 1e3])
+def test_contact_never_shortens_the_stable_step(young):
+    """The step of two bodies is that of the stiffer one with its own contact nodes massless or not, at least."""
+    scene = oblique_cubes(young=young)
+    steps = [tc.simulate(replace(scene, bodies=[body], duration=1e-3, pairs=None)).dt_limit for body in scene.bodies]
+    together = tc.simulate(replace(scene, duration=1e-3)).dt_limit
+    assert together >= 0.999 * min(steps)
+
+
+def test_a_body_against_its_mirror_image_is_a_body_against_a_plane():
+    mesh = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(0, 0, 0.001))
+    mirrored = tc.Mesh(mesh.nodes * (1, 1, -1), mesh.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], "hex8",
+                       face_sets={"zmax": mesh.face_sets["zmin"]})  # fmt: skip
+    law = soft(tc.LinearElastic)
+    one = tc.Body(mesh, law, (0, 0, -0.02), contact="zmin", name="up")
+    other = tc.Body(mirrored, law, (0, 0, 0.02), contact="zmax", name="low")
+    contact, scheme = tc.MasslessContact("full", tolerance=1e-8), tc.CentralDifference(dt=0.1)
+    alone = tc.simulate(tc.Scene([one], [tc.Plane()], 3.0, contact=contact), scheme)
+    both = tc.simulate(tc.Scene([one, other], duration=3.0, contact=contact), scheme)
+    force = alone.history["contact_force"][:, 2]
+    assert np.abs(both.pair_force["up-low"][:, 2] - force).max() <= 1e-5 * force.max()
+    assert force.max() > 0.0
+
+
+def test_bodies_out_of_reach_have_no_rows_and_the_bits_of_bodies_without_pairs():
+    scene = oblique_cubes(duration=1.0)
+    low = scene.bodies[1]
+    away = replace(scene, bodies=[scene.bodies[0], replace(low, mesh=low.mesh.translated((0, 0, -9.0)))])
+    assert away.body_pairs == ()
+    with pytest.warns(tc.OverlapWarning):
+        alone = replace(away, pairs=None)
+    assert tc.simulate(away).position.tobytes() == tc.simulate(alone).position.tobytes()
+
+
+def test_a_pair_that_never_meets_moves_freely():
+    """An empty coupling is no error; the bodies fly on."""
+    scene = oblique_cubes(duration=0.03, pairs=[tc.Pair("up", "low")])
+    result = tc.simulate(scene, tc.CentralDifference(dt=0.01))
+    assert result.ok
+    assert not result.history["pair_pressed:up-low"].any()
+    moved = result.position[:125] - scene.bodies[0].mesh.nodes
+    assert np.abs(moved - result.time * OBLIQUE).max() <= 1e-14
+
+
+def test_a_stack_on_a_floor_settles_with_its_weight_on_the_floor_and_between_the_blocks():
+    gravity, bodies = 0.02, []
+    for number in range(3):
+        mesh = tc.box_mesh((1, 1, 0.5), (2 + number % 2,) * 2 + (2,), origin=(-0.5, -0.5, 0.501 * number + 0.001))
+        mesh = mesh.rotated(((0, 0, 1), np.radians(7.0 * number)))
+        bodies.append(tc.Body(mesh, soft(), contact=("zmin", "zmax"), name=f"b{number}"))
+    pairs = [tc.Pair("b0", "b1"), tc.Pair("b1", "b2")]
+    scene = tc.Scene(bodies, [tc.Plane()], 60.0, gravity=(0, 0, -gravity), damping=tc.MassDamping(0.8), pairs=pairs)
+    result = tc.simulate(scene)
+    assert result.ok
+    assert abs(result.history["contact_force"][-1, 2] - 1.5 * gravity) <= 1e-3 * 1.5 * gravity
+    assert abs(result.pair_force["b0-b1"][-1, 2] + 1.0 * gravity) <= 1e-3 * gravity
+    assert abs(result.pair_force["b1-b2"][-1, 2] + 0.5 * gravity) <= 1e-3 * gravity
+    assert min(result.history[f"pair_gap_min:{pair.name}"][-1] for pair in scene.body_pairs) >= -1e-3 * 0.3
+
+
+def test_a_body_whose_contact_face_is_held_is_master():
+    scene = oblique_cubes()
+    held = replace(scene.bodies[1], supports=[tc.Support("zmax", "xyz")])
+    scene = replace(scene, bodies=[scene.bodies[0], held])
+    assert scene.body_pairs[0].slave == 0
+    result = tc.simulate(scene)
+    assert result.ok
+    assert result.pair_force["up-low"][:, 2].max() > 0.0
+    assert np.abs(result.history["contact_force"]).max() <= 1e-14
+    change = result.history["momentum"] - result.history["momentum"][0]
+    assert np.abs(change - result.history["support_impulse"]).max() <= 1e-10
+    assert result.history["pair_gap_min:up-low"].min() > -1e-4
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "mean-dilatation"])
+def test_formulations_of_hexahedra(formulation):
+    scene = oblique_cubes()
+    scene = replace(scene, bodies=[replace(body, formulation=formulation) for body in scene.bodies])
+    result = tc.simulate(scene)
+    assert result.ok
+    assert np.abs(result.history["energy_error"]).max() <= 4e-3
+    assert total(result, "momentum") <= 1e-11
+
+
+def test_damping_and_viscosity_keep_the_balance():
+    scene = replace(oblique_cubes(), damping=tc.MassDamping(0.2), viscosity=tc.BulkViscosity())
+    result = tc.simulate(scene)
+    assert result.ok
+    assert np.abs(result.history["energy_error"]).max() <= 4e-3
