@@ -13,8 +13,9 @@ def soft(law=tc.NeoHookean, young=1.0, poisson=0.3):
     return law(young=young, poisson=poisson, density=1.0)
 
 
-def oblique_cubes(upper=4, lower=5, kind="hex8", law=tc.NeoHookean, young=1.0, removal="full", duration=3.0, motion=None,
-                  **options):  # fmt: skip
+def oblique_cubes(
+    upper=4, lower=5, kind="hex8", law=tc.NeoHookean, young=1.0, removal="full", duration=3.0, motion=None, **options
+):
     """Two free unit cubes with turned meshes, the upper one with an oblique velocity; motion: (rotation, offset)."""
     below = tc.box_mesh((1, 1, 1), (lower,) * 3, kind, origin=(0, 0, -1.0))
     above = tc.box_mesh((1, 1, 1), (upper,) * 3, kind, origin=(0, 0, 0.002))

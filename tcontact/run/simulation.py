@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError, OutputError
+from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..friction_layer import LayerState
 from ..friction_layer.grid import depths
@@ -77,6 +78,7 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
+    scene = scene.without_pairs() if getattr(scheme, "implicit", False) and scene.pairs == "auto" else scene
     if getattr(scheme, "dt", None) is not None:
         validate.step_count("scheme.dt", scheme.dt, scene.duration)
     validate.whole("frames", frames, 0, 10**6)
@@ -95,6 +97,7 @@ def simulate(
     scheme.check(planned)
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
+    check_starts(planned.domains, displacement)
     _check_laws(scene, scheme, folder is not None and frames > 0 and "von_mises" in wanted)
     if folder is not None:
         make_folder(folder)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -104,6 +105,12 @@ class Scene:
         """Return whether contact can occur: a contact model, a body with a contact set and something to touch."""
         there = bool(self.obstacles or self.body_pairs)
         return there and self.contact is not None and any(body.touches for body in self.bodies)
+
+    def without_pairs(self) -> Scene:
+        """Return the scene with no bodies in contact with each other: a run stops where two of them meet."""
+        scene = copy.copy(self)
+        object.__setattr__(scene, "body_pairs", ())
+        return scene
 
     def can_touch(self, index: int) -> bool:
         """Return whether body `index` can touch an obstacle or another body."""

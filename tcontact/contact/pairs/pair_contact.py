@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,8 @@ SPARE = 1.5  # room of the arrays over what they hold, when they grow
 class PairContact:
     """Rows of the pairs of a domain, and the candidates of their search.
 
-    lists (int32), values (float64): as in kernels/pair_places.py; they are replaced by larger ones where rows need it,
-    `replaced` counts how often. rebuilds, searches: how often rows were built and faces searched.
+    lists (int32), values (float64): as in kernels/pair_places.py; larger ones take their place where rows need it.
+    rebuilds, searches: how often rows were built and faces searched.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -47,7 +48,7 @@ class PairContact:
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
         self.margin = min(facing.margin for facing in self.facings) / 4.0
-        self.rebuilds = self.searches = self.replaced = 0
+        self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
         self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
@@ -71,8 +72,6 @@ class PairContact:
         couplings = [couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
         self._store(couplings, positions, stale=0.0)
-        if self.rebuilds == 0:
-            self._check_start(couplings, positions)
         self.rebuilds += 1
 
     def _movable(self, coupling: Coupling) -> Coupling:
@@ -154,7 +153,6 @@ class PairContact:
     def _written(self, array: arrays.Array, content: np.ndarray) -> arrays.Array:
         """Write into an array, or into a larger one that replaces it."""
         if len(content) > int(np.prod(array.shape)):
-            self.replaced += 1
             array = arrays.put(np.zeros(int(SPARE * len(content)), dtype=arrays.get(array).dtype))
         arrays.set_values(array, content)
         return array
@@ -172,9 +170,11 @@ class PairContact:
         outward = area_vectors(self._reference, facing.slave.faces).sum(axis=0)
         return -1.0 if outward @ self._normal > 0.0 else 1.0
 
-    def _check_start(self, couplings: list[Coupling], positions: np.ndarray) -> None:
-        """Refuse bodies that overlap at the start."""
-        for facing, one in zip(self.facings, couplings, strict=True):
+    def check_start(self, u: np.ndarray) -> None:
+        """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`."""
+        positions = self._reference + u
+        for facing in self.facings:
+            one = self._movable(couple(facing, positions, close_faces(facing, positions)))
             if not len(one.slaves):
                 continue
             apart = positions[one.slaves] - np.add.reduceat(
@@ -196,7 +196,7 @@ class PairContact:
         """Return what the next steps need."""
         found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
         found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
-        counts = {"rebuilds": self.rebuilds, "searches": self.searches, "replaced": self.replaced}
+        counts = {"rebuilds": self.rebuilds, "searches": self.searches}
         return {**found, "searched": self._searched, **counts}
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -206,11 +206,18 @@ class PairContact:
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])
-        self.replaced += 1
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the rows."""
         return [self.lists, self.values]
+
+
+def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) -> None:
+    """Refuse bodies that overlap at the start; displacement: of every body [n, 3] [m]. Raises `InputError`."""
+    for domain in domains:
+        if domain.pairs:
+            parts = [displacement[number][body.node_order] for number, body in zip(domain.numbers, domain.bodies)]
+            PairContact(domain).check_start(np.concatenate(parts))
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
+from ...scene.pairs import Pair
 from ...scene.scene import Scene
 from .classes import CLASSES, METALS, RUN, SCENE_PARTS, SURFACE, keys_of
 
@@ -86,6 +87,8 @@ class Reader:
                 values[key] = None if data[key] == "none" else self.plain(key, data[key], key)
         if data.get("pairs") == "none":
             values["pairs"] = None
+        elif isinstance(data.get("pairs"), list):
+            values["pairs"] = [self.pair(f"pairs[{i}]", one) for i, one in enumerate(tables("pairs", data))]
         return made("scene", Scene, values)
 
     def run(self, data: Any) -> dict[str, Any]:
@@ -95,6 +98,11 @@ class Reader:
         if isinstance(values.get("scheme"), dict):
             values["scheme"] = self.plain("run.scheme", values["scheme"], "scheme", word="central-difference")
         return values
+
+    def pair(self, place: str, data: dict[str, Any]) -> Pair:
+        """Build a pair of bodies."""
+        check_keys(place, data, keys_of(Pair))
+        return made(place, Pair, data)
 
     def body(self, place: str, data: dict[str, Any]) -> Body:
         """Build a body."""

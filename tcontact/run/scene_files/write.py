@@ -16,6 +16,7 @@ from ...mesh.box import box_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body
 from ...scene.obstacles import Obstacle, Sdf
+from ...scene.pairs import Pair
 from ...scene.scene import Scene
 from .classes import METALS, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
@@ -69,6 +70,8 @@ class Writer:
                 data[key] = "none"
         if scene.pairs is None:
             data["pairs"] = "none"
+        elif not isinstance(scene.pairs, str):
+            data["pairs"] = [_pair(pair) for pair in scene.pairs]
         for key, value in run.items():
             if key not in RUN:
                 raise InputError(f"run.{key}", value, "not an option of a scene file; it knows " + ", ".join(RUN))
@@ -185,3 +188,9 @@ def box_of(mesh: Mesh) -> dict[str, Any] | None:
         return None
     data: dict[str, Any] = {"box": (high - low).tolist(), "cells": cells, "kind": mesh.kind}
     return data | ({"origin": low.tolist()} if low.any() else {})
+
+
+def _pair(pair: Pair) -> dict[str, Any]:
+    """Return the table of a pair of bodies."""
+    given = {field.name: getattr(pair, field.name) for field in fields(pair)}
+    return {name: value for name, value in given.items() if value is not None}

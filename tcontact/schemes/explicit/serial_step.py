@@ -7,6 +7,7 @@ import numpy as np
 from ...cells.internal_force import InternalForce
 from ...contact.layered_friction import LayeredFriction
 from ...contact.massless_contact import MasslessContactTerm
+from ...contact.pairs.pair_contact import PairContact
 from ...contact.term import ContactTerm
 from ...device import arrays
 from ...device.launch import Prepared
@@ -55,6 +56,7 @@ class SerialStep:
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
+        self.pairs: PairContact | None
         self.pairs = pairs = contact.pairs if isinstance(contact, MasslessContactTerm) else None
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
@@ -93,6 +95,8 @@ class SerialStep:
             tied=images is not None,
             **domain.options,
         )
+        before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
+        self._first_row = len(arguments(before)) - len(arguments({"body": bundles["body"]}))
         self._launch = Prepared(self.kernel)
         self._exact = 1.0 if contact is None or contact.exact else 0.0
 
@@ -147,15 +151,17 @@ class SerialStep:
         return done
 
     def _build_rows(self, u: arrays.Array) -> None:
-        """Build the rows of pairs of bodies anew; larger arrays take the place of those handed over."""
+        """Build the rows of pairs of bodies anew."""
         assert self.pairs is not None
-        before = self.pairs.lists, self.pairs.values
         self.pairs.rebuild(arrays.get(u).reshape(-1, 3))
-        for old, new in zip(before, (self.pairs.lists, self.pairs.values), strict=True):
-            self._parts = tuple(new if part is old else part for part in self._parts)
 
     def _go(self, control: np.ndarray, u: arrays.Array, v: arrays.Array) -> np.ndarray:
         """One launch; returns `control` as it left it."""
+        if self.pairs is not None:
+            rows = self.pairs.owned()  # larger ones may have taken their place
+            first = self._first_row
+            if any(part is not row for part, row in zip(self._parts[first:], rows, strict=False)):
+                self._parts = (*self._parts[:first], *rows, *self._parts[first + len(rows) :])
         arrays.set_values(self.control, control)
         self._launch(*self.force.arguments(u, v), *self._parts)
         return arrays.get(self.control)

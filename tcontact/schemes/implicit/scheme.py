@@ -50,6 +50,9 @@ class ImplicitScheme(ImplicitRule):
             if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
                 remedy = "a cell has contact nodes only, and none to take their mass; use mass='lumped'"
                 raise InputError("mass", self.mass, remedy)
+        if scene.body_pairs:
+            remedy = f"{self.name} has no contact between bodies; leave it at 'auto' or use scheme='central-difference'"
+            raise InputError("Scene.pairs", scene.body_pairs[0].name, remedy)
         for index, body in enumerate(scene.bodies):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"

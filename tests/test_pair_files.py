@@ -1,0 +1,123 @@
+"""Scenes with pairs of bodies in checkpoints, frames, pictures and scene files; what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pair_scenes import oblique_cubes, soft
+from test_resume import split
+
+import tcontact as tc
+
+
+@pytest.mark.parametrize("path", ["serial", "parallel"])
+def test_a_resumed_run_has_the_same_bits(tmp_path, monkeypatch, path, request):
+    """Rows, candidates of the search and the length of the projected step are in the checkpoint."""
+    if path == "parallel":
+        request.getfixturevalue("parallel_path")
+    whole = split(monkeypatch, tmp_path, oblique_cubes(), 4, tc.CentralDifference(), 3)
+    assert whole.history["pair_pressed:up-low"].max() > 0
+
+
+def test_many_rows_a_launch_and_one_row_a_launch_are_the_same_run(request):
+    """The large path measures in a parallel pass, the small one in the launch that solves."""
+    scheme = tc.CentralDifference(dt=0.14)
+    one = tc.simulate(oblique_cubes(), scheme)
+    request.getfixturevalue("parallel_path")
+    other = tc.simulate(oblique_cubes(), scheme)
+    assert np.abs(one.position - other.position).max() <= 1e-9
+
+
+def test_frames_hold_the_contact_force_of_both_bodies(tmp_path):
+    scene = oblique_cubes(duration=1.0)
+    result = tc.simulate(scene, out=tmp_path / "run", frames=3)
+    force = result.contact_node_force
+    up = scene.bodies[0].mesh.node_count
+    assert np.abs(force[:up].sum(axis=0) - result.pair_force["up-low"][-1]).max() <= 1e-15
+    assert np.abs(force.sum(axis=0)).max() <= 1e-15
+    assert (tmp_path / "run" / "result.vtkhdf").is_file()
+
+
+def test_a_scene_file_keeps_the_pairs(tmp_path):
+    pairs = [tc.Pair("up", "low", slave="up")]
+    tc.save_scene(oblique_cubes(pairs=pairs), tmp_path / "scene.toml")
+    scene, _ = tc.load_scene(tmp_path / "scene.toml")
+    assert scene.pairs == tuple(pairs)
+    assert scene.body_pairs[0].slave == 0
+
+
+CUBES = oblique_cubes()
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"pairs": [tc.Pair("up", "side")]}, "side.*use one of the bodies: up, low"),
+        ({"pairs": [tc.Pair("up", "low"), tc.Pair("low", "up")]}, "name each pair once"),
+        ({"pairs": "all"}, "list of tcontact.Pair"),
+        ({"pairs": [tc.Pair("up", "low")], "friction": tc.Coulomb(0.3)}, "friction between bodies"),
+        ({"pairs": [tc.Pair("up", "low")], "contact": tc.PenaltyContact(1e3)}, "MasslessContact"),
+        ({"pairs": [tc.Pair("up", "low")], "contact": tc.MasslessContact(penalty=1e3)}, "no penalty"),
+        (
+            {"pairs": [tc.Pair("up", "low")], "contact": tc.MasslessContact(solver="gauss-seidel")},
+            "projected gradients",
+        ),
+        ({"pairs": [tc.Pair("up", "low")], "obstacles": [tc.Plane((0, 0, -2)), tc.Plane((0, 0, -3))]}, "one obstacle"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused(options, text):
+    with pytest.raises(tc.InputError, match=text):
+        replace(CUBES, **options)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: tc.Pair("a", "a"), "contact of a body with itself"),
+        (lambda: tc.Pair("a", "b", slave="c"), "give 'a', 'b' or None"),
+        (lambda: tc.Pair("a", ""), "name of a body"),
+        (lambda: tc.Pair("a", "b", initial_gap="open"), "as-meshed"),
+    ],
+)
+def test_pairs_that_cannot_be_are_refused(make, text):
+    with pytest.raises(tc.InputError, match=text):
+        make()
+
+
+def test_slaves_in_a_circle_are_refused():
+    bodies = [
+        tc.Body(tc.box_mesh((1, 1, 1), (2, 2, 2), origin=(2.0 * i, 0, 0)), soft(), contact=("xmin", "xmax"), name=name)
+        for i, name in enumerate("abc")
+    ]
+    pairs = [tc.Pair("a", "b", slave="a"), tc.Pair("b", "c", slave="b"), tc.Pair("c", "a", slave="c")]
+    with pytest.raises(tc.InputError, match="circle"):
+        tc.Scene(bodies, duration=1.0, pairs=pairs)
+
+
+def test_bodies_that_overlap_at_the_start_are_refused_with_names_and_depth(tmp_path):
+    low = CUBES.bodies[1]
+    into = replace(CUBES, bodies=[CUBES.bodies[0], replace(low, mesh=low.mesh.translated((0, 0, 0.05)))])
+    with pytest.raises(tc.InputError, match=r"low.*0\.048 m inside up"):
+        tc.simulate(into, out=tmp_path / "run")
+    assert not (tmp_path / "run" / "result.vtkhdf").exists()
+
+
+@pytest.mark.parametrize("scheme", [tc.Midpoint(dt=1e-2), tc.DiscreteGradient(dt=1e-2)])
+def test_implicit_schemes_refuse_pairs_by_name(scheme):
+    with pytest.raises(tc.InputError, match="pair"):
+        tc.simulate(replace(CUBES, pairs=[tc.Pair("up", "low")]), scheme)
+
+
+def test_with_friction_bodies_stop_where_they_meet():
+    """Nothing is silently wrong where contact between bodies is not available."""
+    scene = replace(CUBES, friction=tc.Coulomb(0.3), obstacles=[tc.Plane((0, 0, -5.0))])
+    assert scene.body_pairs == ()
+    assert tc.simulate(scene).reason == "bodies-meet"
+
+
+def test_normal_removal_needs_one_direction():
+    scene = replace(CUBES, contact=tc.MasslessContact("normal"))
+    tc.plan(scene)
+    turned = [replace(body, mesh=body.mesh.rotated(((1, 0, 0), 0.8 * i))) for i, body in enumerate(CUBES.bodies)]
+    with pytest.raises(tc.InputError, match="15 degrees of one direction"):
+        tc.plan(replace(scene, bodies=turned, pairs=[tc.Pair("up", "low")]))
