@@ -17,6 +17,7 @@ from tcontact.cases import cube_impact
 from tcontact.device import arrays
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
+from tcontact.kernels.language.bundles import ContactOptions
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from tcontact.kernels.node_places import PLACES
 from tcontact.kernels.static import control as names
@@ -26,7 +27,7 @@ from tcontact.planning.sweep_order import sweep_order
 
 ARRAYS = "lane_start pack_start column values inverse stiffness right gaps normals response increment settings stats"
 System = namedtuple("System", ARRAYS)
-Contact = namedtuple("Contact", "active islands")
+Contact = namedtuple("Contact", "active islands options")
 Solved = namedtuple("Solved", "definite motion active products")
 SOLVERS = ("gauss-seidel", "projected-gradient")
 
@@ -49,7 +50,7 @@ def make_solve(size):
         )  # fmt: skip
         ti.loop_config(serialize=True)
         for _ in range(1):
-            answer[0] = mprgp(ti.static(Contact(active, islands)), system, 0, size)
+            answer[0] = mprgp(ti.static(Contact(active, islands, ContactOptions())), None, None, system, 0, size)
 
     return compiled_with(solve, **KEEP_VECTORS, **LEAVE_TO_LLVM)
 

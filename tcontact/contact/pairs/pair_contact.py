@@ -216,7 +216,10 @@ def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) 
     """Refuse bodies that overlap at the start; displacement: of every body [n, 3] [m]. Raises `InputError`."""
     for domain in domains:
         if domain.pairs:
-            parts = [displacement[number][body.node_order] for number, body in zip(domain.numbers, domain.bodies)]
+            parts = [
+                displacement[number][body.node_order]
+                for number, body in zip(domain.numbers, domain.bodies, strict=True)
+            ]
             PairContact(domain).check_start(np.concatenate(parts))
 
 
