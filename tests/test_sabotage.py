@@ -75,6 +75,8 @@ SMALL = {
     "pressure-shear": ({"cells": 20}, {}),
     "rolling-cylinder": ({"cells": 12}, RIGID),
     "sliding-block": ({"cells": 4}, RIGID),
+    "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
+    "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
     "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),
     "wall-shock": ({"cells": 40}, {}),
 }

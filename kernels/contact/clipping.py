@@ -1,4 +1,4 @@
-"""Integrals over the part that two faces have in common, seen along the normal of the first one (METHOD, pairs).
+"""Integrals over the part that two faces have in common, seen along the normal of the first one (METHOD 7).
 
 The corners of both faces are projected into the plane of the slave face; the master face is clipped by the slave face
 (Sutherland and Hodgman 1974), the polygon divided into triangles around its middle, and each triangle integrated with

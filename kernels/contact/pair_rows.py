@@ -1,4 +1,4 @@
-"""Constraint rows of pairs of bodies: one for a slave node, with weights P of the master's nodes (METHOD, pairs).
+"""Constraint rows of pairs of bodies: one for a slave node, with weights P of the master's nodes (METHOD 7).
 
     g = nu . (x_s - sum_m P_sm x_m) >= 0,   lambda >= 0,   force lambda nu on s, -P_sm lambda nu on m
 

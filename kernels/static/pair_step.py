@@ -1,4 +1,4 @@
-"""MPRGP with pairs of bodies: product with T^t K T, its preconditioner, length of a projected step (METHOD, pairs).
+"""MPRGP with pairs of bodies: product with T^t K T, its preconditioner, length of a projected step (METHOD 7).
 
 d = T y gives every slave the normal motion of its masters (contact/pair_rows.py). The diagonal block of T^t K T at a
 master is K_mm and what its slaves hand over,

@@ -13,6 +13,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from ..results import report
+from ..results.acting_force import acting_force
 from ..results.report import check_lines, si
 from ..show.render.colours import FIELDS
 from . import options
@@ -79,7 +80,7 @@ def contents(path: Path) -> list[str]:
         rows = len(next(iter(history.values())))
         found += _wrapped("history", f"{rows} rows: " + ", ".join(history))
         if "contact_force" in history and rows:
-            force = np.linalg.norm(history["contact_force"], axis=1)
+            force = np.linalg.norm(acting_force(history), axis=1)
             if np.nanmax(force, initial=0.0) > 0.0:
                 found.append(f"  force     {sparkline(force)} at most {si(float(np.nanmax(force)), 'N')}")
         if "energy_error" in history and rows:

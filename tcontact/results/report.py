@@ -17,6 +17,7 @@ from ..base.version import __version__
 from ..device import runtime
 from ..device.atomic_file import replaced
 from . import smoothness
+from .acting_force import acting_force
 from .checks import Check
 from .result import Result
 
@@ -49,7 +50,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data: dict[str, Any] = {name: getattr(result, name) for name in SCALARS}
     data["energy_error_max"] = float(np.abs(result.history["energy_error"]).max())
     if "contact_force" in result.history:
-        data["contact_force_max"] = float(np.linalg.norm(result.history["contact_force"], axis=1).max())
+        data["contact_force_max"] = float(np.linalg.norm(acting_force(result.history), axis=1).max())
     if "hourglass" in result.history:
         data["hourglass_share_max"] = hourglass_share(result.history)
     data["memory_bytes"] = dict(result.memory)
@@ -66,7 +67,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
 
 def total_force(result: Result) -> np.ndarray:
     """Return the contact force [rows] along the normal that all obstacles share; its size if there are several."""
-    force = result.history["contact_force"]
+    force = acting_force(result.history)
     normals = [np.asarray(obstacle.normal) for obstacle in result.scene.obstacles if hasattr(obstacle, "normal")]
     with np.errstate(invalid="ignore"):
         flat = len(normals) == len(result.scene.obstacles) and normals

@@ -1,4 +1,4 @@
-"""Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD, pairs).
+"""Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD 7).
 
 A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness in powers of 2
 (lambda + 2 mu of the material), by the mean area of a contact face, by the place in the scene. The lower one of a pair

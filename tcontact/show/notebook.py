@@ -14,6 +14,7 @@ import numpy as np
 
 from ..cells.stress import VonMises
 from ..device import runtime
+from ..results.acting_force import acting_force
 from ..results.files.vtkhdf import Frame
 from ..results.report import si
 from ..results.result import Result
@@ -96,7 +97,7 @@ def rows(result: Result) -> dict[str, str]:
     history = result.history
     cells = sum(body.mesh.cell_count for body in result.scene.bodies)
     error = float(np.abs(history["energy_error"]).max())
-    force = float(np.linalg.norm(history["contact_force"], axis=1).max())
+    force = float(np.linalg.norm(acting_force(history), axis=1).max())
     found = {
         "ended": f"{result.reason} at {si(result.time, 's', 4)} after {result.steps} steps",
         "scene": f"{cells} cells, {len(result.position)} nodes: {', '.join(result.terms)}",

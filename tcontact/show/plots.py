@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from ..device.atomic_file import unlinked
 from ..kernels.columns import COLUMNS
+from ..results.acting_force import acting_force, pair_forces
 from ..results.report import si_scale
 
 if TYPE_CHECKING:
@@ -39,15 +41,21 @@ def contact_force(
     time, unit = _time(history)
     force = force_component(history, normals)
     known = known or {}
-    drawn = [force, *(values for _, values in known.values())]
+    pairs = {name: np.linalg.norm(values, axis=1) for name, values in pair_forces(history).items()}
+    drawn = [force, *(values for _, values in known.values()), *pairs.values()]
     factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn))
     along = _tangential(history, normals)
-    axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
+    if not pairs:
+        axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
+    elif np.any(history["contact_force"]) and acting_force(history) is history["contact_force"]:
+        axes.plot(time, force / factor, color=GREY, lw=1.0, label="obstacles")
+    for (name, values), color in zip(pairs.items(), itertools.cycle((BLUE, ORANGE, PURPLE, BROWN, VIOLET))):
+        axes.plot(time, values / factor, color=color, lw=1.0, label=name)
     for label, (times, values) in known.items():
         axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
     if along is not None:
         axes.plot(time, along / factor, color=ORANGE, lw=1.0, label="friction")
-    if known or along is not None:
+    if known or pairs or along is not None:
         axes.legend(loc="best", frameon=False)
     if np.nanmin(force, initial=0.0) >= 0.0 and np.isfinite(force).all():
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))  # small changes of a large force should look small
@@ -197,7 +205,7 @@ def unrest(force: np.ndarray) -> float:
 
 def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarray:
     """Return the contact force along the obstacle normal [N]; its magnitude if obstacles have several normals."""
-    force = history["contact_force"]
+    force = acting_force(history)
     if normals and all(np.allclose(normal, normals[0]) for normal in normals):
         with np.errstate(invalid="ignore"):  # a run that blew up has inf and nan in its last rows
             return force @ np.asarray(normals[0])

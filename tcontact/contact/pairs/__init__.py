@@ -1,1 +1,1 @@
-"""Contact between deformable bodies: surfaces, search, coupling rows (METHOD, pairs of bodies)."""
+"""Contact between deformable bodies: surfaces, search, coupling rows (METHOD 7)."""

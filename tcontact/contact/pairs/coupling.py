@@ -1,4 +1,4 @@
-"""Coupling of a slave surface with its masters: weights P, normals and areas of the rows (METHOD, pairs of bodies).
+"""Coupling of a slave surface with its masters: weights P, normals and areas of the rows (METHOD 7).
 
     D_s = int phi_s dA,   M_sm = int phi_s N_m dA,   P = M / D,   over the part of the slave faces that is covered
 
