@@ -17,6 +17,7 @@ The rooms, from top to bottom; each imports only what stands below it:
     language    tensors, vectors of lanes, bundles, signatures, options of the compiler
     columns     the table of all numbers that a step measures and of all columns of the history
     node_places places of the data of MPRGP; host and kernels share it
+    pair_places places of the rows of pairs of bodies; host and kernels share it
     lanes       sizes and places that the host and the kernels agree on
 
 `cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and

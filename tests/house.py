@@ -48,6 +48,7 @@ KERNEL_ROOMS = (
     "language",
     "columns",
     "node_places",
+    "pair_places",
     "lanes",
 )
 HEAVY = {"taichi", "matplotlib", "PIL", "rich", "h5py", "meshio", "imageio_ffmpeg", "scipy", "vtk"}

@@ -193,3 +193,42 @@ def test_damping_and_viscosity_keep_the_balance():
     result = tc.simulate(scene)
     assert result.ok
     assert np.abs(result.history["energy_error"]).max() <= 4e-3
+
+
+def ring(inside, outside, turns, start):
+    """Return the mesh of a ring of `turns` hexes about z, the first corner at the angle `start`."""
+    box = tc.box_mesh((1, 1, 0.2), (turns, 3, 1))
+    angle, radius = 2.0 * np.pi * box.nodes[:, 0] + start, inside + (outside - inside) * box.nodes[:, 1]
+    nodes = np.stack([radius * np.cos(angle), -radius * np.sin(angle), box.nodes[:, 2]], axis=1)
+    _, first, number = np.unique(np.round(nodes, 9), axis=0, return_index=True, return_inverse=True)
+    number = number.reshape(-1)
+    faces = {name: number[box.face_sets[name]] for name in ("ymin", "ymax")}
+    return tc.Mesh(nodes[first], number[box.cells], "hex8", face_sets=faces)
+
+
+def rings(initial_gap, inner=16, outer=24):
+    """A ring that spins inside another one that it fits into but for the facets."""
+    spin = np.array((0.0, 0.0, 0.02))
+    bodies = [
+        tc.Body(ring(0.5, 1.0, inner, 0.1), soft(), lambda nodes: np.cross(spin, nodes), contact="ymax", name="inner"),
+        tc.Body(ring(1.0, 1.5, outer, 0.0), soft(), contact="ymin", name="outer"),
+    ]
+    pairs = [tc.Pair("inner", "outer", slave="inner", initial_gap=initial_gap)]
+    return tc.Scene(bodies, duration=4.0, pairs=pairs, contact=tc.MasslessContact("full"))
+
+
+def test_facets_of_fitting_rings_touch_all_around_if_their_gaps_count_as_closed():
+    """As meshed, facets of a coarse ring in a fine one leave a gap of the size of the sagitta."""
+    closed, meshed = (tc.simulate(rings(gap)) for gap in ("closed", "as-meshed"))
+    assert closed.history["pair_pressed:inner-outer"].max() == 32
+    assert not meshed.history["pair_pressed:inner-outer"].any()
+    assert meshed.history["pair_gap_min:inner-outer"][0] == pytest.approx(1.0 - np.cos(np.pi / 16) - 0.013, abs=3e-3)
+    for result in (closed, meshed):
+        spin = result.history["angular_momentum"][:, 2]
+        assert np.abs(spin / spin[0] - 1.0).max() <= 3e-3
+
+
+def test_rings_that_overlap_by_their_facets_are_refused_with_the_remedy():
+    with pytest.raises(tc.InputError, match="initial_gap='closed'"):
+        tc.simulate(rings("as-meshed", 24, 24))
+    assert tc.simulate(rings("closed", 24, 24)).ok

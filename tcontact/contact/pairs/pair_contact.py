@@ -13,7 +13,7 @@ from ...kernels import pair_places as at
 from ...planning.domain import Domain
 from .coupling import Coupling, couple
 from .search import close_faces
-from .surfaces import Facing, facings_of, surfaces_of
+from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
@@ -44,7 +44,7 @@ class PairContact:
         self._normal = None
         if contact.block == 1 and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]
-        self._areas = contact.areas
+        self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
         self.margin = min(facing.margin for facing in self.facings) / 4.0
@@ -71,6 +71,8 @@ class PairContact:
         pairs = zip(self.facings, self._candidates, strict=True)
         couplings = [couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
+        if self.rebuilds == 0:
+            self._close(couplings, positions)
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
 
@@ -111,6 +113,7 @@ class PairContact:
                 weights[:, None] * positions[masters], first[:-1]
             )
             numbers[:, at.ORIGIN : at.ORIGIN + 3] = apart
+            numbers[:, at.CLOSED] = self._closed[slaves]
             numbers[:, at.AREA] = np.concatenate([one.area for one in couplings])
             sizes = [np.full(len(one.slaves), SLIP * facing.slave.size)
                      for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
@@ -165,8 +168,6 @@ class PairContact:
 
     def _side(self, facing: Facing) -> float:
         """Return the sign that turns the common normal into the slave."""
-        from .surfaces import area_vectors
-
         outward = area_vectors(self._reference, facing.slave.faces).sum(axis=0)
         return -1.0 if outward @ self._normal > 0.0 else 1.0
 
@@ -175,22 +176,23 @@ class PairContact:
         positions = self._reference + u
         for facing in self.facings:
             one = self._movable(couple(facing, positions, close_faces(facing, positions)))
-            if not len(one.slaves):
-                continue
-            apart = positions[one.slaves] - np.add.reduceat(
-                one.weights[:, None] * positions[one.masters], one.first[:-1]
-            )
-            corners = positions[one.faces]
-            across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-            across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]
-            normal = np.add.reduceat(across, one.first_face[:-1])
-            gap = np.einsum("ri,ri->r", apart, normal) / np.linalg.norm(normal, axis=1)
-            deepest = int(gap.argmin())
-            if gap[deepest] < -OVERLAP * facing.slave.size:
+            gap = _gaps(one, positions)
+            allowed = max(OVERLAP * facing.slave.size, facing.closed)
+            if len(gap) and gap.min() < -allowed:
+                deepest = int(gap.argmin())
                 others = sorted({self.labels[body] for body in facing.master_bodies})
                 where = ", ".join(f"{part:.4g}" for part in positions[one.slaves[deepest]])
                 remedy = f"it starts {-gap[deepest]:.3g} m inside {' or '.join(others)} at ({where}); move them apart"
+                if -gap[deepest] <= facing.sagitta:
+                    remedy += ", or give the pair initial_gap='closed', the coarser body being the slave"
                 raise InputError("Scene.bodies", self.labels[facing.slave.body], remedy)
+
+    def _close(self, couplings: list[Coupling], positions: np.ndarray) -> None:
+        """Let the gaps of the start that come from flat faces count as closed, for pairs that ask for it."""
+        for facing, one in zip(self.facings, couplings, strict=True):
+            gap = _gaps(one, positions)
+            small = np.abs(gap) <= facing.closed
+            self._closed[self._slot[one.slaves[small]]] = gap[small]
 
     def checkpoint(self) -> dict[str, Any]:
         """Return what the next steps need."""
@@ -210,6 +212,17 @@ class PairContact:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the rows."""
         return [self.lists, self.values]
+
+
+def _gaps(one: Coupling, positions: np.ndarray) -> np.ndarray:
+    """Return the gap [m] of every row at positions [n, 3] [m]."""
+    if not len(one.slaves):
+        return np.zeros(0)
+    apart = positions[one.slaves] - np.add.reduceat(one.weights[:, None] * positions[one.masters], one.first[:-1])
+    across = area_vectors(positions, one.faces)
+    across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]
+    normal = np.add.reduceat(across, one.first_face[:-1])
+    return np.asarray(np.einsum("ri,ri->r", apart, normal) / np.linalg.norm(normal, axis=1))
 
 
 def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) -> None:

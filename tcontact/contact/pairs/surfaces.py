@@ -12,6 +12,8 @@ from ...planning.domain import Domain
 from ...scene.pairs import slave_order
 
 REACH = 0.25  # gap over the mean size of a slave face within which a row exists
+CLOSED = 1e-6  # gap over the size of a slave face that counts as closed on flat surfaces too
+SMOOTH = 0.9  # flatness of a node (coupling.py) below which it is an edge of the surface
 THIN = 0.4  # the reach over the shortest edge of either body, at most
 
 
@@ -37,7 +39,9 @@ class Facing:
     """The surface of a slave, and the joint surface of all its masters in pairs.
 
     master_faces [f, 4]: nodes of the domain; master_bodies [f]: place of their body in the domain; pair [bodies]:
-    number of the pair with this master; reach, margin [m]: of rows and of the search.
+    number of the pair with this master; reach, margin [m]: of rows and of the search; sagitta [m]: gap h^2 kappa / 8
+    that flat faces of size h leave on surfaces of curvature kappa; closed [m]: gaps of the start up to this size count
+    as 0.
     """
 
     slave: Surface
@@ -45,6 +49,8 @@ class Facing:
     master_bodies: np.ndarray
     pair: np.ndarray
     reach: float
+    sagitta: float
+    closed: float
 
     @property
     def margin(self) -> float:
@@ -84,8 +90,27 @@ def facings_of(domain: Domain, surfaces: Sequence[Surface]) -> list[Facing]:
             faces = np.concatenate([master.faces for master in masters])
             bodies = np.repeat([master.body for master in masters], [len(master.faces) for master in masters])
             reach = min(REACH * slave.size, THIN * min(surface.edge for surface in (slave, *masters)))
-            found.append(Facing(slave, faces, bodies, pair, reach))
+            sagitta = max(_sagitta(surface, domain.reference) for surface in (slave, *masters))
+            wants = any(one.initial_gap == "closed" for one in domain.pairs if place[one.slave] == slave.body)
+            closed = sagitta + CLOSED * slave.size if wants else 0.0
+            found.append(Facing(slave, faces, bodies, pair, reach, sagitta, closed))
     return found
+
+
+def _sagitta(surface: Surface, positions: np.ndarray) -> float:
+    """Return the largest sagitta h^2 kappa / 8 [m] of the faces of a surface, without its edges.
+
+    kappa h is the angle between two faces, twice that of each with the mean normal of their node.
+    """
+    vectors = area_vectors(positions, surface.faces)
+    total, area = np.zeros((len(positions), 3)), np.zeros(len(positions))
+    for corner in surface.faces.T:
+        np.add.at(total, corner, vectors)
+        np.add.at(area, corner, np.linalg.norm(vectors, axis=1))
+    flatness = np.linalg.norm(total, axis=1)[surface.nodes] / area[surface.nodes]
+    smooth = flatness[flatness >= SMOOTH]
+    angle = 2.0 * np.arccos(min(1.0, float(smooth.min()))) if len(smooth) else 0.0
+    return float(surface.size * angle / 8.0)
 
 
 def area_vectors(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
