@@ -22,6 +22,6 @@ VALUES_HEADER = 6
 ORIGIN, NORMAL, CLOSED, SLIP_LIMIT, AREA = 0, 3, 6, 7, 8
 ROW_NUMBERS = 9
 # numbers that a pair of faces has after its integration (clipping.py): integrals of N_s N_s' (4 x 4) and N_s N_m'
-# (4 x 4) [m^2], the area in common [m^2] and the smallest distance [m]
-SLAVE_PRODUCTS, MASTER_PRODUCTS, COMMON_AREA, DISTANCE = 0, 16, 32, 33
-INTEGRALS = 34
+# (4 x 4) [m^2], the area in common [m^2], the smallest distance and the smallest gap [m] of the points of integration
+SLAVE_PRODUCTS, MASTER_PRODUCTS, COMMON_AREA, DISTANCE, POINT_GAP = 0, 16, 32, 33, 34
+INTEGRALS = 35

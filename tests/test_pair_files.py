@@ -97,7 +97,7 @@ def test_slaves_in_a_circle_are_refused():
 def test_bodies_that_overlap_at_the_start_are_refused_with_names_and_depth(tmp_path):
     low = CUBES.bodies[1]
     into = replace(CUBES, bodies=[CUBES.bodies[0], replace(low, mesh=low.mesh.translated((0, 0, 0.05)))])
-    with pytest.raises(tc.InputError, match=r"low.*0\.048 m inside up"):
+    with pytest.raises(tc.InputError, match=r"low.*0\.048 m inside up near"):
         tc.simulate(into, out=tmp_path / "run")
     assert not (tmp_path / "run" / "result.vtkhdf").exists()
 

@@ -232,3 +232,26 @@ def test_rings_that_overlap_by_their_facets_are_refused_with_the_remedy():
     with pytest.raises(tc.InputError, match="initial_gap='closed'"):
         tc.simulate(rings("as-meshed", 24, 24))
     assert tc.simulate(rings("closed", 24, 24)).ok
+
+
+EDGES = {"edge at 20 degrees": [((1, 0, 0), 20.0)], "corner": [((1, 0, 0), 45.0), ((0, 1, 0), 35.26)]}
+
+
+@pytest.mark.parametrize(("name", "bound"), [("edge at 20 degrees", 1e-2), ("corner", 2e-2)])
+def test_sharp_edges_and_corners_of_the_slave_land_on_a_flat_master(name, bound):
+    """With the slave's mean normal at its edge the energy would grow by 39 %."""
+    up = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(-0.5, -0.5, -0.5))
+    for axis, degrees in EDGES[name]:
+        up = up.rotated((axis, np.radians(degrees)))
+    up = up.translated((0.03, 0.02, 0.002 - up.nodes[:, 2].min()))
+    low = tc.box_mesh((1, 1, 1), (5, 5, 5), origin=(-0.5, -0.5, -1.0)).rotated(((0, 0, 1), np.radians(11.0)))
+    bodies = [
+        tc.Body(up, soft(), (0, 0, -0.1), contact="auto", name="up"),
+        tc.Body(low, soft(), contact="zmax", name="low"),
+    ]
+    scene = tc.Scene(bodies, duration=4.0, pairs=[tc.Pair("up", "low", slave="up")], contact=tc.MasslessContact("full"))
+    result = tc.simulate(scene)
+    assert result.ok
+    assert np.abs(result.history["energy_error"]).max() <= bound
+    assert total(result, "momentum") <= 1e-11
+    assert result.pair_force["up-low"][:, 2].max() > 0.0

@@ -5,7 +5,7 @@ The corners of both faces are projected into the plane of the slave face; the ma
 3 points (exact for polynomials of degree 2). Triangles from a corner would leave a polygon of three corners with 3
 points, on which the 4 shape functions of a quadrilateral are not independent. The results are:
 
-    integral of N_s N_s^t,  integral of N_s N_m^t,  area,  smallest distance |N_s . z_s - N_m . z_m| of the points
+    integral of N_s N_s^t,  integral of N_s N_m^t,  area,  smallest distance |gap| and gap N_m . z_m - N_s . z_s
 
 A face has 4 corners; a triangle has its last corner twice, and its shape functions are those of 3 corners. The local
 coordinates of a point in a quadrilateral come from Newton's method.
@@ -18,7 +18,7 @@ import taichi as ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 from ..language.entries import three
-from ..pair_places import COMMON_AREA, DISTANCE, INTEGRALS, MASTER_PRODUCTS, SLAVE_PRODUCTS
+from ..pair_places import COMMON_AREA, DISTANCE, INTEGRALS, MASTER_PRODUCTS, POINT_GAP, SLAVE_PRODUCTS
 
 CORNERS = 10  # of a clipped polygon, at most: 8, and room for rounding errors
 SLIVER = 1e-12  # area in common over the area of the slave face below which a pair of faces has none
@@ -95,7 +95,7 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
     """Set the integrals of slave face e and master face f, whose corners are slaves [.., 4, 3], masters [.., 4, 3]."""
     for i in range(INTEGRALS):
         results[place + i] = 0.0
-    results[place + DISTANCE] = FAR
+    results[place + DISTANCE], results[place + POINT_GAP] = FAR, FAR
     s = [three(slaves, 12 * e + 3 * i) for i in range(4)]
     m = [three(masters, 12 * f + 3 * i) for i in range(4)]
     slave_triangle = ti.select((s[3] - s[2]).norm_sqr() == 0.0, 1, 0)
@@ -125,7 +125,7 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
         middle_x += px[i] / count
         middle_y += py[i] / count
     if area > SLIVER * 0.5 * across.norm():
-        distance = FAR
+        distance, gap = FAR, FAR
         for i in range(count):
             j = ti.select(i + 1 == count, 0, i + 1)
             x1, y1, x2, y2 = px[i] - middle_x, py[i] - middle_y, px[j] - middle_x, py[j] - middle_y
@@ -141,9 +141,11 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
                     own, other = place + SLAVE_PRODUCTS + 4 * a + b, place + MASTER_PRODUCTS + 4 * a + b
                     results[own] = results[own] + share * at_slave[a] * at_slave[b]
                     results[other] = results[other] + share * at_slave[a] * at_master[b]
-                distance = ti.min(distance, ti.abs(at_slave.dot(sz) - at_master.dot(mz)))
+                between = at_master.dot(mz) - at_slave.dot(sz)
+                distance, gap = ti.min(distance, ti.abs(between)), ti.min(gap, between)
         results[place + COMMON_AREA] = area
         results[place + DISTANCE] = distance
+        results[place + POINT_GAP] = gap
 
 
 @functools.cache

@@ -20,8 +20,8 @@ PIVOT, STIFFEST = 3, 4  # smallest pivot of the diagonal blocks over their trace
 ROUNDING, BEFORE, CONTRACTION = 5, 6, 7  # rounding error of the residual; last residual; ratio of the last two
 STALE, TODO, NEXT, CONVERGED = 8, 9, 10, 11  # 1: renew the tangent; what to do now, and after that; 1: converged
 VISCOUS_RATE = 12  # 1/dt [1/s] that the tangent holds for viscous contact cells
-PAIR_STEP = 13  # length of a projected step with pairs of bodies; 0: not known yet
-STATS = 14
+PAIR_STEP, SOLVES = 13, 14  # length of a projected step with pairs of bodies, 0: not known yet; solves of this step
+STATS = 15
 # numbers of `settings` [islands, SETTINGS]
 MINIMUM_SWEEPS, MAXIMUM_IN_ALL = 0, 10  # sweeps of a solve
 POLISHING_SWEEPS, MAXIMUM_SWEEPS = 1, 2  # largest number of sweeps of a linear problem, below and above the tolerance
@@ -29,7 +29,8 @@ AIM, TOLERANCE, LEFT = 3, 4, 5  # residual to aim at; to accept; that the last s
 REACH, MINIMUM_FORCE = 6, 7  # longest move of a node in one linear problem [m]; smallest F_ref [N]
 LINEAR, RELAXATION, STEP_LENGTH = 8, 9, 11  # 1: law and gaps are linear; omega of sweeps.py; step of mprgp.py
 REFUSES = 12  # 1: the law is not valid where a diagonal block is not positive definite (`Law.refusal`)
-SETTINGS = 13
+MAXIMUM_SOLVES = 13  # linear problems of a step after which its residual is accepted; 0: it must fall to the tolerance
+SETTINGS = 14
 # values of stats[TODO] and stats[NEXT]; SWEEP stands for a solve of the linear problem by either solver
 DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 
@@ -66,6 +67,10 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
                 stats[at + TODO] = ti.select(end, DONE, LAST_SWEEP)
         elif not residual < 1e300 or stats[at + SWEEPS] >= settings[its + MAXIMUM_IN_ALL]:
             stats[at + TODO] = DONE
+    stats[at + SOLVES] = ti.select(first == 1, 1.0, stats[at + SOLVES] + 1.0)
+    if settings[its + MAXIMUM_SOLVES] > 0.0 and stats[at + TODO] == SWEEP:
+        if stats[at + SOLVES] >= settings[its + MAXIMUM_SOLVES]:
+            stats[at + TODO] = LAST_SWEEP
 
 
 @ti.func

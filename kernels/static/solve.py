@@ -28,6 +28,7 @@ from .control import (
     CONVERGED,
     DONE,
     F_REF,
+    MAXIMUM_SOLVES,
     MEASURE,
     MINIMUM_FORCE,
     NEXT,
@@ -36,6 +37,7 @@ from .control import (
     RESIDUAL,
     ROUNDING,
     SETTINGS,
+    SOLVES,
     STALE,
     STATS,
     STIFFEST,
@@ -270,6 +272,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
             if ti.static(contact.options.coupled):  # pairs of bodies have no second solver
                 if solved == 0:
                     stats[at + TODO] = DONE
+                    stats[at + SOLVES] = 0.0
             elif solved == 0:
                 sweep(contact, rows, system, island)
             if stats[at + TODO] != DONE:
@@ -277,6 +280,10 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
             if stats[at + TODO] == SWEEP:
                 stats[at + NEXT] = MEASURE
         stats[at + CONVERGED] = 0.0
+        if ti.static(contact.options.coupled):
+            # normals and weights of pairs change with the motion: a few solves a step, the rest is in the residual
+            if stats[at + SOLVES] >= system.settings[island * SETTINGS + MAXIMUM_SOLVES]:
+                stats[at + CONVERGED] = 1.0
         if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
             # beyond the limit of a law the diagonal block of some node is not positive definite
             if system.settings[island * SETTINGS + REFUSES] == 0.0 or stats[at + PIVOT] > 0.0:

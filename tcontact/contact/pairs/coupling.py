@@ -84,6 +84,21 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling
     return _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), own.sum(axis=2))
 
 
+def deepest_point(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the smallest gap [m] of two faces along the normal of the slave's, inf without any, and where it is [3].
+
+    Only faces within 3 reach of each other count; the place is the centre of the slave face.
+    """
+    corners = [positions[faces] for faces in (facing.slave.faces, facing.master_faces)]
+    centre = positions[facing.slave.nodes].mean(axis=0)
+    found = integrals(corners[0] - centre, corners[1] - centre, pairs)
+    near = np.flatnonzero(found[:, at.DISTANCE] <= FAR * facing.reach)
+    if not len(near):
+        return np.inf, np.full(3, np.nan)
+    deepest = near[found[near, at.POINT_GAP].argmin()]
+    return float(found[deepest, at.POINT_GAP]), corners[0][pairs[deepest, 0]].mean(axis=0)
+
+
 def _node_areas(facing: Facing, positions: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the covered area D [n] of every node, and the whole area of its faces that belongs to it [n] [m^2]."""
     slave = facing.slave.faces

@@ -11,7 +11,7 @@ from ...base.errors import InputError
 from ...device import arrays
 from ...kernels import pair_places as at
 from ...planning.domain import Domain
-from .coupling import Coupling, couple
+from .coupling import Coupling, couple, deepest_point
 from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
@@ -175,15 +175,12 @@ class PairContact:
         """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`."""
         positions = self._reference + u
         for facing in self.facings:
-            one = self._movable(couple(facing, positions, close_faces(facing, positions)))
-            gap = _gaps(one, positions)
-            allowed = max(OVERLAP * facing.slave.size, facing.closed)
-            if len(gap) and gap.min() < -allowed:
-                deepest = int(gap.argmin())
+            gap, where = deepest_point(facing, positions, close_faces(facing, positions))
+            if gap < -max(OVERLAP * facing.slave.size, facing.closed):
                 others = sorted({self.labels[body] for body in facing.master_bodies})
-                where = ", ".join(f"{part:.4g}" for part in positions[one.slaves[deepest]])
-                remedy = f"it starts {-gap[deepest]:.3g} m inside {' or '.join(others)} at ({where}); move them apart"
-                if -gap[deepest] <= facing.sagitta:
+                place = ", ".join(f"{part:.4g}" for part in where)
+                remedy = f"it starts {-gap:.3g} m inside {' or '.join(others)} near ({place}); move them apart"
+                if -gap <= facing.sagitta:
                     remedy += ", or give the pair initial_gap='closed', the coarser body being the slave"
                 raise InputError("Scene.bodies", self.labels[facing.slave.body], remedy)
 
