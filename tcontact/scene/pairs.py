@@ -21,7 +21,6 @@ from .body import Body
 from .contact_models import MasslessContact
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
-MEETING = -0.5  # the same for faces that `contact="auto"` finds, and for bodies that pairs="auto" joins
 DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
 
@@ -233,7 +232,7 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
         mine = group.reshape(-1) == number
         direction = _unit(normals[1][mine].mean(axis=0)[None])[0]
         box = corners[1][mine].min(axis=(0, 1)), corners[1][mine].max(axis=(0, 1))
-        near = (high >= box[0]).all(axis=1) & (low <= box[1]).all(axis=1) & (normals[0] @ direction < MEETING)
+        near = (high >= box[0]).all(axis=1) & (low <= box[1]).all(axis=1) & (normals[0] @ direction < FACING)
         middle, half = 0.5 * (box[0] + box[1]), 0.5 * (box[1] - box[0])
         ahead = np.einsum("ij,ij->i", normals[0], middle - centres[0]) + np.abs(normals[0]) @ half
         behind = (centres[0] - middle) @ direction + np.abs(direction) @ half

@@ -172,10 +172,15 @@ class PairContact:
         return -1.0 if outward @ self._normal > 0.0 else 1.0
 
     def check_start(self, u: np.ndarray) -> None:
-        """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`."""
+        """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
+
+        They do where a row has a negative gap and faces overlap: each alone may come from flat faces on curved surfaces.
+        """
         positions = self._reference + u
         for facing in self.facings:
-            gap, where = deepest_point(facing, positions, close_faces(facing, positions))
+            pairs = close_faces(facing, positions)
+            gap, where = deepest_point(facing, positions, pairs)
+            gap = max(gap, float(_gaps(self._movable(couple(facing, positions, pairs)), positions).min(initial=np.inf)))
             if gap < -max(OVERLAP * facing.slave.size, facing.closed):
                 others = sorted({self.labels[body] for body in facing.master_bodies})
                 place = ", ".join(f"{part:.4g}" for part in where)
