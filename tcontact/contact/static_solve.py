@@ -10,7 +10,6 @@ from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES
 from ..kernels.node_places import PLACES
-from ..mesh.elements import shape_functions
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
@@ -101,11 +100,13 @@ class StaticSolve:
         from ..kernels.materials import LAWS
 
         contact, model, names, body = domain.contact, scene.contact, self.names, island.body
-        material, graph = body.body.material, None if body.contact is None else body.contact.graph
+        materials = [block.own.material for block in body.touching] or [*body.body.materials]
+        graph = None if body.contact is None else body.contact.graph
         assert isinstance(model, MasslessContact)
         assert contact is not None
-        linear = material.linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
-        stiffness = material.lame_lambda + 2.0 * material.lame_mu
+        linear = all(material.linear for material in materials)
+        linear = linear and all(obstacle.shape == "plane" for obstacle in scene.obstacles)
+        stiffness = max(material.lame_lambda + 2.0 * material.lame_mu for material in materials)
         settings = np.zeros(names.SETTINGS)
         settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
@@ -116,13 +117,15 @@ class StaticSolve:
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
         settings[names.REACH] = 1e300
         settings[names.LINEAR] = 1.0 if linear else 0.0
-        settings[names.REFUSES] = 1.0 if LAWS[material.law].refusal else 0.0
+        settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
-        settings[names.RELAXATION] = body.body.mesh.element.relaxation if exact else 1.0
+        shapes = [block.own.shape for block in body.touching or body.blocks]
+        settings[names.RELAXATION] = min(shape.relaxation for shape in shapes) if exact else 1.0
         settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
         if graph is not None:
             if not linear:
-                settings[names.REACH] = REACH * shortest_edge(body.reference, body.cells[graph.cells])
+                edges = [shortest_edge(body.reference, block.cells[block.contact]) for block in body.touching]
+                settings[names.REACH] = REACH * min(edges)
             settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
             settings[names.STEP_LENGTH] = STEP_LENGTH / graph.corners_together
         return settings
@@ -139,17 +142,19 @@ class StaticSolve:
 
     def _reason(self, island: Island, numbers: np.ndarray) -> str:
         """Return why the solve of an island with these numbers [STATS] did not converge, and what to try."""
-        body = island.body.body
+        own = [block.own for block in island.body.touching]
         text = "the static solve of the contact nodes stopped at a residual of"
         text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
         if not numbers[self.names.PIVOT] > 0.0:
             from ..kernels.materials import LAWS
 
-            text += f"; the tangent of the law {body.material.law} is not positive definite in strong compression"
-            refusal = LAWS[body.material.law].refusal
+            laws = dict.fromkeys(block.material.law for block in own)
+            text += f"; the tangent of the law {' or '.join(laws)} is not positive definite in strong compression"
+            refusal = next((LAWS[law].refusal for law in laws if LAWS[law].refusal), "")
             return f"{text}: {refusal}" if refusal else text
-        poisson, limit = body.material.poisson, MAXIMUM_POISSON[self.projected]
-        if body.formulation == "mean-dilatation" and poisson > limit:
+        limit = MAXIMUM_POISSON[self.projected]
+        poisson = max((block.material.poisson for block in own if block.formulation == "mean-dilatation"), default=0.0)
+        if poisson > limit:
             text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {limit:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.Gonzalez()"
         removal = "" if island.removal == "normal" else "removal='normal', "
@@ -167,7 +172,7 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
-            _values, slopes, own = shape_functions(block.body.body.mesh.kind)
+            _values, slopes, own = block.shape.rule
             starts = [sum(part.size for part in parts) for parts in (nodes, weights)]
             blocks.append(
                 (

@@ -54,13 +54,25 @@ class ImplicitScheme(ImplicitRule):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
+        self.check_blocks(planned)
         for number, obstacle in enumerate(scene.obstacles):
             if getattr(obstacle, "moves", False):
                 remedy = f"{self.name} takes obstacles at rest; use scheme='central-difference'"
                 raise InputError(f"Scene.obstacles[{number}]", obstacle.name or type(obstacle).__name__, remedy)
 
+    def check_blocks(self, planned: Plan) -> None:
+        """Refuse bodies of several kinds of cells or several materials. Raises `InputError`."""
+        for index, body in enumerate(planned.scene.bodies):
+            remedy = f"{self.name} takes one a body; use scheme='central-difference'"
+            if len(body.mesh.blocks) > 1:
+                kinds = " and ".join(kind for kind, _ in body.mesh.blocks)
+                raise InputError(f"Scene.bodies[{index}].mesh", f"{kinds} cells", f"several kinds: {remedy}")
+            if len(body.blocks) > 1:
+                raise InputError(f"Scene.bodies[{index}].material", [*body.material], f"several materials: {remedy}")
+
     def describe(self, planned: Plan) -> str:
-        """Describe equations, sizes and linear solver of a plan in words."""
+        """Describe equations, sizes and linear solver of a plan in words. Raises `InputError`."""
+        self.check_blocks(planned)
         return describe(planned, self)
 
     def states(

@@ -68,7 +68,7 @@ class ImplicitBody:
         self.contact = None if plan.contact is None else StepContact(scene, plan, held)
         self.rows = self._rows(self.cells, held, None if self.contact is None else self.contact.nodes)
         self.equations = StepEquations(scheme, self.cells, self.mass, self.contact, self.rows, self.load)
-        material = plan.body.material
+        material = plan.body.blocks[0].material
         self.solver_kind = choose(3 * count, material.lame_lambda / material.lame_mu, scheme.solver)
         self.solver = make_solver(self.solver_kind, self.cells.sparsity)
         self.settings = Settings(scheme.rtol, scheme.iterations, scheme.verbose)
@@ -82,7 +82,7 @@ class ImplicitBody:
 
     def _rows(self, cells: Cells, held: np.ndarray, place: np.ndarray | None) -> Rows:
         where = np.zeros(0, dtype=np.int64) if place is None else place
-        material, areas = self.plan.body.material, np.zeros(len(where))
+        material, areas = self.plan.body.blocks[0].material, np.zeros(len(where))
         if self.plan.contact is not None:
             areas = self.plan.contact.areas
         stiff = material.density * material.wave_speed**2 * np.sqrt(areas)
@@ -99,7 +99,7 @@ class ImplicitBody:
         basis = plan.contact.basis
         held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
         rows = self._rows(cells, held, np.arange(len(contact.nodes)))
-        material = plan.body.material
+        material = plan.body.blocks[0].material
         equations = StaticEquations(
             cells, contact, rows, self.load[contact.nodes],
             material.density * material.wave_speed**2, float(plan.contact.areas.mean()),

@@ -51,7 +51,7 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
 
 def stiff_modulus(body: Body) -> float:
     """Return lam + 2 mu of the hourglass stiffness [Pa], as in the explicit kernels."""
-    parameters = body.material.parameters
+    parameters = body.blocks[0].material.parameters
     return parameters[0] + 2.0 * parameters[1]
 
 
@@ -73,7 +73,7 @@ class Cells:
         self.per_cell = points.weights.shape[1]
         self.volume = points.weights.sum(axis=1)
         self.mean = body.formulation == "mean-dilatation"
-        parameters = np.array(body.material.parameters)
+        parameters = np.array(body.blocks[0].material.parameters)
         self.bulk = float(parameters[0]) if self.mean else 0.0
         if self.mean:
             parameters[0] = 0.0
@@ -106,7 +106,7 @@ class Cells:
         from ....kernels.cells.implicit_points import make_points
 
         if rule not in self._rules:
-            self._rules[rule] = Prepared(make_points(self.body.material.law, rule, self.mean))
+            self._rules[rule] = Prepared(make_points(self.body.blocks[0].material.law, rule, self.mean))
         return self._rules[rule]
 
     def _launch(self, name: str, *arguments: Any) -> None:
@@ -128,7 +128,7 @@ class Cells:
 
     def _pressures(self, u0: np.ndarray, d: np.ndarray) -> None:
         levels = []
-        linear = int(self.body.material.linear)
+        linear = int(self.body.linear)
         where = arrays.zeros(3 * self.nodes)
         for u in (u0, u0 + d):
             arrays.set_values(where, u)

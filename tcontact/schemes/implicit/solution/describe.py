@@ -20,7 +20,7 @@ def describe(plan: Plan, scheme: ImplicitRule) -> str:
 
 
 def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
-    mesh, material = body.body.mesh, body.body.material
+    mesh, material = body.body.mesh, body.body.blocks[0].material
     unknowns = 3 * mesh.node_count
     left, right = np.broadcast_arrays(mesh.cells[:, :, None], mesh.cells[:, None, :])
     blocks = len(np.unique(left.astype(np.int64) * mesh.node_count + right))
