@@ -52,7 +52,7 @@ class Guards:
         time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
         if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
-            law, where = self._worst(step, [view for view, may in zip(self.states, self.nonlinear, strict=True) if may])
+            law, where = self._worst(step, failing=True)
             if over_limit:
                 return Stop("diverged", f"{where} {time}; {remedy}")
             from ..kernels.materials import LAWS  # imports Taichi
@@ -66,7 +66,7 @@ class Guards:
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
             )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
-            _law, where = self._worst(step, self.states)
+            _law, where = self._worst(step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
                 advice = REMEDY
@@ -88,16 +88,18 @@ class Guards:
         more = 2.0 * viscosity.quadratic
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
-    def _worst(self, step: float, among: list[BodyView]) -> tuple[str, str]:
+    def _worst(self, step: float, failing: bool = False) -> tuple[str, str]:
         """Return the law of the cell with the smallest det F at the row, and the cell in words.
 
-        step [s]: that since the row.
+        step [s]: that since the row; failing: among the cells of nonlinear laws.
         """
         worst = None
-        for state in among:
+        for state, may in zip(self.states, self.nonlinear, strict=True):
+            if failing and not may:
+                continue
             with np.errstate(all="ignore"):
                 there = state.displacement_before(step)
-            cell, value = worst_cell_of(state.plan.body, there)
+            cell, value = worst_cell_of(state.plan.body, there, failing)
             if worst is None or not value >= worst[2]:
                 worst = state, cell, value
         assert worst is not None

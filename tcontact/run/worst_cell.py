@@ -31,10 +31,15 @@ def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") 
     return _smallest(_compression(mesh.kind, mesh.nodes[mesh.cells], displacement[mesh.cells], formulation))
 
 
-def worst_cell_of(body: Body, displacement: np.ndarray) -> tuple[int, float]:
-    """Return the cell of a body with the smallest det F, and that value; displacement [n, 3] [m] of the user."""
+def worst_cell_of(body: Body, displacement: np.ndarray, failing: bool = False) -> tuple[int, float]:
+    """Return the cell of a body with the smallest det F, and that value; displacement [n, 3] [m] of the user.
+
+    failing: leave out the cells of linear laws, which have no limit on det F.
+    """
     smallest = np.full(body.mesh.cell_count, np.inf)
     for block in body.blocks:
+        if failing and block.material.linear:
+            continue
         corners, moved = body.mesh.nodes[block.cells], displacement[block.cells]
         smallest[block.numbers] = _compression(block.kind, corners, moved, block.formulation)
     return _smallest(smallest)

@@ -45,7 +45,7 @@ def read_gmsh(path: Path) -> FileMesh:
     """Read cells and physical groups of a gmsh file, 2.2 or 4.1, ASCII or binary.
 
     Groups of dimension 2 become face sets, all others sets of their nodes, those of dimension 3 also cell sets. A group
-    without a name is called PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named group
+    without a name is called PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named one
     but only the first unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell
     once for each group; the doubles are dropped.
     """
