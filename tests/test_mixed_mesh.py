@@ -156,19 +156,6 @@ def test_materials_that_do_not_cover_the_cells_once_are_refused():
         tc.Body(cut(box, lambda centre: "wedge6" if centre[2] < 0.5 else "tet4"), STEEL, formulation="reduced")
 
 
-def test_implicit_schemes_refuse_several_blocks_by_name(tmp_path):
-    for body, field in (
-        (tc.Body(beside(), STEEL), r"Scene.bodies\[0\].mesh"),
-        (tc.Body(halves(HEXES), MATERIALS), r"Scene.bodies\[0\].material"),
-    ):
-        scene = tc.Scene([body], [], 1e-3, contact=None)
-        with refusal(field, "several", "central-difference"):
-            tc.simulate(scene, tc.Gonzalez(dt=1e-4), out=tmp_path / "run", frames=2)
-        with refusal(field, "several", "central-difference"):
-            tc.plan(scene).describe(tc.Gonzalez(dt=1e-4))
-    assert not (tmp_path / "run").exists()
-
-
 # files
 
 

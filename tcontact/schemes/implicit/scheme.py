@@ -46,6 +46,9 @@ class ImplicitScheme(ImplicitRule):
             remedy = "the consistent mass is redistributed within cells only: use depth=1 or mass='lumped'"
             raise InputError("MasslessContact.depth", getattr(scene.contact, "depth", 1), remedy)
         for one in planned.bodies if self.mass == "consistent" else ():
+            if len(one.body.blocks) > 1:
+                remedy = f"{one.label} has several kinds of cells or materials; use mass='lumped'"
+                raise InputError("mass", self.mass, remedy)
             contact = one.contact
             if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
                 remedy = "a cell has contact nodes only, and none to take their mass; use mass='lumped'"
@@ -54,25 +57,13 @@ class ImplicitScheme(ImplicitRule):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
-        self.check_blocks(planned)
         for number, obstacle in enumerate(scene.obstacles):
             if getattr(obstacle, "moves", False):
                 remedy = f"{self.name} takes obstacles at rest; use scheme='central-difference'"
                 raise InputError(f"Scene.obstacles[{number}]", obstacle.name or type(obstacle).__name__, remedy)
 
-    def check_blocks(self, planned: Plan) -> None:
-        """Refuse bodies of several kinds of cells or several materials. Raises `InputError`."""
-        for index, body in enumerate(planned.scene.bodies):
-            remedy = f"{self.name} takes one a body; use scheme='central-difference'"
-            if len(body.mesh.blocks) > 1:
-                kinds = " and ".join(kind for kind, _ in body.mesh.blocks)
-                raise InputError(f"Scene.bodies[{index}].mesh", f"{kinds} cells", f"several kinds: {remedy}")
-            if len(body.blocks) > 1:
-                raise InputError(f"Scene.bodies[{index}].material", [*body.material], f"several materials: {remedy}")
-
     def describe(self, planned: Plan) -> str:
-        """Describe equations, sizes and linear solver of a plan in words. Raises `InputError`."""
-        self.check_blocks(planned)
+        """Describe equations, sizes and linear solver of a plan in words."""
         return describe(planned, self)
 
     def states(
