@@ -119,8 +119,8 @@ class StaticSolve:
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
-        shapes = [block.own.shape for block in body.touching or body.blocks]
-        settings[names.RELAXATION] = min(shape.relaxation for shape in shapes) if exact else 1.0
+        elements = [block.own.facts for block in body.touching or body.blocks]
+        settings[names.RELAXATION] = min(element.relaxation for element in elements) if exact else 1.0
         settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
         if graph is not None:
             if not linear:
@@ -172,7 +172,7 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
-            _values, slopes, own = block.shape.rule
+            _values, slopes, own = block.facts.rule
             starts = [sum(part.size for part in parts) for parts in (nodes, weights)]
             blocks.append(
                 (

@@ -149,7 +149,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             size += len(packs.corners) * WHOLE
             for cells in domain.blocks:
                 if len(cells.contact):
-                    _values, gradients, weights = cells.shape.rule
+                    _values, gradients, weights = cells.facts.rule
                     size += CONTACT_BLOCK * WHOLE + REAL * (gradients.size + weights.size)
         result[plan.contact_term or "contact"] = size
         if domain.viscous_cells and contact.graph is not None:

@@ -48,9 +48,9 @@ class CellBlock:
         return self.own.own.material
 
     @property
-    def shape(self) -> Element:
+    def facts(self) -> Element:
         """The record of the kind of its cells."""
-        return self.own.own.shape
+        return self.own.own.facts
 
     @property
     def contact_cells(self) -> np.ndarray:

@@ -26,7 +26,7 @@ def _locking(block: BodyBlock, label: str) -> str | None:
     if not poisson > FORMULATIONS[block.element].locks + ROUNDING:
         return None
     label = label if block.region is None else f"{block.region!r} of {label}"
-    element, remedy = block.shape, "give formulation='mean-dilatation'"
+    element, remedy = block.facts, "give formulation='mean-dilatation'"
     cells = f"{element.plural} with full integration" if len(element.weights) > 1 else f"linear {element.plural}"
     if "mean-dilatation" not in element.formulations:
         remedy = f"mesh the body with hex8 and {remedy}"

@@ -33,7 +33,7 @@ class BodyBlock:
     region: str | None = None
 
     @property
-    def shape(self) -> Element:
+    def facts(self) -> Element:
         """The record of their kind."""
         return ELEMENTS[self.kind]
 

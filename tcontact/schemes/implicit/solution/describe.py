@@ -37,8 +37,8 @@ def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
     solver = {"direct": "sparse LU factors (SuperLU)", "krylov": "BiCGStab, inverse diagonal blocks"}[kind]
     size = blocks * 9 * 8 * (3 if kind == "krylov" else 4)
     for block in own:
-        points = len(block.cells) * (1 if block.formulation == "reduced" else len(block.shape.weights))
-        size += points * 8 * (9 + 81 + 2 + 3 * block.shape.corners)
+        points = len(block.cells) * (1 if block.formulation == "reduced" else len(block.facts.weights))
+        size += points * 8 * (9 + 81 + 2 + 3 * block.facts.corners)
     laws = list(dict.fromkeys(block.material.law for block in own))
     lines = [f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {' + '.join(laws)}"]
     rules = [scheme.stress] if scheme.stress == "end" else [scheme.stress, "end"]
