@@ -128,7 +128,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
         given = np.interp(limits, history["time"], history["impulse"][:, 2])
         means.append(float(given[1] - given[0]) / ((end - begin) * passage * force))
     found.append(ck.at_most("force before the reflection, error", abs(means[0] - 1.0), 5e-3 * coarse))
-    reflected = 0.5 * (means[1] / means[0] - 1.0)
+    reflected = 0.5 * (means[1] - means[0])
     found.append(ck.at_most("share reflected, error", abs(reflected - share), 8e-3 * coarse))
     return found
 
