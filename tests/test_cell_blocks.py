@@ -16,6 +16,7 @@ from tcontact.cases import layered_bar
 from tcontact.cells.internal_force import InternalForce
 from tcontact.cells.stress import VonMises
 from tcontact.device import arrays
+from tcontact.run.worst_cell import worst_cell_of
 
 FINE = tc.CentralDifference(cfl=0.3)
 
@@ -140,19 +141,77 @@ def falling(mesh, speed=3.0, other="stiff", **options):
     return body_of(mesh, other, velocity=(0.4, 0.2, -speed), contact="zmin", **options)
 
 
+def rising(mesh, other="stiff"):
+    """A body thrown at a ceiling: the last corners of its contact cells are contact nodes."""
+    return body_of(mesh, other, velocity=(0.4, 0.2, 3.0), contact="zmax")
+
+
+CEILING = tc.Plane((0.0, 0.0, SIZE[2] + 1e-4), (0.0, 0.0, -1.0))
+
+
 @pytest.mark.parametrize("removal", ["normal", "full"])
-@pytest.mark.parametrize(("mesh", "other"), [(corner, "stiff"), (beside, "stiff")])
-def test_impact_on_contact_cells_of_two_kinds_and_materials_keeps_the_ledger(mesh, other, removal, parallel_path):
-    body = falling(mesh(), other=other)
-    scene = thrown(body, removal)
+@pytest.mark.parametrize(
+    ("mesh", "way", "count"), [(corner, falling, 4), (corner, rising, 2), (beside, falling, 4), (beside, rising, 4)]
+)
+def test_impact_on_contact_cells_of_two_kinds_and_materials_keeps_the_ledger(mesh, way, count, removal, parallel_path):
+    body = way(mesh())
+    scene = thrown(body, removal, **({"obstacles": [CEILING]} if way is rising else {}))
     contact = tc.plan(scene).bodies[0]
-    assert len(contact.touching) == 4  # two kinds times two materials
+    assert len(contact.touching) == count  # kinds times materials
     result = tc.simulate(scene, FINE)
     for check in (ck.finished(result), ck.momentum_balance(result, 1e-11), ck.energy(result, 6e-3),
                   ck.no_overlap(result), ck.pushing(result), ck.touched(result)):  # fmt: skip
         assert check.passed, check
     assert result.history["static_residual"].max() <= 1e-4
     assert result.history["momentum"][0] == pytest.approx(body.mass * np.array(body.velocity), rel=1e-12)
+
+
+@pytest.mark.parametrize("way", [falling, rising])
+def test_the_mass_of_contact_nodes_goes_to_their_neighbours_by_distance(way):
+    body = way(corner())
+    scene = thrown(body, "full", **({"obstacles": [CEILING]} if way is rising else {}))
+    plan = tc.plan(scene).bodies[0]
+    mesh, taken = body.mesh, np.isin(np.arange(body.mesh.node_count), body.contact_nodes)
+    wanted = np.zeros(mesh.node_count)
+    for block in body.blocks:
+        quad = oracle.quadrature(mesh.nodes, block.cells, block.kind)
+        share = block.material.density * np.einsum("mq,qa->ma", quad.weight, quad.shape)
+        for cell, masses in zip(block.cells, share, strict=True):
+            outside = cell[~taken[cell]]
+            for node, mass in zip(cell, masses, strict=True):
+                if taken[node]:
+                    weight = 1.0 / np.linalg.norm(mesh.nodes[outside] - mesh.nodes[node], axis=1)
+                    wanted[outside] += mass * weight / weight.sum()
+                else:
+                    wanted[node] += mass
+    assert np.abs(plan.mass - wanted[:, None, None] * np.eye(3)).max() <= 1e-13 * wanted.max()
+
+
+@pytest.mark.parametrize("mesh", [beside, corner])
+def test_the_contact_graph_has_every_pair_of_corners_of_a_cell_once(mesh):
+    plan = tc.plan(thrown(rising(mesh()), "full", obstacles=[CEILING])).bodies[0]
+    graph, number = plan.contact.graph, 0
+    for block in plan.touching:
+        for cell in block.cells[block.contact]:
+            own = slice(graph.pair_start[number], graph.pair_start[number + 1])
+            places = np.flatnonzero(np.isin(cell, plan.contact.nodes))
+            wanted = [(one, two) for one in places for two in places if one <= two]
+            assert sorted(map(tuple, graph.pair_corners[own].tolist())) == wanted
+            assert np.array_equal(graph.nodes[graph.pair_nodes[own]], cell[graph.pair_corners[own]])
+            number += 1
+    assert number == len(graph.cells)
+
+
+def test_the_most_compressed_cell_is_found_among_those_that_can_fail():
+    body = body_of(shaken(corner()), "linear")
+    u, smallest, first = random_field(body.mesh, 0.05), np.full(body.mesh.cell_count, np.inf), 0
+    for kind, cells in body.mesh.blocks:
+        gradient = oracle_cells.displacement_gradient(oracle.quadrature(body.mesh.nodes, cells, kind), u)
+        smallest[first : first + len(cells)] = np.linalg.det(np.eye(3) + gradient).min(axis=1)
+        first += len(cells)
+    assert worst_cell_of(body, u) == (smallest.argmin(), pytest.approx(smallest.min()))
+    smallest[body.mesh.cell_sets["high"]] = np.inf  # a linear law has no limit
+    assert worst_cell_of(body, u, failing=True) == (smallest.argmin(), pytest.approx(smallest.min()))
 
 
 def test_a_smaller_step_has_a_smaller_energy_error(parallel_path):

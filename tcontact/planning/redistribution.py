@@ -63,10 +63,7 @@ def redistribute(
     named = mesh.cells if images is None else images.master[mesh.cells]
     cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
     cells, share = named[cells_here], masses[cells_here]
-    lost = slot[cells] >= 0
-    if mesh.repeated is not None:
-        lost &= ~mesh.repeated[cells_here]
-    cell, corner = np.nonzero(lost)  # one row per (cell, corner in K)
+    cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K); a repeated corner has no mass
     donor = cells[cell, corner]
     around = cells[cell]  # [rows, corners]
     outside = slot[around] < 0
