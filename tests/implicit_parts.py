@@ -40,7 +40,7 @@ def body(law="neo", kind="hex8", formulation="full", cells=(2, 1, 1), **options)
 def cells_of(body):
     """Its cells in the user's numbering."""
     runtime.start("cpu")
-    return Cells(body, np.array(body.mesh.nodes), np.array(body.mesh.cells))
+    return Cells(body.blocks[0], np.array(body.mesh.nodes), np.array(body.mesh.cells))
 
 
 def moves(count, size=0.05, seed=0):

@@ -27,7 +27,11 @@ def with_material(scene, share, *names):
         known = {item.name for item in fields(material)}
         return replace(material, **{name: share * getattr(material, name) for name in names if name in known})
 
-    return replace(scene, bodies=[replace(body, material=altered(body.material)) for body in scene.bodies])
+    def altered_all(material):
+        several = isinstance(material, dict)
+        return {name: altered(one) for name, one in material.items()} if several else altered(material)
+
+    return replace(scene, bodies=[replace(body, material=altered_all(body.material)) for body in scene.bodies])
 
 
 def turned_gravity(scene):

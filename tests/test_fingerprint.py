@@ -129,6 +129,7 @@ CHANGES = {
         {
             "nodes": lambda m: tc.Mesh(1.01 * m.nodes, m.cells, m.kind, face_sets=m.face_sets),
             "cells": lambda m: tc.Mesh(m.nodes, m.cells[::-1], m.kind, face_sets=m.face_sets),
+            "cell_sets": lambda m: m.with_sets(cell_sets={"half": [0, 1]}),
             "kind": TETS, "node_sets": {"some": [0, 1]},
             "face_sets": lambda m: _with(m, "face_sets", {**m.face_sets, "zmin": m.face_sets["zmax"]}),
         },

@@ -70,6 +70,7 @@ SMALL = {
     "cube-impact": ({"cells": 6}, {}),
     "hertz-impact": ({"cells": 3}, {}),
     "hot-slide": ({"cells": 2}, {}),
+    "layered-bar": ({"cells": 12}, {}),
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
     "penetration-energy": ({"cells": 4}, {}),
     "pressure-shear": ({"cells": 20}, {}),

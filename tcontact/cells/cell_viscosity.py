@@ -37,15 +37,11 @@ class CellViscosity:
         lanes = np.zeros(packs.lanes - first_lane)
         cells, count = [np.zeros(0)], 0
         for block in domain.blocks:
-            contact, kind, width = block.body.contact, block.body.body.mesh.kind, WIDTH
+            contact, element, width = block.body.contact, block.facts, WIDTH
             if len(block.contact):
                 assert contact is not None
                 corners = block.contact_cells
-                eta = (
-                    contact.viscosity
-                    * block.body.body.mesh.element.spacing
-                    * shortest_heights(kind, domain.reference[corners])
-                )
+                eta = contact.viscosity * element.spacing * shortest_heights(element.kind, domain.reference[corners])
                 eta /= block.material.wave_speed
                 lanes[count : count + len(eta)] = eta
                 count += -(-len(eta) // width) * width

@@ -24,23 +24,33 @@ class VonMises:
         from ..kernels.cells.von_mises import make_von_mises
         from ..kernels.materials import LAWS
 
-        mesh, law = body.mesh, body.material.law
-        if law not in LAWS:
-            raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
-        if LAWS[law].state:
-            raise InputError("material.law", law, NO_STRESS)
-        kind = body.element
-        packs = pack_cells(mesh.cells, mesh.node_count, WIDTH)
-        self._count = mesh.cell_count
-        self._kernel = Prepared(make_von_mises(kind, law))
-        self._connectivity = arrays.put(packs.connectivity)
+        mesh = body.mesh
+        for material in body.materials:
+            law = material.law
+            if law not in LAWS:
+                raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
+            if LAWS[law].state:
+                raise InputError("material.law", law, NO_STRESS)
+        self._blocks = body.blocks
         self._position = arrays.put(mesh.nodes)
-        self._parameters = arrays.put(np.array(body.material.parameters))
         self._u = arrays.zeros(3 * mesh.node_count)
-        self._stress = arrays.zeros(packs.lanes)
+        self._whole = np.zeros(mesh.cell_count if len(body.blocks) > 1 else 0)
+        kernels = {(block.element, block.material.law): None for block in body.blocks}
+        self._kernels = {kind: Prepared(make_von_mises(*kind)) for kind in kernels}
+        self._data = []
+        for block in body.blocks:
+            packs = pack_cells(block.cells, mesh.node_count, WIDTH)
+            parameters = arrays.put(np.array(block.material.parameters))
+            self._data.append((arrays.put(packs.connectivity), parameters, arrays.zeros(packs.lanes)))
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it."""
         arrays.set_values(self._u, displacement)
-        self._kernel(self._connectivity, self._position, self._parameters, self._u, self._stress)
-        return arrays.get(self._stress)[: self._count]
+        for block, (connectivity, parameters, stress) in zip(self._blocks, self._data, strict=True):
+            kernel = self._kernels[block.element, block.material.law]
+            kernel(connectivity, self._position, parameters, self._u, stress)
+            found = arrays.get(stress)[: len(block.cells)]
+            if len(self._blocks) == 1:
+                return found
+            self._whole[block.numbers] = found
+        return self._whole

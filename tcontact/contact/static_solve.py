@@ -10,7 +10,6 @@ from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES
 from ..kernels.node_places import PLACES
-from ..mesh.elements import shape_functions
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
@@ -104,13 +103,20 @@ class StaticSolve:
         from ..kernels.materials import LAWS
 
         contact, model, names = domain.contact, scene.contact, self.names
-        materials = [body.body.material for body in island.bodies]
+        blocks = [block for body in island.bodies for block in body.touching]
+        materials = [block.own.material for block in blocks]
+        materials = materials or [material for body in island.bodies for material in body.body.materials]
         graphs = [(body, body.contact.graph) for body in island.bodies if body.contact and body.contact.graph]
         assert isinstance(model, MasslessContact)
         assert contact is not None
         flat = all(obstacle.shape == "plane" for obstacle in scene.obstacles) and not island.coupled
         linear = flat and all(material.linear for material in materials)
-        stiffness = min(material.lame_lambda + 2.0 * material.lame_mu for material in materials)
+        softest = [
+            max(block.own.material.lame_lambda + 2.0 * block.own.material.lame_mu for block in body.touching)
+            for body in island.bodies
+            if body.touching
+        ]
+        stiffness = min(softest, default=0.0)
         settings = np.zeros(names.SETTINGS)
         settings[names.MINIMUM_SWEEPS] = model.sweeps
         settings[names.POLISHING_SWEEPS] = POLISHING_SWEEPS
@@ -124,11 +130,16 @@ class StaticSolve:
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
         exact = model.penalty is None and scene.friction is None and island.removal == "full"
-        settings[names.RELAXATION] = island.body.body.mesh.element.relaxation if exact else 1.0
+        elements = [block.own.facts for block in blocks or island.body.blocks]
+        settings[names.RELAXATION] = min(element.relaxation for element in elements) if exact else 1.0
         settings[names.MINIMUM_FORCE] = 1.0  # no node: any reference of its residual, which is 0
         if graphs:
             if not linear:
-                edges = [shortest_edge(body.reference, body.cells[graph.cells]) for body, graph in graphs]
+                edges = [
+                    shortest_edge(body.reference, block.cells[block.contact])
+                    for body in island.bodies
+                    for block in body.touching
+                ]
                 settings[names.REACH] = REACH * min(edges)
             settings[names.MINIMUM_FORCE] = MINIMUM_FORCE * stiffness * float(contact.areas[island.nodes].mean())
             settings[names.STEP_LENGTH] = STEP_LENGTH / max(graph.corners_together for _, graph in graphs)
@@ -146,17 +157,19 @@ class StaticSolve:
 
     def _reason(self, island: Island, numbers: np.ndarray) -> str:
         """Return why the solve of an island with these numbers [STATS] did not converge, and what to try."""
-        body = island.body.body
+        own = [block.own for block in island.body.touching]
         text = "the static solve of the contact nodes stopped at a residual of"
         text += f" {numbers[self.names.RESIDUAL]:.3g} (wanted {self.tolerance:.3g})"
         if not numbers[self.names.PIVOT] > 0.0:
             from ..kernels.materials import LAWS
 
-            text += f"; the tangent of the law {body.material.law} is not positive definite in strong compression"
-            refusal = LAWS[body.material.law].refusal
+            laws = dict.fromkeys(block.material.law for block in own)
+            text += f"; the tangent of the law {' or '.join(laws)} is not positive definite in strong compression"
+            refusal = next((LAWS[law].refusal for law in laws if LAWS[law].refusal), "")
             return f"{text}: {refusal}" if refusal else text
-        poisson, limit = body.material.poisson, MAXIMUM_POISSON[self.projected]
-        if body.formulation == "mean-dilatation" and poisson > limit:
+        limit = MAXIMUM_POISSON[self.projected]
+        poisson = max((block.material.poisson for block in own if block.formulation == "mean-dilatation"), default=0.0)
+        if poisson > limit:
             text += f"; poisson {poisson:.6g} makes it ill-conditioned: use at most {limit:g},"
             return text + " or an implicit scheme, which solves for all nodes together, such as tc.Gonzalez()"
         removal = "" if island.removal == "normal" else "removal='normal', "
@@ -174,7 +187,7 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
-            _values, slopes, own = shape_functions(block.body.body.mesh.kind)
+            _values, slopes, own = block.facts.rule
             starts = [sum(part.size for part in parts) for parts in (nodes, weights)]
             blocks.append(
                 (

@@ -78,7 +78,7 @@ def _hexes(counts: list[int]) -> IntArray:
 def _sides(cells: IntArray, kind: str, counts: list[int]) -> dict[str, IntArray]:
     """Return the boundary faces by side, outward."""
     shape = np.array(counts) + 1
-    faces = surface(cells, kind, int(np.prod(shape))).faces
+    faces = surface([(kind, cells)], int(np.prod(shape))).faces
     sides, left = {}, faces
     for axis, letter in enumerate("xyz"):
         place = left // int(np.prod(shape[:axis])) % shape[axis]

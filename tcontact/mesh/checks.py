@@ -8,8 +8,20 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from .elements import ELEMENTS
-from .geometry import FloatArray, IntArray, Surface, cell_face_keys, face_keys, in_face_table, jacobians, surface
+from ..base.validate import choice
+from .elements import ELEMENTS, MIXED, face_corners
+from .geometry import (
+    Blocks,
+    FloatArray,
+    IntArray,
+    Surface,
+    cell_face_keys,
+    cracks,
+    face_keys,
+    in_face_table,
+    jacobians,
+    surface,
+)
 
 FLAT = 1e-12  # det / edges at an integration point at or below which the cell has no volume there
 CORNER = 1e-6  # det / edges at a corner: flatter than this is rounding of float32 or printed coordinates, not inversion
@@ -28,34 +40,29 @@ def checked_nodes(nodes: Any) -> FloatArray:
     return read_only(array)
 
 
-def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
-    """Return corner ids [m, a] as a read-only int64 copy; in range, no cell or corner twice, no unused node."""
-    corners = ELEMENTS[kind].corners
-    array = _ids("cells", cells, f"give an integer array [m, {corners}] of node ids, corners in VTK order")
-    if array.size == 0:
-        raise InputError("cells", "empty array", "a mesh needs at least one cell")
-    if array.ndim != 2 or array.shape[1] != corners:
-        raise InputError(
-            "cells", f"array of shape {array.shape}", f"{kind} cells have {corners} corners: shape [m, {corners}]"
-        )
-    bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
-    if len(bad):
-        raise InputError("cells", _first("cell", bad, len(array), array), f"node ids count from 0 to {node_count - 1}")
-    ranked = np.sort(array, axis=1)
-    bad = np.flatnonzero((ranked[:, 1:] == ranked[:, :-1]).any(axis=1))
-    if len(bad):
-        raise InputError(
-            "cells", _first("cell", bad, len(array), array), f"names a node twice; give {corners} different corners"
-        )
-    keys = face_keys(array, node_count)
-    order = np.argsort(keys, kind="stable")
-    bad = np.sort(order[1:][keys[order[1:]] == keys[order[:-1]]])
-    if len(bad):
-        raise InputError(
-            "cells", _first("cell", bad, len(array), array), "has the same nodes as an earlier cell; remove the double"
-        )
+def checked_blocks(cells: Any, kind: Any, node_count: int) -> tuple[tuple[str, IntArray], ...]:
+    """Return the kinds of cells with their corner ids [m, a], read-only int64 copies; no unused node.
+
+    cells: an array with its kind, or a dict from kinds to arrays, for which `kind` is "mixed" or the only one.
+    """
+    known = ", ".join(map(repr, ELEMENTS))
+    if not isinstance(cells, Mapping):
+        if kind == MIXED:
+            raise InputError("kind", kind, f"give one of {known}, or cells as a dict from kinds to arrays")
+        blocks = [(choice("kind", kind, ELEMENTS), cells, "cells")]
+    else:
+        for name in cells:
+            if not isinstance(name, str) or name not in ELEMENTS:
+                raise InputError("cells", name, f"a dict of cells has the kinds {known} as keys")
+        if kind != MIXED and [*cells] != [kind]:
+            raise InputError("kind", kind, f"the cells are {' and '.join(cells) or 'none'}; leave kind out")
+        if not cells:
+            raise InputError("cells", "empty dict", "a mesh needs at least one cell")
+        blocks = [(name, part, f"cells[{name!r}]") for name, part in cells.items()]
+    found = tuple((name, _checked_cells(field, part, name, node_count)) for name, part, field in blocks)
     used = np.zeros(node_count, dtype=bool)
-    used[array] = True
+    for _, array in found:
+        used[array] = True
     bad = np.flatnonzero(~used)
     if len(bad):
         raise InputError(
@@ -63,15 +70,49 @@ def checked_cells(cells: Any, kind: str, node_count: int) -> IntArray:
             _first("node", bad, node_count),
             "belongs to no cell; remove it and renumber (read_mesh does so for files)",
         )
-    return read_only(array)
+    return found
 
 
-def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
+def _checked_cells(field: str, cells: Any, kind: str, node_count: int) -> IntArray:
+    """Return corner ids [m, a] as a read-only int64 copy; in range, no cell or corner twice."""
+    corners = ELEMENTS[kind].corners
+    array = _ids(field, cells, f"give an integer array [m, {corners}] of node ids, corners in VTK order")
+    if array.size == 0:
+        raise InputError(field, "empty array", "a mesh needs at least one cell")
+    if array.ndim != 2 or array.shape[1] != corners:
+        raise InputError(
+            field, f"array of shape {array.shape}", f"{kind} cells have {corners} corners: shape [m, {corners}]"
+        )
+    bad = np.flatnonzero(((array < 0) | (array >= node_count)).any(axis=1))
+    if len(bad):
+        raise InputError(field, _first("cell", bad, len(array), array), f"node ids count from 0 to {node_count - 1}")
+    ranked = np.sort(array, axis=1)
+    bad = np.flatnonzero((ranked[:, 1:] == ranked[:, :-1]).any(axis=1))
+    if len(bad):
+        raise InputError(
+            field, _first("cell", bad, len(array), array), f"names a node twice; give {corners} different corners"
+        )
+    keys = face_keys(array, node_count)
+    order = np.argsort(keys, kind="stable")
+    bad = np.sort(order[1:][keys[order[1:]] == keys[order[:-1]]])
+    if len(bad):
+        raise InputError(
+            field, _first("cell", bad, len(array), array), "has the same nodes as an earlier cell; remove the double"
+        )
+    return np.asarray(read_only(array))
+
+
+def check_shapes(nodes: FloatArray, blocks: Blocks) -> None:
     """Refuse cells without volume and inverted cells.
 
     A cell must have a positive Jacobian at every point of integration. A corner may be flat (wedge-like hexes), so
     corners are refused only when clearly negative; see `FLAT` and `CORNER`.
     """
+    for kind, cells in blocks:
+        _check_shapes("cells" if len(blocks) == 1 else f"cells[{kind!r}]", nodes, cells, kind)
+
+
+def _check_shapes(field: str, nodes: FloatArray, cells: IntArray, kind: str) -> None:
     element = ELEMENTS[kind]
     gradients = element.rule[1]
     flat = np.zeros(len(cells), dtype=bool)
@@ -89,24 +130,50 @@ def check_shapes(nodes: FloatArray, cells: IntArray, kind: str) -> None:
     bad = np.flatnonzero(inverted)
     if len(bad):
         raise InputError(
-            "cells",
+            field,
             _first("cell", bad, len(cells), cells),
             f"is inverted (negative Jacobian); {element.order}, or untangle the mesh",
         )
     bad = np.flatnonzero(flat)
     if len(bad):
         raise InputError(
-            "cells", _first("cell", bad, len(cells), cells), "has no volume; remove it or move its nodes apart"
+            field, _first("cell", bad, len(cells), cells), "has no volume; remove it or move its nodes apart"
         )
 
 
-def checked_surface(cells: IntArray, kind: str, node_count: int) -> Surface:
-    """Return the boundary of the mesh; a face with more than two cells is refused."""
-    skin = surface(cells, kind, node_count)
+def checked_surface(blocks: Blocks, node_count: int) -> Surface:
+    """Return the boundary of the mesh; a face with more than two cells and a quadrilateral on triangles are refused."""
+    skin = surface(blocks, node_count)
     if len(skin.crowded):
         value = f"face {skin.crowded[0].tolist()} ({len(skin.crowded)} such)"
         raise InputError("cells", value, "is shared by more than two cells; remove the overlapping cells")
+    if len(blocks) > 1 and len(open_ := cracks(skin, node_count)):
+        value = f"face {skin.faces[open_[0]].tolist()} ({len(open_)} such)"
+        remedy = "is a quadrilateral of one cell on triangles of others, which would part there; mesh it so that"
+        remedy += " quadrilaterals meet quadrilaterals (wedge6 between hex8 and the triangles; there are no pyramids)"
+        raise InputError("cells", value, remedy)
     return skin
+
+
+def checked_cell_sets(sets: Any, cell_count: int) -> dict[str, IntArray]:
+    """Return named cell numbers [k], each a read-only int64 copy, ascending."""
+    checked = {}
+    for name, ids in _named("cell_sets", sets).items():
+        field = f"cell_sets[{name!r}]"
+        array = _ids(field, ids, "give cell numbers [k]; for a mask use numpy.flatnonzero(mask)", "cell numbers")
+        if array.ndim != 1 or array.size == 0:
+            remedy = "give at least one cell number, shape [k], or leave the set out"
+            raise InputError(field, f"array of shape {array.shape}", remedy)
+        bad = array[(array < 0) | (array >= cell_count)]
+        if len(bad):
+            remedy = f"{len(bad)} numbers are no cells; cells count from 0 to {cell_count - 1}"
+            raise InputError(field, int(bad[0]), remedy)
+        ranked = np.sort(array)
+        if (ranked[1:] == ranked[:-1]).any():
+            double = int(ranked[1:][ranked[1:] == ranked[:-1]][0])
+            raise InputError(field, double, "the set names this cell twice; name each once (numpy.unique)")
+        checked[name] = read_only(ranked)
+    return checked
 
 
 def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
@@ -126,9 +193,10 @@ def checked_node_sets(sets: Any, node_count: int) -> dict[str, IntArray]:
     return checked
 
 
-def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, skin: Surface) -> dict[str, IntArray]:
+def checked_face_sets(sets: Any, blocks: Blocks, node_count: int, skin: Surface) -> dict[str, IntArray]:
     """Return named faces [k, 4|3], each a read-only int64 copy; every face must belong to a cell."""
-    lengths = sorted({len(face) for face in ELEMENTS[kind].faces})
+    kind = blocks[0][0] if len(blocks) == 1 else MIXED
+    lengths = face_corners(kind)
     corners = " or ".join(map(str, lengths))
     checked = {}
     for name, faces in _named("face_sets", sets).items():
@@ -148,7 +216,8 @@ def checked_face_sets(sets: Any, cells: IntArray, kind: str, node_count: int, sk
             )
         loose = np.flatnonzero(skin.find(array, node_count) < 0)
         if len(loose):  # inner faces are rare: only now search all faces
-            inner = np.isin(face_keys(array[loose], node_count), cell_face_keys(cells, kind, node_count))
+            keys = face_keys(array[loose], node_count)
+            inner = np.any([np.isin(keys, cell_face_keys(cells, one, node_count)) for one, cells in blocks], axis=0)
             bad = loose[~inner]
             if len(bad):
                 raise InputError(
@@ -183,7 +252,7 @@ def _numbers(field: str, value: Any, remedy: str) -> FloatArray:
         raise InputError(field, value, remedy) from error
 
 
-def _ids(field: str, value: Any, remedy: str) -> IntArray:
+def _ids(field: str, value: Any, remedy: str, what: str = "node ids") -> IntArray:
     try:
         array = np.asarray(value)
     except Exception as error:  # the object may raise anything
@@ -191,7 +260,7 @@ def _ids(field: str, value: Any, remedy: str) -> IntArray:
     if array.size == 0:
         return np.zeros(array.shape, dtype=np.int64)
     if array.dtype.kind == "f" and not np.array_equal(array, np.clip(np.rint(array), -(2.0**53), 2.0**53)):
-        raise InputError(field, value, f"node ids are whole numbers; {remedy}")
+        raise InputError(field, value, f"{what} are whole numbers; {remedy}")
     if array.dtype.kind not in "iuf":
         raise InputError(field, value, remedy)
     return np.array(array, dtype=np.int64, order="C")

@@ -239,3 +239,10 @@ FORMULATIONS = {  # by the names of `Body.element`
     for name, formulation in element.formulations.items()
 }
 BY_CORNERS = {element.corners: element for element in ELEMENTS.values()}
+MIXED = "mixed"  # kind of a mesh with cells of several kinds
+
+
+def face_corners(kind: str) -> tuple[int, ...]:
+    """Return how many corners the faces of a kind of mesh can have, ascending; a mixed one has triangles and quads."""
+    elements = ELEMENTS.values() if kind == MIXED else [ELEMENTS[kind]]
+    return tuple(sorted({len(face) for element in elements for face in element.faces}))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import NamedTuple
 
@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from .elements import BY_CORNERS, ELEMENTS, FloatArray
+from .elements import BY_CORNERS, ELEMENTS, FloatArray, face_corners
 
 IntArray = npt.NDArray[np.int64]
 KeyArray = npt.NDArray[np.uint64]
+Blocks = Sequence[tuple[str, IntArray]]  # kind of cells and their nodes [m, corners], as `Mesh.blocks`
 
 _CHUNK = 4096  # cells at a time: temporaries stay in cache and small beside the mesh
 
@@ -91,23 +92,49 @@ class Surface(NamedTuple):
         return np.where(self.keys[place] == wanted, self.order[place], -1)
 
 
-def surface(cells: IntArray, kind: str, node_count: int) -> Surface:
+def surface(blocks: Blocks, node_count: int) -> Surface:
     """Find the faces with one cell."""
-    table = ELEMENTS[kind].face_table
-    keys = cell_face_keys(cells, kind, node_count)
+    tables = [ELEMENTS[kind].face_table for kind, _ in blocks]
+    width = max(table.shape[1] for table in tables)
+    counts = [len(cells) * len(table) for (_, cells), table in zip(blocks, tables, strict=True)]
+    first = np.concatenate([[0], np.cumsum(counts)])
+
+    def rows(numbers: IntArray) -> IntArray:
+        """Return faces [k, width] by their numbers, those of the first cell first."""
+        result = np.empty((len(numbers), width), dtype=np.int64)
+        for place, (_, cells) in enumerate(blocks):
+            mine = (numbers >= first[place]) & (numbers < first[place + 1])
+            cell, face = np.divmod(numbers[mine] - first[place], len(tables[place]))
+            found = cells[cell[:, None], tables[place][face]]
+            result[mine, : found.shape[1]] = found
+            result[mine, found.shape[1] :] = found[:, -1:]
+        return result
+
+    parts = [cell_face_keys(cells, kind, node_count) for kind, cells in blocks]
+    keys = parts[0] if len(parts) == 1 else np.concatenate(parts)
     order = np.argsort(keys)
     ranked = keys[order]
     same = ranked[1:] == ranked[:-1]
     before, after = np.r_[False, same], np.r_[same, False]
     single = np.sort(order[~before & ~after])
-    cell, face = np.divmod(single, len(table))
-    faces = cells[cell[:, None], table[face]]
+    faces = rows(single)
     faces.flags.writeable = False
     third = order[1:-1][same[1:] & same[:-1] & ~np.r_[False, same[:-2]]] if len(same) > 1 else order[:0]
-    crowded = cells[(third // len(table))[:, None], table[third % len(table)]]
     single_keys = keys[single]
     rank = np.argsort(single_keys)
-    return Surface(faces, single_keys[rank], rank, crowded)
+    return Surface(faces, single_keys[rank], rank, rows(third))
+
+
+def cracks(skin: Surface, node_count: int) -> IntArray:
+    """Find quadrilaterals [k] of the surface three of whose corners are a triangle of it: cells do not fit there."""
+    if skin.faces.shape[1] == 3:
+        return np.zeros(0, dtype=np.int64)
+    quads = np.flatnonzero(skin.faces[:, -1] != skin.faces[:, -2])
+    hit = np.zeros(len(quads), dtype=bool)
+    for left_out in range(4):
+        corners = np.delete(skin.faces[quads], left_out, axis=1)
+        hit |= skin.find(np.concatenate([corners, corners[:, -1:]], axis=1), node_count) >= 0
+    return quads[hit]
 
 
 def cell_face_keys(cells: IntArray, kind: str, node_count: int) -> KeyArray:
@@ -137,10 +164,11 @@ def face_keys(faces: IntArray, node_count: int) -> KeyArray:
 def in_face_table(faces: IntArray, kind: str) -> IntArray:
     """Return faces [k, 4|3] as rows of one length: a triangle among quadrilaterals has its last corner twice.
 
-    A row of four that has another corner twice is turned until it is the last.
+    A row of four that has another corner twice is turned until it is the last. kind: of the mesh, also "mixed".
     """
-    width = ELEMENTS[kind].face_table.shape[1]
-    if len({len(face) for face in ELEMENTS[kind].faces}) == 1:
+    lengths = face_corners(kind)
+    width = lengths[-1]
+    if len(lengths) == 1:
         return faces
     result = np.concatenate([faces, np.repeat(faces[:, -1:], width - faces.shape[1], axis=1)], axis=1)
     for turn in range(1, width):
@@ -158,7 +186,7 @@ def _node_marks(count: int) -> KeyArray:
 
 
 def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
-    """Return the length of the shortest edge [m] of the cells [m, corners]."""
+    """Return the length of the shortest edge [m] of the cells [m, corners] of one kind."""
     edges = BY_CORNERS[cells.shape[1]].edges
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
 

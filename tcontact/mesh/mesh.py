@@ -1,4 +1,4 @@
-"""A mesh: nodes, cells of one kind, named sets. Plain data, checked once, never changed."""
+"""A mesh: nodes, cells of one or several kinds, named sets. Plain data, checked once, never changed."""
 
 from __future__ import annotations
 
@@ -9,53 +9,75 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..base.errors import InputError
-from ..base.validate import choice, number, vector
+from ..base.validate import number, vector
 from . import checks
-from .elements import ELEMENTS, Element
-from .geometry import FloatArray, IntArray, Surface, cell_volumes, surface
+from .elements import ELEMENTS, MIXED, Element
+from .geometry import FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
+from .mixed_cells import in_rows, out_of_rows, repeats
 from .rotation import rotation_matrix
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
-    """An unstructured mesh of one kind of cells.
+    """An unstructured mesh of cells of one kind, or of several kinds that fit together face by face.
 
     nodes: [n, 3] coordinates [m]; cells: [m, 8|4|6] node ids, corners in VTK order; kind: "hex8", "tet4" or "wedge6"
     (a prism whose triangle 0, 1, 2 turns counter-clockwise seen from 3, 4, 5: so in gmsh, Abaqus and VTK 9.7).
+    Cells of several kinds are a dict from kinds to such arrays, such as {"hex8": .., "wedge6": ..}, without `kind`,
+    which then is "mixed". They are numbered block after block, and `cells` of such a mesh has rows of equal length,
+    in which a shorter cell repeats its last corner; `blocks` has the cells of every kind apart.
     node_sets: name -> [k] node ids; face_sets: name -> [k, 4|3] node ids of faces that cells have, in any orientation;
     a triangle among quadrilaterals has one of its corners twice.
     A name may stand in both: its faces are then those of the face set, its nodes those of both.
+    cell_sets: name -> [k] cell numbers, such as the regions of several materials (`Body.material`); they may overlap.
 
     The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
     the same object.
 
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
     twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
-    empty sets. A cell must have a positive Jacobian at its points of integration; at a corner it may be zero
-    (wedge-like hexes with a flat corner), not negative.
+    quadrilaterals that lie on the triangles of other cells, empty sets. A cell must have a positive Jacobian at its
+    points of integration; at a corner it may be zero (wedge-like hexes with a flat corner), not negative.
     """
 
     nodes: FloatArray
     cells: IntArray
-    kind: str
+    kind: str = MIXED
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     face_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    cell_sets: Mapping[str, IntArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kind = choice("kind", self.kind, ELEMENTS)
         nodes = checks.checked_nodes(self.nodes)
-        cells = checks.checked_cells(self.cells, kind, len(nodes))
-        checks.check_shapes(nodes, cells, kind)
-        skin = checks.checked_surface(cells, kind, len(nodes))
+        blocks = checks.checked_blocks(self.cells, self.kind, len(nodes))
+        checks.check_shapes(nodes, blocks)
+        skin = checks.checked_surface(blocks, len(nodes))
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
-        face_sets = checks.checked_face_sets(self.face_sets, cells, kind, len(nodes), skin)
-        self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets), _surface=skin)
+        face_sets = checks.checked_face_sets(self.face_sets, blocks, len(nodes), skin)
+        cell_sets = checks.checked_cell_sets(self.cell_sets, sum(len(cells) for _, cells in blocks))
+        kind, cells = blocks[0]
+        if len(blocks) > 1:
+            kind, cells = MIXED, checks.read_only(in_rows(blocks))
+        self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets, cell_sets), _surface=skin)
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[str, IntArray], ...]:
+        """Kinds of cells, each with the nodes [m, corners] of its cells, in the order of the cell numbers."""
+        return ((self.kind, self.cells),) if self.kind != MIXED else out_of_rows(self.cells)
+
+    @cached_property
+    def repeated(self) -> npt.NDArray[np.bool_] | None:
+        """Places [m, corners] in `cells` that repeat a corner; None for cells of one kind, which repeat none."""
+        return None if self.kind != MIXED else checks.read_only(repeats(self.cells))
 
     @property
     def element(self) -> Element:
-        """The element of its cells."""
+        """The element of its cells. Raises `InputError` if they are of several kinds."""
+        if self.kind == MIXED:
+            raise InputError("Mesh.kind", self.kind, "it has several elements; take them from Mesh.blocks")
         return ELEMENTS[self.kind]
 
     @property
@@ -79,6 +101,15 @@ class Mesh:
         low, high = self.bounds
         return float((high - low).max())
 
+    @cached_property
+    def shortest_edge(self) -> float:
+        """The length of the shortest edge of its cells [m]."""
+        return min(shortest_edge(self.nodes, cells) for _, cells in self.blocks)
+
+    def cell_centres(self) -> FloatArray:
+        """Return the mean of the corners of each cell [m, 3] [m]."""
+        return np.concatenate([self.nodes[cells].mean(axis=1) for _, cells in self.blocks])
+
     def cell_volumes(self) -> FloatArray:
         """Volume of each cell [m^3], [m]."""
         return self._volumes
@@ -86,7 +117,7 @@ class Mesh:
     def boundary_faces(self) -> IntArray:
         """Faces that belong to one cell only, [k, 4|3] node ids, corners counter-clockwise seen from outside.
 
-        With a kind of cells that has both, a triangle has its last corner twice: [a, b, c, c].
+        With kinds of cells that have both, a triangle has its last corner twice: [a, b, c, c].
         """
         return self._surface.faces
 
@@ -105,12 +136,18 @@ class Mesh:
         sets = [s[name] for name in self._known(names) for s in (self.node_sets, self.face_sets) if name in s]
         return np.unique(np.concatenate([ids.reshape(-1) for ids in sets]))
 
-    def with_sets(self, node_sets: Mapping[str, Any] | None = None, face_sets: Mapping[str, Any] | None = None) -> Mesh:
+    def with_sets(
+        self,
+        node_sets: Mapping[str, Any] | None = None,
+        face_sets: Mapping[str, Any] | None = None,
+        cell_sets: Mapping[str, Any] | None = None,
+    ) -> Mesh:
         """Return the mesh with sets added or replaced; raises `InputError` as the constructor does."""
         new_nodes = checks.checked_node_sets({} if node_sets is None else node_sets, self.node_count)
         faces = {} if face_sets is None else face_sets
-        new_faces = checks.checked_face_sets(faces, self.cells, self.kind, self.node_count, self._surface)
-        merged = {**self.node_sets, **new_nodes}, {**self.face_sets, **new_faces}
+        new_faces = checks.checked_face_sets(faces, self.blocks, self.node_count, self._surface)
+        new_cells = checks.checked_cell_sets({} if cell_sets is None else cell_sets, self.cell_count)
+        merged = {**self.node_sets, **new_nodes}, {**self.face_sets, **new_faces}, {**self.cell_sets, **new_cells}
         mesh = self.trusted(self.nodes, self.cells, self.kind, *merged)
         mesh.__dict__["_surface"] = self._surface
         return mesh
@@ -132,11 +169,12 @@ class Mesh:
         return self._moved("factor", factor, self.nodes * number("factor", factor, low=0.0))
 
     def __repr__(self) -> str:
-        names = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets])) or "none"
-        return f"Mesh({self.cell_count} {self.kind} cells, {self.node_count} nodes, sets: {names})"
+        names = ", ".join(dict.fromkeys([*self.face_sets, *self.node_sets, *self.cell_sets])) or "none"
+        cells = " + ".join(f"{len(cells)} {kind}" for kind, cells in self.blocks)
+        return f"Mesh({cells} cells, {self.node_count} nodes, sets: {names})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        sets = dict(self.node_sets), dict(self.face_sets)
+        sets = dict(self.node_sets), dict(self.face_sets), dict(self.cell_sets)
         return Mesh.trusted, (self.nodes, self.cells, self.kind, *sets)
 
     @classmethod
@@ -147,21 +185,24 @@ class Mesh:
         kind: str,
         node_sets: Mapping[str, IntArray],
         face_sets: Mapping[str, IntArray],
+        cell_sets: Mapping[str, IntArray] | None = None,
     ) -> Mesh:
         """Make a mesh from arrays known to be valid, without copies or checks; the arrays become read-only."""
-        for array in (nodes, cells, *node_sets.values(), *face_sets.values()):
+        regions = {} if cell_sets is None else cell_sets
+        for array in (nodes, cells, *node_sets.values(), *face_sets.values(), *regions.values()):
             checks.read_only(array)
         mesh = object.__new__(cls)
-        mesh.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets))
+        mesh.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets, regions))
         return mesh
 
     @cached_property
     def _surface(self) -> Surface:
-        return surface(self.cells, self.kind, self.node_count)
+        return surface(self.blocks, self.node_count)
 
     @cached_property
     def _volumes(self) -> FloatArray:
-        return checks.read_only(cell_volumes(self.nodes, self.cells, self.kind))
+        volumes = [cell_volumes(self.nodes, cells, kind) for kind, cells in self.blocks]
+        return checks.read_only(volumes[0] if len(volumes) == 1 else np.concatenate(volumes))
 
     def _known(self, names: str | Iterable[str]) -> list[str]:
         known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
@@ -192,12 +233,12 @@ class Mesh:
 
     def _moved(self, name: str, value: Any, nodes: FloatArray) -> Mesh:
         """Return the cells at new positions; shapes are checked again only if rounding can have damaged them."""
-        mesh = self.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets)
+        mesh = self.trusted(nodes, self.cells, self.kind, self.node_sets, self.face_sets, self.cell_sets)
         mesh.__dict__["_surface"] = self._surface
         reach = max(float(np.abs(bound).max()) for bound in mesh.bounds)
         if not (np.isfinite(reach) and reach <= 1e6 * mesh.size and 1e-60 < mesh.size < 1e60):
             try:
-                checks.check_shapes(checks.checked_nodes(nodes), self.cells, self.kind)
+                checks.check_shapes(checks.checked_nodes(nodes), self.blocks)
             except InputError as error:
                 raise InputError(name, value, "cells lose their shape in rounding; stay nearer the origin") from error
         return mesh
@@ -209,6 +250,8 @@ def _contents(
     kind: str,
     node_sets: Mapping[str, IntArray],
     face_sets: Mapping[str, IntArray],
+    cell_sets: Mapping[str, IntArray],
 ) -> dict[str, Any]:
-    sets = {"node_sets": MappingProxyType(dict(node_sets)), "face_sets": MappingProxyType(dict(face_sets))}
+    sets = {"node_sets": node_sets, "face_sets": face_sets, "cell_sets": cell_sets}
+    sets = {name: MappingProxyType(dict(given)) for name, given in sets.items()}
     return {"nodes": nodes, "cells": cells, "kind": kind, **sets}

@@ -11,6 +11,7 @@ import numpy as np
 from ..mesh.elements import FORMULATIONS
 from ..mesh.geometry import parallelepipeds
 from ..scene.body import Body
+from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ..scene.periodic import Images
@@ -48,11 +49,28 @@ class ContactPlan:
     viscosity: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class PlanBlock:
+    """Cells of a body with one element and one material.
+
+    own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
+    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-affine" where
+    all cells are parallelepipeds and the kernels make use of that.
+    """
+
+    own: BodyBlock
+    first: int
+    cells: np.ndarray
+    contact: np.ndarray
+    variant: str
+
+
 @dataclass(frozen=True)
 class BodyPlan:
     """One body in its internal numbering: node i is node `node_order[i]` of the user, cell e is `cell_order[e]`.
 
-    lumped [n] [kg]: ordinary lumped mass; boundary [s]: nodes with tensor mass, supports or contact; tensors and
+    cells [m, corners]: block after block, rows of one length as `Mesh.cells`; lumped [n] [kg]: ordinary lumped mass;
+    boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
     support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
     images: those of a periodic body, whose masters alone have mass, loads and contact.
@@ -113,14 +131,34 @@ class BodyPlan:
 
     @property
     def element(self) -> str:
-        """Name of the element in the kernels: the kind of its cells with the formulation, unless that is "full"."""
+        """Names of the elements in the kernels: the kind of its cells with the formulation, unless that is "full"."""
         return self.body.element
 
     @cached_property
+    def blocks(self) -> tuple[PlanBlock, ...]:
+        """Its cells by element and material."""
+        found, first = [], 0
+        graph = None if self.contact is None else self.contact.graph
+        touching = np.zeros(0, dtype=np.int64) if graph is None else graph.cells
+        for own in self.body.blocks:
+            last = first + len(own.cells)
+            cells = self.cells[first:last, : own.cells.shape[1]]
+            differ = FORMULATIONS[own.element].affine is not None
+            variant = own.element + "-affine" if differ and parallelepipeds(self.reference, cells) else own.element
+            contact = touching[(touching >= first) & (touching < last)] - first
+            found.append(PlanBlock(own, first, cells, contact, variant))
+            first = last
+        return tuple(found)
+
+    @property
+    def touching(self) -> tuple[PlanBlock, ...]:
+        """Its blocks with contact cells."""
+        return tuple(block for block in self.blocks if len(block.contact))
+
+    @property
     def variant(self) -> str:
-        """Name of the element, with "-affine" where all cells are parallelepipeds and its kernels make use of that."""
-        differ = FORMULATIONS[self.element].affine is not None
-        return self.element + "-affine" if differ and parallelepipeds(self.reference, self.cells) else self.element
+        """Names of the elements of its blocks, see `PlanBlock`."""
+        return " + ".join(dict.fromkeys(block.variant for block in self.blocks))
 
     @property
     def options(self) -> dict[str, Any]:

@@ -44,8 +44,13 @@ class ContactGraph:
         return int(np.add.reduceat(own, self.pair_start[:-1]).max())
 
 
-def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> ContactGraph:
-    """Build the graph of the contact nodes [k] of a body with cells [m, corners]."""
+def contact_graph(
+    cells: np.ndarray, nodes: np.ndarray, node_count: int, repeated: np.ndarray | None = None
+) -> ContactGraph:
+    """Build the graph of the contact nodes [k] of a body with cells [m, corners].
+
+    repeated [m, corners]: places that repeat a corner and do not count; None: there are none.
+    """
     slot = np.full(node_count, -1)
     slot[nodes] = np.arange(len(nodes))
     contact_cells = np.flatnonzero((slot[cells] >= 0).any(axis=1))
@@ -54,6 +59,8 @@ def contact_graph(cells: np.ndarray, nodes: np.ndarray, node_count: int) -> Cont
     nodes = nodes[order]
     slot[nodes] = np.arange(len(nodes))
     local = slot[cells[contact_cells]]  # [c, corners]
+    if repeated is not None:
+        local[repeated[contact_cells]] = -1
     width = cells.shape[1]
 
     first, second = np.triu_indices(width)

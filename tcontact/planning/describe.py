@@ -7,10 +7,10 @@ from typing import Any, Protocol
 from ..kernels.columns import cell_groups, group_size
 from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.node_places import PLACES
-from ..mesh.elements import FORMULATIONS, shape_functions
+from ..mesh.elements import FORMULATIONS
 from ..scene.friction_models import FrictionLayer, FrictionModel
 from ..scene.scene import Scene
-from .body_plan import FRICTION_TERMS, BodyPlan
+from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
 from .domain import Domain
 from .domain_packs import pack_domain
 from .measured import raw_groups
@@ -48,9 +48,13 @@ def describe(plan: Plan) -> str:
 
 def _body(plan: Plan, body: BodyPlan) -> str:
     mesh = body.body.mesh
-    line = f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {body.body.material.law}"
-    way = FORMULATIONS[body.element]
-    line += f" ({way.integration if body.variant == body.element else way.affine})"
+    line = f"{body.label}: "
+    if len(body.blocks) == 1:
+        line += f"{mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {_block(body.blocks[0])}"
+    else:
+        for block in body.blocks:
+            line += f"{len(block.cells)} {block.own.element} cells {_named(block)}{_block(block)} + "
+        line = f"{line[:-3]}, {mesh.node_count} nodes"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -63,6 +67,16 @@ def _body(plan: Plan, body: BodyPlan) -> str:
                 f" static solve by {static_solver(plan.scene, body)})"
             )
     return line
+
+
+def _block(block: PlanBlock) -> str:
+    """Return the law of a block and how its forces are integrated."""
+    way = FORMULATIONS[block.own.element]
+    return f"{block.own.material.law} ({way.integration if block.variant == block.own.element else way.affine})"
+
+
+def _named(block: PlanBlock) -> str:
+    return "" if block.own.region is None else f"in {block.own.region!r} "
 
 
 def kernels(plan: Plan, domain: Domain) -> list[str]:
@@ -135,7 +149,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             size += len(packs.corners) * WHOLE
             for cells in domain.blocks:
                 if len(cells.contact):
-                    _values, gradients, weights = shape_functions(cells.body.body.mesh.kind)
+                    _values, gradients, weights = cells.facts.rule
                     size += CONTACT_BLOCK * WHOLE + REAL * (gradients.size + weights.size)
         result[plan.contact_term or "contact"] = size
         if domain.viscous_cells and contact.graph is not None:

@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from ..mesh.elements import Element
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
 from ..scene.pairs import BodyPair
 from ..scene.periodic import Images
 from ..scene.scene import Scene
-from .body_plan import SMALL, BodyPlan, ContactPlan
+from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
 from .static_solver import static_solver
@@ -29,15 +30,29 @@ from .static_solver import static_solver
 class CellBlock:
     """Cells of one element and one law with its constants.
 
-    variant: name of the element in the kernels; cells [m, corners]: nodes of the domain, the contact cells last;
+    own: these cells in the plan of their body; cells [m, corners]: nodes of the domain, the contact cells last;
     contact [c]: numbers of these in the contact cells of the domain.
     """
 
     body: BodyPlan
-    variant: str
-    material: Material
+    own: PlanBlock
     cells: np.ndarray
     contact: np.ndarray
+
+    @property
+    def variant(self) -> str:
+        """Name of the element in the kernels."""
+        return self.own.variant
+
+    @property
+    def material(self) -> Material:
+        """The material of its cells."""
+        return self.own.own.material
+
+    @property
+    def facts(self) -> Element:
+        """The record of the kind of its cells."""
+        return self.own.own.facts
 
     @property
     def contact_cells(self) -> np.ndarray:
@@ -174,16 +189,17 @@ class Domain:
 
     @cached_property
     def blocks(self) -> tuple[CellBlock, ...]:
-        """The blocks of cells, body after body."""
-        found = []
+        """The blocks of cells, body after body, and their contact cells in the same order."""
+        found, first = [], 0
         for number, body in enumerate(self.bodies):
-            graph = None if body.contact is None else body.contact.graph
-            cells, contact = body.cells + self.node_start[number], np.zeros(0, dtype=np.int64)
-            if graph is not None:
-                rest = np.setdiff1d(np.arange(len(cells)), graph.cells)
-                cells = np.concatenate([cells[rest], cells[graph.cells]])
-                contact = np.arange(self.cell_start[number], self.cell_start[number + 1])
-            found.append(CellBlock(body, body.variant, body.body.material, cells, contact))
+            for block in body.blocks:
+                cells = block.cells + self.node_start[number]
+                if len(block.contact):
+                    rest = np.setdiff1d(np.arange(len(cells)), block.contact)
+                    cells = np.concatenate([cells[rest], cells[block.contact]])
+                contact = np.arange(first, first + len(block.contact))
+                found.append(CellBlock(body, block, cells, contact))
+                first += len(contact)
         return tuple(found)
 
     @cached_property
@@ -236,7 +252,8 @@ class Domain:
 
     def _share(self, counts: list[int]) -> float:
         """Return the cells over the largest number for one thread, summed over the blocks; infinite where that is 0."""
-        pairs = [(count, SMALL[block.body.element]) for count, block in zip(counts, self.blocks, strict=True) if count]
+        elements = [block.own.own.element for block in self.blocks]
+        pairs = [(count, SMALL[element]) for count, element in zip(counts, elements, strict=True) if count]
         return sum(count / limit if limit else np.inf for count, limit in pairs)
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kernels import lanes
 from .domain import CellBlock, Domain
-from .lumped_mass import cell_masses
+from .lumped_mass import corner_masses
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 
@@ -46,7 +46,8 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
     if domain.dissipates:
         numbers += [material.lame_lambda, material.lame_mu]
     if viscosity is not None:
-        masses = cell_masses(block.body.body.mesh, material.density)
+        own = block.own.own
+        masses = corner_masses(own.kind, block.body.body.mesh.nodes[own.cells], material.density)
         uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
         speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
         numbers += [speed, square, material.density, uneven]

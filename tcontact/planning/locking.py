@@ -10,19 +10,26 @@ from __future__ import annotations
 
 from ..mesh.elements import FORMULATIONS
 from ..scene.body import Body
+from ..scene.cell_blocks import BodyBlock
 
 ROUNDING = 1e-9  # error of a Poisson's ratio computed from other moduli
 
 
 def locking(body: Body, label: str) -> str | None:
     """Return a warning if the cells of a body lock, else None; the Poisson's ratio is that at small strains."""
-    poisson = body.material.poisson
-    if not poisson > FORMULATIONS[body.element].locks + ROUNDING:
+    texts = [text for block in body.blocks if (text := _locking(block, label)) is not None]
+    return "; ".join(texts) if texts else None
+
+
+def _locking(block: BodyBlock, label: str) -> str | None:
+    poisson, material = block.material.poisson, block.material
+    if not poisson > FORMULATIONS[block.element].locks + ROUNDING:
         return None
-    element, remedy = body.mesh.element, "give formulation='mean-dilatation'"
+    label = label if block.region is None else f"{block.region!r} of {label}"
+    element, remedy = block.facts, "give formulation='mean-dilatation'"
     cells = f"{element.plural} with full integration" if len(element.weights) > 1 else f"linear {element.plural}"
     if "mean-dilatation" not in element.formulations:
         remedy = f"mesh the body with hex8 and {remedy}"
-    if not body.material.volumetric:
-        remedy += f" with NeoHookean, as {type(body.material).__name__} does not have it"
+    if not material.volumetric:
+        remedy += f" with NeoHookean, as {type(material).__name__} does not have it"
     return f"{label} has poisson {poisson:.5g}: {cells} lock there and come out too stiff; {remedy}"

@@ -6,15 +6,35 @@ import numpy as np
 
 from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
 from ..mesh.mesh import Mesh
+from ..scene.body import Body
 
 QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
 
 
 def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
-    """Lumped mass of each corner of each cell [m, corners] [kg]: density times the integral of N_a."""
-    values, gradients, weights = shape_functions(mesh.kind)
+    """Lumped mass of each corner of each cell [m, corners] [kg] of a mesh of one kind and one density."""
+    return corner_masses(mesh.kind, mesh.nodes[mesh.cells], density)
+
+
+def body_masses(body: Body) -> np.ndarray:
+    """Lumped mass of each place in the cells of the mesh of a body [m, corners] [kg]; 0 where one repeats a corner."""
+    blocks, mesh = body.blocks, body.mesh
+    if len(blocks) == 1:
+        return corner_masses(blocks[0].kind, mesh.nodes[mesh.cells], blocks[0].material.density)
     masses = np.zeros(mesh.cells.shape)
-    corners = mesh.nodes[mesh.cells]
+    for block in blocks:
+        own = corner_masses(block.kind, mesh.nodes[block.cells], block.material.density)
+        masses[block.numbers, : own.shape[1]] = own
+    return masses
+
+
+def corner_masses(kind: str, corners: np.ndarray, density: float) -> np.ndarray:
+    """Lumped mass of each corner of each cell [m, corners] [kg]: density times the integral of N_a.
+
+    corners [m, corners, 3] [m]: positions.
+    """
+    values, gradients, weights = shape_functions(kind)
+    masses = np.zeros(corners.shape[:2])
     for value, gradient, weight in zip(values, gradients, weights, strict=True):
         jacobian = np.linalg.det(np.einsum("mad,ac->mdc", corners, gradient, optimize=True))
         masses += density * weight * jacobian[:, None] * value

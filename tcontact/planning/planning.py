@@ -21,7 +21,7 @@ from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
 from .describe import describe
 from .domain import Domain, domains_of
-from .lumped_mass import cell_masses, node_areas
+from .lumped_mass import body_masses, node_areas
 from .measured import Layout
 from .packing import slab_order
 from .redistribution import redistribute
@@ -66,7 +66,7 @@ class Plan:
         """Layout of the rows of its history."""
         scene, can_touch = self.scene, self.scene.touching
         present = {
-            HOURGLASS: any(body.body.formulation == "reduced" for body in self.bodies),
+            HOURGLASS: any(block.formulation == "reduced" for body in self.bodies for block in body.body.blocks),
             VISCOUS: any(body.dissipates for body in self.bodies),
             FRICTION: can_touch and scene.friction is not None,
             LAYERS: can_touch and isinstance(scene.friction, FrictionLayer),
@@ -119,7 +119,7 @@ def plan(scene: Scene) -> Plan:
 def _plan_body(scene: Scene, index: int) -> BodyPlan:
     body, label = scene.bodies[index], scene.label(index)
     mesh = body.mesh
-    masses = cell_masses(mesh, body.material.density)
+    masses = body_masses(body)
     lumped = np.zeros(mesh.node_count)
     np.add.at(lumped, mesh.cells, masses)
     can_touch = scene.can_touch(index)
@@ -129,6 +129,11 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
         facing = nearest.normal_at(start.mean(axis=0)[None])[0]
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
+    if len(body.blocks) > 1:  # block after block
+        rank = np.empty(mesh.cell_count, dtype=np.int64)
+        for number, block in enumerate(body.blocks):
+            rank[block.numbers] = number
+        cell_order = cell_order[np.argsort(rank[cell_order], kind="stable")]
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
     free = np.isnan(body.prescribed)
@@ -145,7 +150,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     cells = place[mesh.cells[cell_order]]
     first = np.zeros(0, dtype=np.int64)
     if can_touch:
-        contact = _plan_contact(body, massless, place, cells, _cell_viscosity(scene))
+        contact = _plan_contact(body, massless, place, cells, cell_order, _cell_viscosity(scene))
         first = contact.nodes
     held = place[np.flatnonzero(~free.all(axis=1))]
     around = np.zeros(0, dtype=np.int64)  # nodes of contact cells: they sum up corner rows
@@ -194,7 +199,12 @@ def _cell_viscosity(scene: Scene) -> float:
 
 
 def _plan_contact(
-    body: Body, massless: MasslessNodes | None, place: np.ndarray, cells: np.ndarray, viscosity: float
+    body: Body,
+    massless: MasslessNodes | None,
+    place: np.ndarray,
+    cells: np.ndarray,
+    cell_order: np.ndarray,
+    viscosity: float,
 ) -> ContactPlan:
     """Make the contact lists of a body; viscosity: beta of its contact cells if the removal is normal."""
     areas = node_areas(body.mesh.nodes, body.contact_faces)
@@ -212,7 +222,8 @@ def _plan_contact(
         return ContactPlan(massless.nodes, np.sort(place[everyone]), none, massless.removal)
     internal = place[massless.nodes]
     order = np.argsort(internal)
-    graph = contact_graph(named, internal[order], body.mesh.node_count)
+    repeated = None if body.mesh.repeated is None else body.mesh.repeated[cell_order]
+    graph = contact_graph(named, internal[order], body.mesh.node_count, repeated)
     index = np.empty(body.mesh.node_count, dtype=np.int64)
     index[internal] = np.arange(len(internal))
     into = index[graph.nodes]

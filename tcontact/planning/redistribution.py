@@ -63,10 +63,12 @@ def redistribute(
     named = mesh.cells if images is None else images.master[mesh.cells]
     cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
     cells, share = named[cells_here], masses[cells_here]
-    cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K)
+    cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K); a repeated corner has no mass
     donor = cells[cell, corner]
     around = cells[cell]  # [rows, corners]
     outside = slot[around] < 0
+    if mesh.repeated is not None:
+        outside &= ~mesh.repeated[cells_here][cell]
     places = mesh.nodes[mesh.cells[cells_here][cell]]  # where the corners are, not where their masters are
     distance = np.linalg.norm(places - places[np.arange(len(cell)), corner][:, None], axis=2)
     inverse = np.where(outside, 1.0 / np.where(outside, distance, 1.0), 0.0)

@@ -51,10 +51,12 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:
         return StaticSolver(False, f"there is {hindrance}")
-    poisson = body.body.material.poisson
+    own = [block.own for block in body.touching]
+    poisson = max((block.material.poisson for block in own), default=0.0)
     if contact.removal == "full" and poisson > FULL_POISSON + ROUNDING:
         return StaticSolver(True, f"poisson {poisson:.5g} with full removal")
-    if body.body.formulation == "mean-dilatation" and poisson > MEAN_POISSON + ROUNDING:
+    poisson = max((block.material.poisson for block in own if block.formulation == "mean-dilatation"), default=0.0)
+    if poisson > MEAN_POISSON + ROUNDING:
         return StaticSolver(True, f"poisson {poisson:.5g} with one volume change per cell")
     tall = height_over_width(body)
     if tall > TALL:
@@ -84,16 +86,18 @@ def height_over_width(body: BodyPlan) -> float:
     Height is the distance of contact nodes from the others, width that between contact nodes.
     """
     assert body.contact is not None
-    if body.contact.graph is None:
-        return 0.0
-    cells = body.cells[body.contact.graph.cells]
-    named = cells if body.images is None else body.images.master[cells]
-    massless = np.isin(named, body.contact.nodes)
-    x = body.reference[cells]
-    away = np.linalg.norm(x[:, :, None] - x[:, None], axis=-1)
-    away[:, np.arange(cells.shape[1]), np.arange(cells.shape[1])] = np.inf
-    one, other = massless[:, :, None], massless[:, None]
-    height = np.where(one & ~other, away, np.inf).min(axis=(1, 2))
-    width = np.where(one & other, away, np.inf).min(axis=(1, 2))
-    both = np.isfinite(height) & np.isfinite(width)
-    return float(np.median(height[both] / width[both])) if both.any() else 0.0
+    found = []
+    for block in body.touching:
+        cells = block.cells[block.contact]
+        named = cells if body.images is None else body.images.master[cells]
+        massless = np.isin(named, body.contact.nodes)
+        x = body.reference[cells]
+        away = np.linalg.norm(x[:, :, None] - x[:, None], axis=-1)
+        away[:, np.arange(cells.shape[1]), np.arange(cells.shape[1])] = np.inf
+        one, other = massless[:, :, None], massless[:, None]
+        height = np.where(one & ~other, away, np.inf).min(axis=(1, 2))
+        width = np.where(one & other, away, np.inf).min(axis=(1, 2))
+        both = np.isfinite(height) & np.isfinite(width)
+        found.append(height[both] / width[both])
+    ratios = np.concatenate([np.zeros(0), *found])
+    return float(np.median(ratios)) if len(ratios) else 0.0

@@ -46,7 +46,7 @@ def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
     """Return the bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
     nodes = sum(body.mesh.node_count for body in scene.bodies)
     cells = sum(body.mesh.cell_count for body in scene.bodies)
-    corners = sum(body.mesh.cells.size for body in scene.bodies)
+    corners = sum(cells.size for body in scene.bodies for _, cells in body.mesh.blocks)
     nodal = NODAL | LAYERS
     numbers = sum(nodal[name] * nodes if name in nodal else CELLWISE[name] * cells for name in chosen(scene, fields))
     mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)

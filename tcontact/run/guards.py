@@ -10,7 +10,7 @@ from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from ..schemes.implicit.solution.state import REMEDY
 from .history import History
-from .worst_cell import worst_cell
+from .worst_cell import worst_cell_of
 
 GROWTH = 10.0  # energy over the largest energy of the run above which it has diverged
 TINY = 1e-14  # energy per volume over density c^2 below which it is rounding
@@ -30,10 +30,8 @@ class Guards:
     def __init__(self, scene: Scene, states: list[BodyView], implicit: bool = False) -> None:
         self.scene, self.implicit = scene, implicit
         self.states = states
-        self.floor = sum(
-            TINY * float(state.plan.lumped.sum()) * state.plan.body.material.wave_speed**2 for state in states
-        )
-        self.nonlinear = [not state.plan.body.material.linear for state in states]
+        self.floor = sum(TINY * float(state.plan.lumped.sum()) * state.plan.body.wave_speed**2 for state in states)
+        self.nonlinear = [not state.plan.body.linear for state in states]
 
     def limits(self, history: History, jacobian: float) -> dict[str, float]:
         """Return the limits at which a launch of many rows ends, for `check` to judge the row.
@@ -54,14 +52,12 @@ class Guards:
         time = f"at t = {row[layout.place['time'].start]:.6g} s"
         remedy = "the step is above the stable one (Result.dt_limit): use a smaller dt or cfl < 1"
         if any(self.nonlinear) and not row[layout.place["jacobian_min"]][0] > 0.0:
-            state, where = self._worst(
-                step, [view for view, may in zip(self.states, self.nonlinear, strict=True) if may]
-            )
+            law, where = self._worst(step, failing=True)
             if over_limit:
                 return Stop("diverged", f"{where} {time}; {remedy}")
             from ..kernels.materials import LAWS  # imports Taichi
 
-            advice = LAWS[state.plan.body.material.law].refusal or self._against_inversion()
+            advice = LAWS[law].refusal or self._against_inversion()
             return Stop("inverted-cell", f"{where} {time}; {advice}")
         finite = all(np.isfinite(row[place]).all() for place in layout.summed)
         energy = layout.stored(row)
@@ -70,7 +66,7 @@ class Guards:
                 "a value is not finite" if not finite else f"the energy grew to {energy:.3g} J, over {GROWTH:g} times"
             )
             what += "" if not finite else f" the {history.budget():.3g} J that the run started with or was given"
-            _state, where = self._worst(step, self.states)
+            _law, where = self._worst(step)
             advice = remedy if over_limit else "lower cfl, or the contact stiffness"
             if self.implicit:
                 advice = REMEDY
@@ -92,17 +88,24 @@ class Guards:
         more = 2.0 * viscosity.quadratic
         return f"in a shock give more viscosity, such as BulkViscosity(quadratic={more:.3g}), or use tet4; {elsewhere}"
 
-    def _worst(self, step: float, among: list[BodyView]) -> tuple[BodyView, str]:
-        """Return the body with the smallest det F at the row and its cell in words; step [s]: that since the row."""
+    def _worst(self, step: float, failing: bool = False) -> tuple[str, str]:
+        """Return the law of the cell with the smallest det F at the row, and the cell in words.
+
+        step [s]: that since the row; failing: among the cells of nonlinear laws.
+        """
         worst = None
-        for state in among:
+        for state, may in zip(self.states, self.nonlinear, strict=True):
+            if failing and not may:
+                continue
             with np.errstate(all="ignore"):
                 there = state.displacement_before(step)
-            cell, value = worst_cell(state.plan.body.mesh, there, state.plan.body.formulation)
+            cell, value = worst_cell_of(state.plan.body, there, failing)
             if worst is None or not value >= worst[2]:
                 worst = state, cell, value
         assert worst is not None
         state, cell, value = worst
-        mesh = state.plan.body.mesh
-        place = ", ".join(f"{part:.4g}" for part in mesh.nodes[mesh.cells[cell]].mean(axis=0))
-        return state, f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"
+        body = state.plan.body
+        place = ", ".join(f"{part:.4g}" for part in body.mesh.cell_centres()[cell])
+        everyone = np.arange(body.mesh.cell_count)
+        law = next(block.material.law for block in body.blocks if cell in everyone[block.numbers])
+        return law, f"cell {cell} of {state.plan.label} (reference centre {place}) has det F = {value:.3g}"

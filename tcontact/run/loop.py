@@ -94,7 +94,7 @@ class Run:
             for domain in self.domains
         ]
         self.dt_limit = self._limit()
-        if scheme.implicit or all(state.plan.body.material.linear for state in self.states):
+        if scheme.implicit or all(state.plan.body.linear for state in self.states):
             self.limits = []  # it does not change: free the memory
         self.dt: float = self.scheme.step_size(self.dt_limit)
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
@@ -224,7 +224,7 @@ class Run:
         """Return the rows of every domain; beside bodies of nonlinear laws det F is theirs alone, as only they fail."""
         tables = [domain.rows(times) for domain in self.domains]
         for domain, table in zip(self.domains, tables, strict=True):
-            if any(self.guards.nonlinear) and all(view.plan.body.material.linear for view in domain.views):
+            if any(self.guards.nonlinear) and all(view.plan.body.linear for view in domain.views):
                 table[:, self.planned.layout.place["jacobian_min"]] = np.inf
         return tables
 

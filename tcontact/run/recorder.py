@@ -77,7 +77,7 @@ class Recorder:
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0
         for body in scene.bodies:
-            blocks.append((body.mesh.kind, body.mesh.cells + start))
+            blocks += [(kind, cells + start) for kind, cells in body.mesh.blocks]
             start += body.mesh.node_count
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]

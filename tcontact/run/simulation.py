@@ -17,7 +17,6 @@ from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..friction_layer import LayerState
 from ..friction_layer.grid import depths
-from ..mesh.geometry import shortest_edge
 from ..planning.packing import chunks_for
 from ..planning.planning import Plan, plan
 from ..results import frame_fields
@@ -167,26 +166,30 @@ def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
     from ..kernels.materials import LAWS
 
     for index, body in enumerate(scene.bodies):
-        name, field = body.material.law, f"Scene.bodies[{index}].material"
-        law = LAWS.get(name)
-        if law is None:
-            remedy = f"the kernels have {', '.join(LAWS)}; CONTRIBUTING.md says how to add a law"
-            raise InputError(f"{field}.law", name, remedy)
-        if len(law.parameters) > LAW_PARAMETERS:
-            remedy = f"it takes {len(law.parameters)} parameters, and the kernels have {LAW_PARAMETERS} places; give it"
-            raise InputError(f"{field}.law", name, f"{remedy} fewer, or raise LAW_PARAMETERS in kernels/lanes.py")
-        values = body.material.parameters
-        if len(values) != len(law.parameters):
-            remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for each"
-            raise InputError(f"{field}.parameters", values, remedy)
-        if scheme.implicit and not has_rule(law, scheme.stress):
-            have = ", ".join(known for known, one in LAWS.items() if has_rule(one, scheme.stress))
-            others = [kind.__name__ for kind in IMPLICIT if has_rule(law, kind.stress)]
-            remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a scheme"
-            remedy += f" that takes {name}: {', '.join([*others, 'CentralDifference'])}"
-            raise InputError(f"{field}.law", name, remedy)
-        if draws and law.state:
-            raise InputError("fields", "von_mises", f"{frame_fields.NO_STRESS} (law {name!r} of {scene.label(index)})")
+        for block in body.blocks:
+            field = f"Scene.bodies[{index}].material"
+            field += "" if block.region is None else f"[{block.region!r}]"
+            name, values = block.material.law, block.material.parameters
+            law = LAWS.get(name)
+            if law is None:
+                remedy = f"the kernels have {', '.join(LAWS)}; CONTRIBUTING.md says how to add a law"
+                raise InputError(f"{field}.law", name, remedy)
+            if len(law.parameters) > LAW_PARAMETERS:
+                remedy = f"it takes {len(law.parameters)} parameters, and the kernels have {LAW_PARAMETERS} places;"
+                remedy += " give it fewer, or raise LAW_PARAMETERS in kernels/lanes.py"
+                raise InputError(f"{field}.law", name, remedy)
+            if len(values) != len(law.parameters):
+                remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for"
+                raise InputError(f"{field}.parameters", values, f"{remedy} each")
+            if scheme.implicit and not has_rule(law, scheme.stress):
+                have = ", ".join(known for known, one in LAWS.items() if has_rule(one, scheme.stress))
+                others = [kind.__name__ for kind in IMPLICIT if has_rule(law, kind.stress)]
+                remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a"
+                remedy += f" scheme that takes {name}: {', '.join([*others, 'CentralDifference'])}"
+                raise InputError(f"{field}.law", name, remedy)
+            if draws and law.state:
+                remedy = f"{frame_fields.NO_STRESS} (law {name!r} of {scene.label(index)})"
+                raise InputError("fields", "von_mises", remedy)
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:
@@ -247,7 +250,7 @@ def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:
     for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
         if not body.touches:
             continue
-        allowed = shortest_edge(body.mesh.nodes, body.mesh.cells)
+        allowed = body.mesh.shortest_edge
         for number, obstacle in enumerate(scene.obstacles):
             gap = obstacle.gap(there[body.contact_nodes])
             lowest = int(np.argmin(gap))

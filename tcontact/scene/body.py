@@ -1,4 +1,4 @@
-"""A body: mesh, material, start, supports and contact faces."""
+"""A body: mesh, material or materials, start, supports and contact faces."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
-from ..mesh.elements import ELEMENTS
-from ..mesh.geometry import shortest_edge
 from ..mesh.mesh import Mesh
-from .materials import LAWS, Material
+from .cell_blocks import BodyBlock, blocks_of, checked_material
+from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 
 
@@ -48,6 +47,7 @@ class Support:
         return {"xyz".index(axis): float(speed) for axis, speed in zip(self.axes, speeds, strict=True)}
 
 
+Materials = Any  # a Material, or a dict from names of cell sets to materials
 Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
 
 
@@ -55,11 +55,14 @@ Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
 class Body:
     """A deformable body: mesh, material, start, supports and contact faces.
 
+    material: one for all cells, or a dict from names of cell sets of the mesh to materials, such as
+    {"core": steel, "skin": rubber}, with every cell in exactly one of these sets;
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
     touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
     first), or None for a body that passes through; supports: held and driven components; formulation: "full"
     integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
-    `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing;
+    `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing; in a mesh of
+    several kinds those that have the formulation take it, the others are integrated fully;
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
@@ -69,7 +72,7 @@ class Body:
     """
 
     mesh: Mesh
-    material: Material
+    material: Materials
     velocity: Nodal = (0.0, 0.0, 0.0)
     contact: str | Sequence[str] | None = None
     supports: Sequence[Support] = ()
@@ -81,22 +84,8 @@ class Body:
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
-        if not isinstance(self.material, Material):
-            raise InputError("Body.material", self.material, "give a material, for example tcontact.NeoHookean(...)")
-        known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
-        validate.choice("Body.formulation", self.formulation, known)
-        if self.formulation not in self.mesh.element.formulations:
-            there = [kind for kind, element in ELEMENTS.items() if self.formulation in element.formulations]
-            remedy = f"{self.mesh.kind} cells have {', '.join(map(repr, self.mesh.element.formulations))} alone;"
-            remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
-            raise InputError("Body.formulation", self.formulation, remedy)
-        if self.formulation == "mean-dilatation" and not self.material.volumetric:
-            raise InputError(
-                "Body.formulation",
-                self.formulation,
-                f"{type(self.material).__name__} has no part that is of the volume change alone; use"
-                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
-            )
+        object.__setattr__(self, "material", checked_material(self.material, self.mesh))
+        self.blocks  # noqa: B018 - unknown formulations are found here
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")
         if self.contact is not None:
@@ -115,10 +104,38 @@ class Body:
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
 
+    @cached_property
+    def blocks(self) -> tuple[BodyBlock, ...]:
+        """Its cells by kind and material."""
+        return blocks_of(self.mesh, self.material, self.formulation)
+
     @property
     def element(self) -> str:
-        """Name of the element: the kind of the cells, with the formulation if not "full"."""
-        return self.mesh.kind if self.formulation == "full" else f"{self.mesh.kind}-{self.formulation}"
+        """Names of its elements: the kind of the cells, with the formulation if not "full"."""
+        return " + ".join(dict.fromkeys(block.element for block in self.blocks))
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """The materials of its blocks."""
+        return tuple(block.material for block in self.blocks)
+
+    @property
+    def linear(self) -> bool:
+        """Return whether all its laws are linear."""
+        return all(material.linear for material in self.materials)
+
+    @property
+    def wave_speed(self) -> float:
+        """The largest dilatational wave speed of its materials [m/s]."""
+        return max(material.wave_speed for material in self.materials)
+
+    @property
+    def mass(self) -> float:
+        """Its mass [kg], from the reference volumes of the cells."""
+        if isinstance(self.material, Material):
+            return self.material.density * float(self.mesh.cell_volumes().sum())
+        volumes = self.mesh.cell_volumes()
+        return sum(block.material.density * float(volumes[block.numbers].sum()) for block in self.blocks)
 
     @property
     def finds_contact(self) -> bool:
@@ -140,7 +157,7 @@ class Body:
     def contact_faces(self) -> np.ndarray:
         """Faces [k, 4|3] that can touch an obstacle, oriented outward; with "auto" only in a scene's own bodies."""
         if self.contact is None or self.finds_contact:
-            return np.zeros((0, self.mesh.element.face_table.shape[1]), dtype=np.int64)
+            return self.mesh.boundary_faces()[:0]
         return self.mesh.faces_of(list(self.contact))
 
     @cached_property
@@ -192,7 +209,7 @@ class Body:
         """Initial displacement [n, 3] [m]."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
         if self.images is not None:
-            tolerance = MATCH * shortest_edge(self.mesh.nodes, self.mesh.cells)
+            tolerance = MATCH * self.mesh.shortest_edge
             result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)
         result.setflags(write=False)
         return result

@@ -179,7 +179,7 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
     """
     keys = []
     for index, body in enumerate(bodies):
-        stiffness = body.material.lame_lambda + 2.0 * body.material.lame_mu
+        stiffness = max(material.lame_lambda + 2.0 * material.lame_mu for material in body.materials)
         keys.append((_held(body), round(float(np.log2(stiffness))), mean_area(body), index))
     return keys
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..base.errors import InputError
-from ..mesh.geometry import grid_planes, shortest_edge
+from ..mesh.geometry import grid_planes
 from ..mesh.mesh import Mesh
 from .obstacles import Obstacle, Plane
 
@@ -117,7 +117,7 @@ def images_of(mesh: Mesh, directions: str) -> Images:
     known = isinstance(directions, str) and directions and set(directions) <= set("xyz")
     if not known or len(set(directions)) != len(directions):
         raise InputError("Body.periodic", directions, "give distinct letters out of 'xyz', for example 'xy'")
-    tolerance = MATCH * shortest_edge(mesh.nodes, mesh.cells)
+    tolerance = MATCH * mesh.shortest_edge
     master, period = np.arange(mesh.node_count), np.zeros(3)
     for letter in directions:
         axis = "xyz".index(letter)
@@ -175,7 +175,7 @@ def repeated_faces(images: Images, mesh: Mesh, faces: np.ndarray) -> np.ndarray:
     """Return which of the faces [k, 4|3] lie on periodic sides: [k]."""
     nodes = mesh.nodes
     result = np.zeros(len(faces), dtype=bool)
-    tolerance = MATCH * shortest_edge(nodes, mesh.cells)
+    tolerance = MATCH * mesh.shortest_edge
     for axis in np.flatnonzero(images.period):
         for end in (nodes[:, axis].min(), nodes[:, axis].max()):
             result |= (np.abs(nodes[faces][:, :, axis] - end) <= tolerance).all(axis=1)

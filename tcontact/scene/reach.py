@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import FunctionError
-from ..mesh.geometry import shortest_edge
 from .body import Body
 from .obstacles import Obstacle
 from .obstacles.motion import Rate
@@ -60,7 +59,7 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
-    close = obstacle.gap(centre) - radius <= way + shift + shortest_edge(body.mesh.nodes, body.mesh.cells)
+    close = obstacle.gap(centre) - radius <= way + shift + body.mesh.shortest_edge
     return np.asarray(facing & close)
 
 
@@ -77,9 +76,9 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
 def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> list[int]:
     """Return the numbers of the obstacles that the contact nodes may meet; all numbers if there is none."""
     nodes = body.initial_nodes[body.contact_nodes]
-    edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
+    edge = body.mesh.shortest_edge
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
-    freed = body.material.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
+    freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
     own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     try:

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
-from ..mesh.geometry import shortest_edge
 from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
@@ -146,7 +145,7 @@ class Scene:
     def _check_start(self, index: int, body: Body) -> None:
         if not body.touches:
             return
-        edge = shortest_edge(body.mesh.nodes, body.mesh.cells)
+        edge = body.mesh.shortest_edge
         gives_way = isinstance(self.contact, PenaltyContact) or getattr(self.contact, "penalty", None) is not None
         # a body in equilibrium with a penalty is displaced into the obstacle, though by less than a cell
         allowed = (1.0 if gives_way and body.displacement is not None else 1e-6) * edge

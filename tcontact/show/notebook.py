@@ -41,10 +41,11 @@ class EndState:
 
     @cached_property
     def blocks(self) -> tuple[tuple[str, np.ndarray], ...]:
-        """Kind and connectivity [m, k] of every body."""
+        """Kinds and connectivities [m, k] of the bodies."""
         meshes = [body.mesh for body in self.result.scene.bodies]
         starts = np.cumsum([0, *(mesh.node_count for mesh in meshes)])
-        return tuple((mesh.kind, mesh.cells + start) for mesh, start in zip(meshes, starts, strict=False))
+        pairs = zip(meshes, starts, strict=False)
+        return tuple((kind, cells + start) for mesh, start in pairs for kind, cells in mesh.blocks)
 
     @property
     def times(self) -> np.ndarray:
@@ -54,7 +55,7 @@ class EndState:
     @property
     def cell_fields(self) -> tuple[str, ...]:
         """Names of the cell fields."""
-        return ("von_mises", "body") if len(self.blocks) > 1 else ("von_mises",)
+        return ("von_mises", "body") if len(self.result.scene.bodies) > 1 else ("von_mises",)
 
     @cached_property
     def attributes(self) -> dict[str, Any]:

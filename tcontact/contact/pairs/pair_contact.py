@@ -174,7 +174,7 @@ class PairContact:
     def check_start(self, u: np.ndarray) -> None:
         """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
 
-        They do where a row has a negative gap and faces overlap: each alone may come from flat faces on curved surfaces.
+        They do where a row has a negative gap and faces overlap: flat faces on curved surfaces may do one of the two.
         """
         positions = self._reference + u
         for facing in self.facings:

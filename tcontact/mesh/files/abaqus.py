@@ -63,7 +63,8 @@ def read_abaqus(path: Path) -> FileMesh:
     """Read cells and sets of an Abaqus input file.
 
     NSET and node surfaces become node sets; ELSET and SURFACE become face sets where they name faces or surface
-    elements, and sets of their nodes where they name volume or line elements. Sets of Abaqus' own (_name) are left out.
+    elements, and sets of their nodes where they name volume or line elements; ELSET of volume elements is a cell set
+    too. Sets of Abaqus' own (_name) are left out.
     """
     node_ids: list[IntArray] = []
     points: list[FloatArray] = []
@@ -122,9 +123,12 @@ def read_abaqus(path: Path) -> FileMesh:
     _Places([i for b in blocks for i in b.ids.tolist()], "element")  # each id once
     for key, chosen in elsets.items():
         if not key.startswith("_"):
-            _add_cells(
-                content, spelling[key], [(b.cell_type, place.of(b.rows[np.isin(b.ids, chosen)])) for b in blocks]
-            )
+            inside = [np.isin(b.ids, chosen) for b in blocks]
+            parts = [(b.cell_type, place.of(b.rows[mask])) for b, mask in zip(blocks, inside, strict=True)]
+            _add_cells(content, spelling[key], parts)
+            solid = [number for number, b in enumerate(blocks) if b.cell_type in _FACES and inside[number].any()]
+            if solid:
+                content.cell_sets[spelling[key]] = {number: np.flatnonzero(inside[number]) for number in solid}
     for section in surfaces:
         _add_surface(content, section, blocks, place, nsets, elsets)
     return content

@@ -17,28 +17,44 @@ from .content import KINDS, FileMesh, MeshFileError
 from .meshio_guard import guarded
 
 _DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
+MAXIMUM_REGIONS = 100  # values of a cell array of a VTU file that makes cell sets
 _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # names in gmsh's exports
 
 
 def read_vtu(path: Path) -> FileMesh:
-    """Read the cells of a VTU file. Data arrays are not sets."""
+    """Read the cells of a VTU file, and cell sets from its cell data.
+
+    A cell array of whole numbers with at most `MAXIMUM_REGIONS` values, named "region", makes the sets "region-1" and
+    so on; identities of cells and arrays of VTK's own are left out. Point data are not sets.
+    """
     mesh = read_file(path, "vtu")
-    return FileMesh(mesh.points, _blocks(mesh))
+    content = FileMesh(mesh.points, _blocks(mesh))
+    for name, arrays in mesh.cell_data.items():
+        parts = [np.asarray(part) for part in arrays]
+        known = name.lower().startswith("vtk") or name.lower().endswith("ids")
+        if known or any(part.dtype.kind not in "iu" or part.ndim != 1 for part in parts):
+            continue
+        values = np.unique(np.concatenate(parts))
+        for value in values.tolist() if len(values) <= MAXIMUM_REGIONS else []:
+            members = {number: np.flatnonzero(part == value) for number, part in enumerate(parts)}
+            content.cell_sets[f"{name}-{value}"] = members
+    return content
 
 
 def read_gmsh(path: Path) -> FileMesh:
     """Read cells and physical groups of a gmsh file, 2.2 or 4.1, ASCII or binary.
 
-    Groups of dimension 2 become face sets, all others sets of their nodes. A group without a name is called
-    PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named group but only the first
-    unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell once for each group;
-    the doubles are dropped.
+    Groups of dimension 2 become face sets, all others sets of their nodes, those of dimension 3 also cell sets. A group
+    without a name is called PhysicalSurface9 and the like. Of an entity in several groups meshio keeps every named one
+    but only the first unnamed one (4.1; none if some entities have no group at all). Version 2.2 writes such a cell
+    once for each group; the doubles are dropped.
     """
     mesh = read_file(path, "gmsh")
     blocks = _blocks(mesh)
     names = _physical_names(path)
     content = FileMesh(mesh.points, blocks)
     node_ids: dict[str, list[IntArray]] = {}
+    regions: dict[str, dict[int, IntArray]] = {}
     for k, (cell_type, rows) in enumerate(blocks):
         dimension = _DIMENSION.get(cell_type, -1)
         tags = np.asarray(mesh.cell_data["gmsh:physical"][k]) if "gmsh:physical" in mesh.cell_data else np.zeros(0, int)
@@ -54,8 +70,20 @@ def read_gmsh(path: Path) -> FileMesh:
                 content.face_sets.setdefault(name, []).append(rows[cells])
             else:
                 node_ids.setdefault(name, []).append(rows[cells].reshape(-1))
+            if dimension == 3:
+                regions.setdefault(name, {})[k] = cells
     content.node_sets = {name: np.concatenate(ids) for name, ids in node_ids.items()}
-    content.blocks = [_without_doubles(blocks, name) for name in dict.fromkeys(name for name, _ in blocks)]
+    content.blocks = []
+    for number, cell_type in enumerate(dict.fromkeys(name for name, _ in blocks)):
+        rows, place = _without_doubles(blocks, cell_type)
+        content.blocks.append((cell_type, rows))
+        first = 0
+        for k, (other, own) in enumerate(blocks):
+            if other == cell_type:
+                for name in (name for name, parts in regions.items() if k in parts):
+                    known = content.cell_sets.setdefault(name, {}).get(number, np.zeros(0, dtype=np.int64))
+                    content.cell_sets[name][number] = np.union1d(known, place[first + regions[name][k]])
+                first += len(own)
     return content
 
 
@@ -109,10 +137,13 @@ def _physical_names(path: Path) -> dict[tuple[int, int], str]:
     return {(int(d), int(tag)): name for d, tag, name in re.findall(r'(?m)^\s*(\d)\s+(\d+)\s+"(.*)"\s*$', text)}
 
 
-def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[str, IntArray]:
-    """Return all cells of one type, each once."""
+def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[IntArray, IntArray]:
+    """Return all cells of one type, each once, and for every cell of the blocks its place among them."""
     rows = np.concatenate([block for name, block in blocks if name == cell_type]).astype(np.int64)
     if len(rows) == 0 or _DIMENSION.get(cell_type) != 3 or rows.min() < 0:
-        return cell_type, rows
-    _, first = np.unique(face_keys(rows, int(rows.max()) + 1), return_index=True)
-    return cell_type, rows[np.sort(first)]
+        return rows, np.arange(len(rows))
+    _, first, same = np.unique(face_keys(rows, int(rows.max()) + 1), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return rows[first[order]], rank[same.reshape(-1)]

@@ -18,18 +18,19 @@ _READERS = {".msh": read_gmsh, ".inp": read_abaqus, ".vtu": read_vtu}
 
 
 def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None = None) -> Mesh:
-    """Read a mesh of one kind of cells.
+    """Read a mesh.
 
     path: gmsh .msh (2.2 or 4.1, ASCII or binary), Abaqus .inp, or .vtu. scale: factor on the coordinates, 1e-3 for a
-    file in millimetres. kind (see `Mesh`): the kind of cells to read with their sets, None for the only one in
-    the file; a file with several kinds takes a call for each.
+    file in millimetres. kind (see `Mesh`): the kind of cells to read with their sets, None for all in the file; the
+    cells of a mesh of several kinds stand in the order hex8, tet4, wedge6.
 
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
-    volume elements become node sets; a .vtu file has no sets. Points that no volume cell uses are dropped and the
-    others renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
+    volume elements become node sets; physical volumes, ELSET of volume elements and in a .vtu file whole numbers of the
+    cells, such as "region" with the sets "region-1", "region-2", become cell sets. Points that no volume cell uses are
+    dropped and the others renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
 
-    Raises `InputError` for a file that is missing, broken or unknown, for second-order cells, pyramids or a mixture,
-    and for everything `Mesh` refuses.
+    Raises `InputError` for a file that is missing, broken or unknown, for second-order cells and pyramids, for cells of
+    several kinds that do not fit together, and for everything `Mesh` refuses.
     """
     factor = number("scale", scale, low=0.0)
     if kind is not None:

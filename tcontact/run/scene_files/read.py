@@ -14,7 +14,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.validate import choice, number
 from ...mesh.box import box_mesh
-from ...mesh.elements import ELEMENTS
+from ...mesh.elements import ELEMENTS, MIXED
 from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body, Support
@@ -31,7 +31,7 @@ else:
 MAXIMUM_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
 BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
 FILE = {"file": "path", "scale": "scale", "kind": "kind"}
-ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets")}
+ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets", "cell_sets")}
 
 
 def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, dict[str, Any]]:
@@ -112,7 +112,7 @@ class Reader:
             if key not in data:
                 raise InputError(f"{place}.{key}", "missing", "every body needs one")
         values["mesh"] = self.mesh(f"{place}.mesh", data["mesh"])
-        values["material"] = self.plain(f"{place}.material", data["material"], "material")
+        values["material"] = self.materials(f"{place}.material", data["material"])
         for key in ("velocity", "displacement"):
             if key in data:
                 values[key] = self.array(f"{place}.{key}", data[key])
@@ -124,9 +124,21 @@ class Reader:
             values["supports"] = supports
         return made(place, Body, values)
 
-    def mesh(self, place: str, data: Any) -> Mesh:
-        """Build a mesh: a box, a mesh file, or nodes and cells."""
+    def materials(self, place: str, data: Any) -> Any:
+        """Build a material, or a dict of materials from a table of tables by cell set."""
         given = table(place, data)
+        if given and all(isinstance(one, dict) for one in given.values()):
+            return {name: self.plain(f"{place}.{name}", one, "material") for name, one in given.items()}
+        return self.plain(place, given, "material")
+
+    def mesh(self, place: str, data: Any) -> Mesh:
+        """Build a mesh: a box, a mesh file, or nodes and cells; cell sets go with each."""
+        given = table(place, data)
+        if "cell_sets" in given and "nodes" not in given:
+            sets = {name: self.array(f"{place}.cell_sets.{name}", ids)
+                    for name, ids in table(f"{place}.cell_sets", given["cell_sets"]).items()}  # fmt: skip
+            plain = self.mesh(place, {key: value for key, value in given.items() if key != "cell_sets"})
+            return made(place, plain.with_sets, {"cell_sets": sets})
         for first, names, build in (("box", BOX, box_mesh), ("file", FILE, self._mesh_file), ("nodes", ARRAYS, Mesh)):
             if first in given:
                 check_keys(place, given, names)
@@ -187,16 +199,19 @@ class Reader:
         if file.suffix.lower() != ".npz":
             return read_mesh(file, scale, kind)
         found = _from_npz("file", file, None)
+        several = {name.partition("/")[2]: found[name] for name in found if name.startswith("cells/")}
+        if several:
+            found |= {"cells": np.zeros(0), "kind": np.array(MIXED)}
         if not {"nodes", "cells", "kind"} <= found.keys():
             raise InputError("file", str(file), "holds no mesh: nodes, cells and kind; save the scene again")
         if found["kind"].dtype.kind != "U" or found["kind"].ndim:
             raise InputError("file", str(file), "its kind is no text; save the scene again")
-        sets: dict[str, dict[str, Any]] = {"node_sets": {}, "face_sets": {}}
+        sets: dict[str, dict[str, Any]] = {"node_sets": {}, "face_sets": {}, "cell_sets": {}}
         for name, values in found.items():
             group, _, label = name.partition("/")
             if group in sets and label:
                 sets[group][label] = values
-        mesh = Mesh(found["nodes"], found["cells"], str(found["kind"]), **sets)
+        mesh = Mesh(found["nodes"], several or found["cells"], str(found["kind"]), **sets)  # type: ignore[arg-type]
         if kind is not None and mesh.kind != choice("kind", kind, ELEMENTS):
             raise InputError("kind", kind, f"the file holds {mesh.kind} cells; leave kind out")
         return mesh if number("scale", scale, low=0.0) == 1.0 else mesh.scaled(scale)

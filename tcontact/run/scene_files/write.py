@@ -87,7 +87,11 @@ class Writer:
     def body(self, index: int, body: Body) -> dict[str, Any]:
         """Return the table of a body."""
         data: dict[str, Any] = {} if body.name is None else {"name": body.name}
-        data |= {"mesh": self.mesh(index, body.mesh), "material": self.plain("material", body.material)}
+        data["mesh"] = self.mesh(index, body.mesh)
+        if isinstance(body.material, Mapping):
+            data["material"] = {name: self.plain("material", one) for name, one in body.material.items()}
+        else:
+            data["material"] = self.plain("material", body.material)
         data["velocity"] = self.nodal(f"velocity-{index}", body.velocity, body.initial_velocity)
         if body.displacement is not None:
             data["displacement"] = self.nodal(f"displacement-{index}", body.displacement, body.initial_displacement)
@@ -112,10 +116,17 @@ class Writer:
         """Return the table of a mesh: a box by its numbers, or a file of arrays."""
         box = box_of(mesh)
         if box is not None:
+            if mesh.cell_sets:
+                sets = {label: self.array(f"cells-{index}-{label}", ids) for label, ids in mesh.cell_sets.items()}
+                box["cell_sets"] = sets
             return box
         name = f"{Path(self.beside).stem}-mesh-{index}.npz"
-        arrays = {"nodes": mesh.nodes, "cells": mesh.cells, "kind": np.array(mesh.kind)}
-        for group in ("node_sets", "face_sets"):
+        arrays: dict[str, np.ndarray] = {"nodes": mesh.nodes}
+        if len(mesh.blocks) == 1:
+            arrays |= {"cells": mesh.cells, "kind": np.array(mesh.kind)}
+        else:
+            arrays |= {f"cells/{kind}": cells for kind, cells in mesh.blocks}
+        for group in ("node_sets", "face_sets", "cell_sets"):
             for label, ids in getattr(mesh, group).items():
                 arrays[f"{group}/{label}"] = ids
         self.meshes[name] = arrays

@@ -111,13 +111,13 @@ class StableStep:
 
     def _cell_bounds(self) -> tuple[np.ndarray, float]:
         """Return (wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
-        body = self.plan.body
-        corners = self.plan.reference[self.plan.cells]
-        height = spanned_heights(body.mesh.kind, corners)
-        rate = (body.material.wave_speed / height) ** 2
-        bound = np.zeros(len(self.plan.reference))
-        np.maximum.at(bound, self.plan.cells, rate[:, None])
-        return bound, float(height.min())
+        bound, smallest = np.zeros(len(self.plan.reference)), np.inf
+        for block in self.plan.blocks:
+            height = spanned_heights(block.own.kind, self.plan.reference[block.cells])
+            rate = (block.own.material.wave_speed / height) ** 2
+            np.maximum.at(bound, block.cells, rate[:, None])
+            smallest = min(smallest, float(height.min()))
+        return bound, smallest
 
     def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """Return K(u) vector [N] of the free body; here: -M^-1 f(u)."""

@@ -46,6 +46,9 @@ class ImplicitScheme(ImplicitRule):
             remedy = "the consistent mass is redistributed within cells only: use depth=1 or mass='lumped'"
             raise InputError("MasslessContact.depth", getattr(scene.contact, "depth", 1), remedy)
         for one in planned.bodies if self.mass == "consistent" else ():
+            if len(one.body.blocks) > 1:
+                remedy = f"{one.label} has several kinds of cells or materials; use mass='lumped'"
+                raise InputError("mass", self.mass, remedy)
             contact = one.contact
             if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
                 remedy = "a cell has contact nodes only, and none to take their mass; use mass='lumped'"

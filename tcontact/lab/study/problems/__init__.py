@@ -15,7 +15,6 @@ from types import ModuleType
 from typing import Any
 
 from ....base.errors import InputError
-from ....mesh.geometry import shortest_edge
 
 
 def names() -> list[str]:
@@ -33,7 +32,7 @@ def load(name: str) -> ModuleType:
 def cell_stiffness(scene: Any) -> float:
     """Return young/h [N/m^3], h the shortest edge of the first body's cells."""
     body = scene.bodies[0]
-    return body.material.young / shortest_edge(body.mesh.nodes, body.mesh.cells)
+    return body.material.young / body.mesh.shortest_edge
 
 
 def column(cells: int, length: float, young: float, density: float, gap: float = 0.0) -> tuple[Any, Any]:

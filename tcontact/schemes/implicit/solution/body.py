@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ....planning.body_plan import BodyPlan
+from ....scene.body import Body
 from ....scene.scene import Scene
 from .cells import Cells
 from .contact import StepContact
@@ -15,6 +16,7 @@ from .linear_solver import choose, make_solver
 from .mass import ConsistentMass, NodalMass
 from .newton import NotConverged, Settings, newton
 from .rule import ImplicitRule
+from .several_cells import SeveralCells, cells_of
 
 DEEPEST = 10  # maximum number of halvings of a step
 RECOVER = 4  # successful steps before the next is twice as long
@@ -52,13 +54,18 @@ class Taken:
         return self.contact, self.reaction, self.loads
 
 
+def stiffness_ratio(body: Body) -> float:
+    """Return the largest lambda/mu of the materials of a body."""
+    return max(material.lame_lambda / material.lame_mu for material in body.materials)
+
+
 class ImplicitBody:
     """The equations of a body under an implicit scheme, with their solvers and settings."""
 
     def __init__(self, scene: Scene, plan: BodyPlan, scheme: ImplicitRule) -> None:
         self.plan, self.scheme = plan, scheme
         count = len(plan.reference)
-        self.cells = Cells(plan.body, plan.reference, plan.cells)
+        self.cells = cells_of([(block.own, block.cells) for block in plan.blocks], plan.reference)
         self.mass = NodalMass(plan) if scheme.mass == "lumped" else ConsistentMass(plan, self.cells.sparsity)
         self.load = self.mass.times(np.tile(plan.gravity, (count, 1)))
         held = np.zeros((count, 3, 3))
@@ -68,8 +75,7 @@ class ImplicitBody:
         self.contact = None if plan.contact is None else StepContact(scene, plan, held)
         self.rows = self._rows(self.cells, held, None if self.contact is None else self.contact.nodes)
         self.equations = StepEquations(scheme, self.cells, self.mass, self.contact, self.rows, self.load)
-        material = plan.body.material
-        self.solver_kind = choose(3 * count, material.lame_lambda / material.lame_mu, scheme.solver)
+        self.solver_kind = choose(3 * count, stiffness_ratio(plan.body), scheme.solver)
         self.solver = make_solver(self.solver_kind, self.cells.sparsity)
         self.settings = Settings(scheme.rtol, scheme.iterations, scheme.verbose)
         self.massless = self.contact is not None and self.contact.massless
@@ -80,13 +86,18 @@ class ImplicitBody:
         # contact force, reaction and loads of the step before, of which v1 - v0 takes a share under some schemes
         self.before = self.at_rest(0.0).forces
 
-    def _rows(self, cells: Cells, held: np.ndarray, place: np.ndarray | None) -> Rows:
+    def _rows(self, cells: Cells | SeveralCells, held: np.ndarray, place: np.ndarray | None) -> Rows:
         where = np.zeros(0, dtype=np.int64) if place is None else place
-        material, areas = self.plan.body.material, np.zeros(len(where))
+        areas = np.zeros(len(where))
         if self.plan.contact is not None:
             areas = self.plan.contact.areas
-        stiff = material.density * material.wave_speed**2 * np.sqrt(areas)
+        stiff = self._modulus * np.sqrt(areas)
         return Rows(cells.sparsity, held, self.contact, where, stiff)
+
+    @property
+    def _modulus(self) -> float:
+        """The largest lambda + 2 mu of its materials [Pa]."""
+        return max(material.density * material.wave_speed**2 for material in self.plan.body.materials)
 
     def _statics(self) -> tuple[StaticEquations, object]:
         """Return the static problem of the massless components alone, and its solver."""
@@ -94,17 +105,17 @@ class ImplicitBody:
         assert contact is not None
         assert plan.contact is not None
         assert plan.contact.basis is not None
-        in_contact = np.isin(plan.cells, contact.nodes).any(axis=1)
-        cells = Cells(plan.body, plan.reference, plan.cells[in_contact], contact.nodes)
+        touching = [(block, np.isin(block.cells, contact.nodes).any(axis=1)) for block in plan.blocks]
+        blocks = [(block.own, block.cells[inside]) for block, inside in touching]
+        cells = cells_of(blocks, plan.reference, contact.nodes)
         basis = plan.contact.basis
         held = np.eye(3) - np.einsum("kic,kjc->kij", basis, basis)
         rows = self._rows(cells, held, np.arange(len(contact.nodes)))
-        material = plan.body.material
         equations = StaticEquations(
             cells, contact, rows, self.load[contact.nodes],
-            material.density * material.wave_speed**2, float(plan.contact.areas.mean()),
+            self._modulus, float(plan.contact.areas.mean()),
         )  # fmt: skip
-        kind = choose(3 * len(contact.nodes), material.lame_lambda / material.lame_mu, self.scheme.solver)
+        kind = choose(3 * len(contact.nodes), stiffness_ratio(plan.body), self.scheme.solver)
         return equations, make_solver(kind, cells.sparsity)
 
     def massive(self, v: np.ndarray) -> np.ndarray:

@@ -15,7 +15,8 @@ import numpy as np
 from ....device import arrays
 from ....device.launch import Prepared
 from ....mesh.elements import HEX_CORNERS, shape_functions
-from ....scene.body import Body
+from ....scene.cell_blocks import BodyBlock
+from ....scene.materials import Material
 from .sparsity import Sparsity, sparsity_of
 
 
@@ -28,14 +29,14 @@ class Points:
     stiffness: np.ndarray | None = None
 
 
-def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
+def points_of(block: BodyBlock, reference: np.ndarray, cells: np.ndarray) -> Points:
     """Compute the integration points of cells [m, corners] at reference positions [n, 3]."""
-    _values, slopes, weights = shape_functions(body.mesh.kind)
+    _values, slopes, weights = shape_functions(block.kind)
     corners = reference[cells]
     jacobian = np.einsum("mad,qac->mqdc", corners - corners[:, :1], slopes, optimize=True)
     gradients = np.einsum("qac,mqcd->mqad", slopes, np.linalg.inv(jacobian), optimize=True)
     volumes = weights * np.linalg.det(jacobian)
-    if body.formulation != "reduced":
+    if block.formulation != "reduced":
         return Points(gradients, volumes)
     volume = volumes.sum(axis=1)
     mean = np.einsum("mq,mqad->mad", volumes, gradients, optimize=True) / volume[:, None, None]
@@ -45,35 +46,35 @@ def points_of(body: Body, reference: np.ndarray, cells: np.ndarray) -> Points:
     modes = np.stack([r[:, 0] * r[:, 1], r[:, 0] * r[:, 2], r[:, 1] * r[:, 2], r.prod(axis=1)])  # [4, a]
     twist = np.einsum("ha,mad->mhd", modes, corners - corners[:, :1])
     gammas = modes - np.einsum("mhd,mad->mha", twist, mean)
-    kappa = HOURGLASS * stiff_modulus(body) * volume * (mean**2).sum(axis=(1, 2)) / 8.0
+    kappa = HOURGLASS * stiff_modulus(block.material) * volume * (mean**2).sum(axis=(1, 2)) / 8.0
     return Points(mean[:, None], volume[:, None], kappa[:, None, None] * np.einsum("mha,mhb->mab", gammas, gammas))
 
 
-def stiff_modulus(body: Body) -> float:
+def stiff_modulus(material: Material) -> float:
     """Return lam + 2 mu of the hourglass stiffness [Pa], as in the explicit kernels."""
-    parameters = body.material.parameters
+    parameters = material.parameters
     return parameters[0] + 2.0 * parameters[1]
 
 
 class Cells:
-    """Forces and tangents of cells [m, corners] over a step, by a rule of kernels/cells/implicit_rules.py.
+    """Forces and tangents of cells [m, corners] of a block over a step, by a rule of kernels/cells/implicit_rules.py.
 
     unknowns: nodes that have rows in the tangent, None = all. Arrays of points are shared by all rules.
     """
 
     def __init__(
-        self, body: Body, reference: np.ndarray, cells: np.ndarray, unknowns: np.ndarray | None = None
+        self, block: BodyBlock, reference: np.ndarray, cells: np.ndarray, unknowns: np.ndarray | None = None
     ) -> None:
         from ....kernels.cells import implicit_cells
 
-        self.body, self.kernels = body, implicit_cells
+        self.block, self.kernels = block, implicit_cells
         self.count, self.corners = cells.shape
         self.nodes = len(reference)
-        points = points_of(body, reference, cells)
+        points = points_of(block, reference, cells)
         self.per_cell = points.weights.shape[1]
         self.volume = points.weights.sum(axis=1)
-        self.mean = body.formulation == "mean-dilatation"
-        parameters = np.array(body.material.parameters)
+        self.mean = block.formulation == "mean-dilatation"
+        parameters = np.array(block.material.parameters)
         self.bulk = float(parameters[0]) if self.mean else 0.0
         if self.mean:
             parameters[0] = 0.0
@@ -106,7 +107,7 @@ class Cells:
         from ....kernels.cells.implicit_points import make_points
 
         if rule not in self._rules:
-            self._rules[rule] = Prepared(make_points(self.body.material.law, rule, self.mean))
+            self._rules[rule] = Prepared(make_points(self.block.material.law, rule, self.mean))
         return self._rules[rule]
 
     def _launch(self, name: str, *arguments: Any) -> None:
@@ -128,7 +129,7 @@ class Cells:
 
     def _pressures(self, u0: np.ndarray, d: np.ndarray) -> None:
         levels = []
-        linear = int(self.body.material.linear)
+        linear = int(self.block.material.linear)
         where = arrays.zeros(3 * self.nodes)
         for u in (u0, u0 + d):
             arrays.set_values(where, u)

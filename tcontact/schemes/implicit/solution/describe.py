@@ -20,12 +20,11 @@ def describe(plan: Plan, scheme: ImplicitRule) -> str:
 
 
 def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
-    mesh, material = body.body.mesh, body.body.material
+    mesh, own = body.body.mesh, body.body.blocks
     unknowns = 3 * mesh.node_count
     left, right = np.broadcast_arrays(mesh.cells[:, :, None], mesh.cells[:, None, :])
     blocks = len(np.unique(left.astype(np.int64) * mesh.node_count + right))
-    points = len(mesh.cells) * (1 if body.body.formulation == "reduced" else len(mesh.element.weights))
-    ratio = material.lame_lambda / material.lame_mu
+    ratio = max(block.material.lame_lambda / block.material.lame_mu for block in own)
     kind = choose(unknowns, ratio, scheme.solver)
     if scheme.solver != "auto":
         why = "as asked for"
@@ -36,11 +35,15 @@ def _body(body: BodyPlan, scheme: ImplicitRule) -> list[str]:
     else:
         why = f"lambda/mu = {ratio:.3g} is {STIFF:g} or more"
     solver = {"direct": "sparse LU factors (SuperLU)", "krylov": "BiCGStab, inverse diagonal blocks"}[kind]
-    size = points * 8 * (9 + 81 + 2 + 3 * mesh.cells.shape[1]) + blocks * 9 * 8 * (3 if kind == "krylov" else 4)
-    lines = [f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {material.law}"]
+    size = blocks * 9 * 8 * (3 if kind == "krylov" else 4)
+    for block in own:
+        points = len(block.cells) * (1 if block.formulation == "reduced" else len(block.facts.weights))
+        size += points * 8 * (9 + 81 + 2 + 3 * block.facts.corners)
+    laws = list(dict.fromkeys(block.material.law for block in own))
+    lines = [f"{body.label}: {mesh.cell_count} {body.element} cells, {mesh.node_count} nodes, {' + '.join(laws)}"]
     rules = [scheme.stress] if scheme.stress == "end" else [scheme.stress, "end"]
     lines.append(
-        "  kernels: " + ", ".join([f"points({material.law}, {rule})" for rule in rules] + ["forces", "tangents"])
+        "  kernels: " + ", ".join([f"points({law}, {rule})" for law in laws for rule in rules] + ["forces", "tangents"])
     )
     lines.append(f"  tangent: {unknowns} unknowns, {blocks} blocks of 3x3, not symmetric; about {size / 1e6:.3g} MB")
     lines.append(f"  linear solver: {solver}: {why}")

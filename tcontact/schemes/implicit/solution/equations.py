@@ -13,6 +13,7 @@ from .cells import Cells
 from .contact import StepContact
 from .mass import ConsistentMass, NodalMass
 from .rule import ImplicitRule
+from .several_cells import SeveralCells
 from .sparsity import Sparsity
 from .surfaces import Passage
 
@@ -76,7 +77,7 @@ class StepEquations:
     def __init__(
         self,
         scheme: ImplicitRule,
-        cells: Cells,
+        cells: Cells | SeveralCells,
         mass: NodalMass | ConsistentMass,
         contact: StepContact | None,
         rows: Rows,
@@ -150,7 +151,13 @@ class StaticEquations:
     """
 
     def __init__(
-        self, cells: Cells, contact: StepContact, rows: Rows, load: np.ndarray, modulus: float, area: float
+        self,
+        cells: Cells | SeveralCells,
+        contact: StepContact,
+        rows: Rows,
+        load: np.ndarray,
+        modulus: float,
+        area: float,
     ) -> None:
         self.cells, self.contact, self.rows, self.load = cells, contact, rows, load
         self.modulus, self.area = modulus, area

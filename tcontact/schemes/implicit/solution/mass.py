@@ -84,7 +84,7 @@ def consistent_cells(plan: BodyPlan) -> np.ndarray:
     corners = plan.reference[cells]
     jacobian = np.einsum("mad,qac->mqdc", corners - corners[:, :1], slopes, optimize=True)
     volumes = weights * np.linalg.det(jacobian)
-    scalar = body.material.density * np.einsum("mq,qa,qb->mab", volumes, values, values, optimize=True)
+    scalar = body.blocks[0].material.density * np.einsum("mq,qa,qb->mab", volumes, values, values, optimize=True)
     result = np.einsum("mab,ij->maibj", scalar, np.eye(3))
     contact = plan.contact
     if contact is None or contact.basis is None:

@@ -1,0 +1,115 @@
+"""The blocks of a body: its cells of one kind and one material, which have one element and one law in the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base import validate
+from ..base.errors import InputError
+from ..mesh.elements import ELEMENTS, Element
+from ..mesh.mesh import Mesh
+from .materials import LAWS, Material
+
+ONE_MATERIAL = "give a material, for example tcontact.NeoHookean(...), or a dict from names of cell sets to materials"
+
+
+@dataclass(frozen=True, eq=False)
+class BodyBlock:
+    """The cells of a body with one element and one material.
+
+    kind: of its cells; formulation: theirs; numbers [m]: of its cells in the mesh, ascending, or the slice of these;
+    cells [m, corners]: their nodes; region: name of their cell set, None if the body has one material.
+    """
+
+    kind: str
+    formulation: str
+    material: Material
+    numbers: np.ndarray | slice
+    cells: np.ndarray
+    region: str | None = None
+
+    @property
+    def facts(self) -> Element:
+        """The record of their kind."""
+        return ELEMENTS[self.kind]
+
+    @property
+    def element(self) -> str:
+        """Name of the element in the kernels: the kind, with the formulation if not "full"."""
+        return self.kind if self.formulation == "full" else f"{self.kind}-{self.formulation}"
+
+
+def checked_material(material: Any, mesh: Mesh) -> Any:
+    """Return the material, or a copy of the dict of materials by cell set. Raises `InputError`."""
+    if isinstance(material, Material):
+        return material
+    if not isinstance(material, Mapping):
+        raise InputError("Body.material", material, ONE_MATERIAL)
+    if not material:
+        raise InputError("Body.material", "empty dict", ONE_MATERIAL)
+    have = ", ".join(map(repr, mesh.cell_sets)) or "none"
+    for name, one in material.items():
+        if not isinstance(name, str) or name not in mesh.cell_sets:
+            remedy = f"names no cell set of the mesh; it has {have} (add sets with Mesh.with_sets(cell_sets=...))"
+            raise InputError("Body.material", name, remedy)
+        if not isinstance(one, Material):
+            raise InputError(f"Body.material[{name!r}]", one, "give a material, for example tcontact.NeoHookean(...)")
+    times = np.zeros(mesh.cell_count, dtype=np.int64)
+    for name in material:
+        before = times.copy()
+        times[mesh.cell_sets[name]] += 1
+        double = np.flatnonzero((times > 1) & (before > 0))
+        if len(double):
+            others = [other for other in material if other != name and double[0] in mesh.cell_sets[other]]
+            remedy = f"{len(double)} of its cells, the first one {double[0]}, are also in {others[0]!r}; give every"
+            remedy += " cell one material: take them out of one of the sets"
+            raise InputError(f"Body.material[{name!r}]", name, remedy)
+    missing = np.flatnonzero(times == 0)
+    if len(missing):
+        remedy = f"{len(missing)} of {mesh.cell_count} cells, the first one {missing[0]}, are in none of these sets;"
+        remedy += f" the mesh has {have}: name further ones, or add one with Mesh.with_sets(cell_sets=...)"
+        raise InputError("Body.material", [*material], remedy)
+    return dict(material)
+
+
+def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
+    """Return the blocks of a body, kind after kind and material after material; `formulation` where a kind has it.
+
+    Raises `InputError` for a formulation that no kind of the mesh has, or that a law does not have.
+    """
+    kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
+    validate.choice("Body.formulation", formulation, known)
+    if not any(formulation in element.formulations for element in kinds):
+        there = [kind for kind, element in ELEMENTS.items() if formulation in element.formulations]
+        names = dict.fromkeys(name for element in kinds for name in element.formulations)
+        remedy = f"{' and '.join(element.kind for element in kinds)} cells have {', '.join(map(repr, names))} alone;"
+        remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
+        raise InputError("Body.formulation", formulation, remedy)
+    regions = material.items() if isinstance(material, Mapping) else [(None, material)]
+    found, first = [], 0
+    for kind, cells in mesh.blocks:
+        own = formulation if formulation in ELEMENTS[kind].formulations else "full"
+        for region, one in regions:
+            numbers: np.ndarray | slice = slice(first, first + len(cells))
+            rows = cells
+            if region is not None:
+                inside = mesh.cell_sets[region]
+                numbers = inside[(inside >= first) & (inside < first + len(cells))]
+                rows = cells[numbers - first]
+            if len(rows):
+                found.append(BodyBlock(kind, own, one, numbers, rows, region))
+        first += len(cells)
+    for block in found:
+        if block.formulation == "mean-dilatation" and not block.material.volumetric:
+            raise InputError(
+                "Body.formulation",
+                formulation,
+                f"{type(block.material).__name__} has no part that is of the volume change alone; use"
+                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
+            )
+    return tuple(found)
