@@ -255,3 +255,22 @@ def test_sharp_edges_and_corners_of_the_slave_land_on_a_flat_master(name, bound)
     assert np.abs(result.history["energy_error"]).max() <= bound
     assert total(result, "momentum") <= 1e-11
     assert result.pair_force["up-low"][:, 2].max() > 0.0
+
+
+def test_bodies_of_two_kinds_of_cells_and_two_materials_touch():
+    """The lower cube has prisms and hexes, the upper one a stiff and a soft half."""
+    scene = oblique_cubes(duration=2.0)
+    up, low = scene.bodies
+    middle = up.mesh.cell_centres()[:, 0] < up.mesh.cell_centres()[:, 0].mean()
+    halves = up.mesh.with_sets(cell_sets={"left": np.flatnonzero(middle), "right": np.flatnonzero(~middle)})
+    up = replace(up, mesh=halves, material={"left": soft(young=2.0), "right": soft(tc.LinearElastic)})
+    cells = low.mesh.cells
+    prisms = np.concatenate([cells[:60][:, [0, 1, 3, 4, 5, 7]], cells[:60][:, [1, 2, 3, 5, 6, 7]]])
+    mixed = tc.Mesh(low.mesh.nodes, {"hex8": cells[60:], "wedge6": prisms},
+                    node_sets={"top": np.flatnonzero(low.mesh.nodes[:, 2] > -1e-9)})  # fmt: skip
+    low = replace(low, mesh=mixed, contact="top")
+    result = tc.simulate(replace(scene, bodies=[up, low]))
+    assert result.ok
+    assert result.pair_force["up-low"][:, 2].max() > 0.01
+    assert np.abs(result.history["energy_error"]).max() <= 5e-3
+    assert total(result, "momentum") <= 1e-11

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
-from ..mesh.geometry import shortest_edge
 from .body import Body
 from .contact_models import MasslessContact
 
@@ -220,7 +219,7 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
     speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
-    slack = sum(shortest_edge(body.mesh.nodes, body.mesh.cells) for body in (one, other))
+    slack = sum(body.mesh.shortest_edge for body in (one, other))
     way = SLACK * (speed + fall) * scene.duration + slack
     corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]
     normals = [_unit(area_vectors(part)) for part in corners]

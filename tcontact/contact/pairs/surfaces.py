@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mesh.geometry import shortest_edge
 from ...planning.domain import Domain
 from ...scene.pairs import slave_order
 
@@ -68,7 +67,7 @@ def surfaces_of(domain: Domain) -> list[Surface]:
         plan = domain.bodies[index]
         faces = plan.place[plan.body.contact_faces] + domain.node_start[index]
         faces = faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]
-        edge = shortest_edge(plan.body.mesh.nodes, plan.body.mesh.cells)
+        edge = plan.body.mesh.shortest_edge
         size = float(np.sqrt(np.linalg.norm(area_vectors(domain.reference, faces), axis=1).mean()))
         found.append(Surface(index, order[number], faces.astype(np.int64), np.unique(faces), size, edge))
     return found
