@@ -46,7 +46,7 @@ def pushed(more=(), first=False, removal="full", penalty=None, friction=None):
     ("more", "removal", "penalty", "friction"),
     [([FAR], "full", None, None), ([FAR], "full", 1e9, None), ([CEILING], "normal", None, None),
      ([FAR], "normal", None, None), ([FAR, CEILING], "full", None, None), ([FAR], "full", None, 0.3),
-     ([FAR], "normal", None, 0.3)],
+     pytest.param([FAR], "normal", None, 0.3, marks=pytest.mark.slow)],
     ids=["one", "penalty", "normal removal, parallel", "normal removal, across",
          "two, so that nodes choose three of four", "friction", "normal removal, friction"],
 )  # fmt: skip
