@@ -286,7 +286,7 @@ def test_one_kernel_two_kernels_and_many_steps_a_launch_give_the_same(law, kind,
 
 def test_both_viscosities_may_be_on():
     """They act in different cells: what both dissipate closes the ledger, and the step fits both."""
-    scene = rubbing()
+    scene = rubbing("linear")
     both = dataclasses.replace(scene, viscosity=tc.BulkViscosity())
     alone, result = simulate(scene), simulate(both)
     assert result.dt_limit < alone.dt_limit
@@ -325,7 +325,7 @@ def test_a_column_that_sticks_or_slides_keeps_its_waves():
     ids=["frictionless", "coefficient 0", "turned off", "full removal", "penalty"],
 )
 def test_absent_it_leaves_nothing_behind(contact, friction):
-    scene = dataclasses.replace(rubbing(contact=contact, duration=0.2), friction=friction)
+    scene = dataclasses.replace(rubbing("linear", contact=contact, duration=0.2), friction=friction)
     planned = tc.plan(scene)
     state = state_of(scene, planned.bodies[0])
     assert "visco" not in planned.describe()

@@ -106,7 +106,7 @@ def test_a_slab_of_uniform_data_is_the_column():
     """Four columns side by side: four times every force, the same motion."""
     results = []
     for cross in ((1, 1), (2, 2)):
-        body = column(law="neo", cross=cross, velocity=(0.4, 0, -0.5), contact="zmin", count=20)
+        body = column(cross=cross, velocity=(0.4, 0, -0.5), contact="zmin", count=20)
         scene, speed = impact(body, tc.MasslessContact(removal="full", tolerance=1e-12))
         results.append((simulate(scene, dt=0.8 * H / 20 / speed), body.mesh))
     (one, thin), (four, thick) = results
@@ -148,7 +148,7 @@ SUMS = ("contact_force", "momentum", "kinetic", "elastic", "external_work", "sup
 HELD = [tc.Support("zmax", "x", velocity=0.1)]
 NORMAL, FULL = (tc.MasslessContact(removal, tolerance=1e-12) for removal in ("normal", "full"))
 CUTS = {
-    "normal removal": ("hex8", "neo", {"contact": NORMAL}, {}),
+    "normal removal": ("hex8", "linear", {"contact": NORMAL}, {}),
     "full removal, tets, damping": (
         "tet4",
         "neo",
@@ -157,18 +157,18 @@ CUTS = {
     ),
     "one-point hexes, gravity": (
         "hex8",
-        "neo",
+        "linear",
         {"contact": FULL, "gravity": (30.0, 0.0, -900.0)},
         {"formulation": "reduced"},
     ),
-    "normal removal, friction, moving wall": (
+    "normal removal, friction": ("hex8", "linear", {"contact": NORMAL, "friction": tc.Coulomb(0.3)}, {}),
+    "full removal, friction": ("hex8", "linear", {"contact": FULL, "friction": tc.Coulomb(0.3)}, {}),
+    "friction layers, moving wall": (
         "hex8",
         "linear",
-        {"contact": NORMAL, "friction": tc.Coulomb(0.3), "velocity": (0.3, -0.2, 0.1)},
+        {"contact": NORMAL, "friction": tc.FrictionLayer(), "velocity": (0.3, -0.2, 0.1)},
         {},
     ),
-    "full removal, friction": ("hex8", "linear", {"contact": FULL, "friction": tc.Coulomb(0.3)}, {}),
-    "friction layers": ("hex8", "linear", {"contact": NORMAL, "friction": tc.FrictionLayer()}, {}),
     "penalty, supports, viscosity": (
         "tet4",
         "linear",
@@ -176,7 +176,7 @@ CUTS = {
         {"supports": HELD},
     ),
     "impulse": ("hex8", "linear", {"contact": tc.ImpulseContact()}, {}),
-    "prisms, full removal": ("wedge6", "neo", {"contact": FULL}, {}),
+    "prisms, full removal": ("wedge6", "linear", {"contact": FULL}, {}),
     "mean dilatation": ("hex8", "neo", {"contact": FULL}, {"formulation": "mean-dilatation"}),
 }
 
@@ -317,7 +317,7 @@ def test_memory_and_plan_name_the_images_and_a_plain_body_has_none():
         assert foreseen[term] == pytest.approx(size, rel=0.2, abs=512), term
     nx, ny, nz = CELLS
     assert taken["periodic"] == foreseen["periodic"] == 8 * (nx + ny + 1) * (nz + 1)
-    plain = tc.Scene([tc.Body(wavy(1, "hex8")[0], material(), contact="zmin")], scene.obstacles, 1e-5)
+    plain = tc.Scene([tc.Body(wavy(1, "hex8")[0], material("linear"), contact="zmin")], scene.obstacles, 1e-5)
     assert "periodic" not in tc.plan(plain).terms
     assert tc.plan(plain).bodies[0].images is None
     assert "periodic" not in simulate(plain).memory

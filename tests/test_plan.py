@@ -12,7 +12,7 @@ FULL_MEMORY = {"state", "internal-force", "boundary-nodes"}
 
 
 def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True, friction=None):
-    body = tc.Body(block(cells=2), material(), contact="zmin" if touching else None, supports=supports)
+    body = tc.Body(block(cells=2), material("linear"), contact="zmin" if touching else None, supports=supports)
     return tc.Scene(
         bodies=[body], obstacles=obstacles, duration=1e-5, gravity=gravity, contact=contact, friction=friction
     )
@@ -99,7 +99,7 @@ def test_memory_counts_what_the_terms_own():
     result = simulate(SCENES["supports"][0])
     assert result.memory["state"] == 27 * 3 * 8 * 2
     assert result.memory["supports"] == 9 * (4 + 8)
-    more = tc.Scene(bodies=[tc.Body(block(cells=4), material())], duration=1e-5, contact=None)
+    more = tc.Scene(bodies=[tc.Body(block(cells=4), material("linear"))], duration=1e-5, contact=None)
     assert simulate(more).memory["state"] == 125 * 3 * 8 * 2
 
 

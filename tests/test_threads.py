@@ -1,4 +1,4 @@
-"""The same bits with one thread and with two, and again."""
+"""The same bits with one thread and with two, compiled as for a user and as for these tests, and again."""
 
 import hashlib
 
@@ -9,16 +9,17 @@ from scenes import python, simulate, thrown
 import tcontact as tc
 from tcontact.device import runtime
 
-RUNS = (("hex8", "neo", "normal", 17), ("tet4", "neo", "full", 15))  # small bodies run on one thread anyway
+LARGE = (("hex8", "neo", "normal", 17), ("tet4", "neo", "full", 15))
+SMALL = (("hex8", "linear", "normal", 3), ("tet4", "neo", "normal", 4))  # on one thread, compiled otherwise by conftest
 
 
 def digests():
     """One line per run: steps and a hash over all that the run returns."""
     lines = []
-    for kind, law, removal, cells in RUNS:
+    for kind, law, removal, cells in LARGE + SMALL:
         contact = tc.MasslessContact(removal=removal)
         scene = thrown(law, kind, cells=cells, duration=0.5, gap=0.001, contact=contact)
-        assert not tc.plan(scene).domains[0].small
+        assert tc.plan(scene).domains[0].small == (cells < 10)
         result = simulate(scene)
         assert np.abs(result.history["contact_force"]).max() > 0.0
         digest = hashlib.sha256(result.position.tobytes() + result.velocity.tobytes())
@@ -35,6 +36,7 @@ def here():
 
 
 def test_one_and_two_threads_give_the_same_bits(here):
+    """The other process compiles as for a user, with Taichi's search for common subexpressions in small bodies."""
     code = "from tcontact.device import runtime; runtime.start('cpu', 1); import test_threads"
     done = python(code + "\nprint(*test_threads.digests(), sep=chr(10))")
     assert done.returncode == 0, done.stderr[-2000:]
