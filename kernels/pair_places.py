@@ -14,9 +14,10 @@ WEIGHTS, FACE_WEIGHTS, NUMBERS, SEARCHED = range(10, 14)
 PAIRS = 14  # number of pairs
 LISTS_HEADER = 15
 # `values` begins with a point near the surfaces (3) [m], to which positions are relative; the displacement [m] at which
-# the search must be repeated; 1 if the rows must be built anew; the largest rebuilt slip [m]
-CENTRE, MARGIN, STALE, SLIP = 0, 3, 4, 5
-VALUES_HEADER = 6
+# the search must be repeated; 1 if the rows must be built anew; the largest slip [m]; 1 + row of a slave that is deep
+# in an obstacle, 0 without any
+CENTRE, MARGIN, STALE, SLIP, SQUEEZED = 0, 3, 4, 5, 6
+VALUES_HEADER = 7
 # numbers of a row: vector from the masters to the slave when it was built (3) [m]; its normal (3) if it is the same in
 # the whole run, else 0; gap that counts as closed [m]; slip at which it is built anew [m]; area [m^2]
 ORIGIN, NORMAL, CLOSED, SLIP_LIMIT, AREA = 0, 3, 6, 7, 8

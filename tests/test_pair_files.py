@@ -121,3 +121,16 @@ def test_normal_removal_needs_one_direction():
     turned = [replace(body, mesh=body.mesh.rotated(((1, 0, 0), 0.8 * i))) for i, body in enumerate(CUBES.bodies)]
     with pytest.raises(tc.InputError, match="15 degrees of one direction"):
         tc.plan(replace(scene, bodies=turned, pairs=[tc.Pair("up", "low")]))
+
+
+def test_a_node_that_a_body_and_an_obstacle_press_stops_the_run_by_name():
+    """The side of the lower cube is in its contact set, and a wall moves into it beneath the upper one."""
+    scene = oblique_cubes(duration=6.0)
+    low = replace(scene.bodies[1], contact=("zmax", "xmin"))
+    up = replace(scene.bodies[0], mesh=scene.bodies[0].mesh.translated((-0.25, 0.0, 0.0)), velocity=(0.0, 0.0, -0.05))
+    wall = tc.Plane((-0.13, 0.0, 0.0), (1.0, 0.0, 0.0), velocity=(0.3, 0.0, 0.0))
+    pairs = [tc.Pair("up", "low", slave="low")]
+    result = tc.simulate(replace(scene, bodies=[replace(up, contact="zmin"), low], obstacles=[wall], pairs=pairs))
+    assert result.reason == "not-converged"
+    assert "low" in result.message
+    assert "squeezed" in result.message

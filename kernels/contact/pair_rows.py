@@ -36,6 +36,7 @@ from ..pair_places import (
     SLAVES,
     SLIP,
     SLIP_LIMIT,
+    SQUEEZED,
     STALE,
     SURFACE,
     SURFACE_NODES,
@@ -114,8 +115,11 @@ def fill_pair_rows(
 
 @ti.func
 def fill_pair_row(coupling: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template(), r):
-    """Fill row r."""
+    """Fill row r; note a slave that is deep in an obstacle, to which its only row does not belong."""
     k = entry(coupling, SLAVES, r)
+    if ti.static(len(rows.options.shapes) > 0):  # the row of the obstacle, which this one replaces
+        if number_of(rows, k, rows.at.gap) < 0.0 - row_number(coupling, r, SLIP_LIMIT):
+            coupling.values[SQUEEZED] = 1.0 + r
     between, normal = apart(coupling, boundary, body, r), present_normal(coupling, body, r)
     set_number(rows, k, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
     set_vector(rows, k, rows.at.normal, normal)

@@ -29,6 +29,7 @@ from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..nodes.node_phase import node_phase
+from ..pair_places import SQUEEZED
 from .raw_rows import log_row, row_width
 
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
@@ -264,6 +265,9 @@ def make_serial_step(
                         cell_power = viscous_cells[POWER]
                     log_row(raw_out, number, body, contact, viscous, cell_power)
                     stop = suspicious(raw_out, number, control, contact, viscous)
+                    if ti.static(coupled):
+                        if coupling.values[SQUEEZED] != 0.0:
+                            stop = 1
                     number += 1
                     if ti.static(has_contact and options.moving):
                         if control[AFTER] > 0.0:
@@ -305,7 +309,8 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles or MPRGP, optimised compilation takes longer than many runs; without them it pays
-    # in the loop over cells
-    optimisation = LEAVE_TO_LLVM if has_friction or slots > 1 or options.projected or not passes else {}
+    # with friction, several obstacles, a long shape or MPRGP, optimised compilation takes longer than many runs; without
+    # them it pays in the loop over cells
+    long = has_friction or slots > 1 or options.projected or not {"plane", "sphere"}.issuperset(options.shapes)
+    optimisation = LEAVE_TO_LLVM if long or not passes else {}
     return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)

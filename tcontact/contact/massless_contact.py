@@ -57,7 +57,8 @@ class MasslessContactTerm(ContactTerm):
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:
         """The first body whose last static solve did not converge, and the reason; or None."""
-        return self.static_solve.trouble
+        found = self.static_solve.trouble
+        return found if found is not None or self.pairs is None else self.pairs.trouble
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the velocity [k, 3] [m/s] of the contact nodes for the first prediction; dt [s]: first step."""

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...device import arrays
 from ...kernels import pair_places as at
+from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from .coupling import Coupling, couple, deepest_point
 from .search import close_faces
@@ -30,7 +31,7 @@ class PairContact:
     def __init__(self, domain: Domain) -> None:
         contact = domain.contact
         assert contact is not None
-        self._boundary = domain.boundary
+        self._boundary, self._bodies, self._node_start = domain.boundary, domain.bodies, domain.node_start
         self._reference = domain.reference
         self._slot = np.full(len(domain.reference), -1)
         self._slot[domain.boundary] = np.arange(len(domain.boundary))
@@ -149,7 +150,7 @@ class PairContact:
             for section, content in sections.items():
                 header[section] = place
                 place += len(content)
-        front = np.array([*centre, self.margin, stale, 0.0])
+        front = np.array([*centre, self.margin, stale, 0.0, 0.0])
         self.lists = self._written(self.lists, np.concatenate([header, *whole.values()]))
         self.values = self._written(self.values, np.concatenate([front, *real.values()]))
 
@@ -195,6 +196,19 @@ class PairContact:
             gap = _gaps(one, positions)
             small = np.abs(gap) <= facing.closed
             self._closed[self._slot[one.slaves[small]]] = gap[small]
+
+    @property
+    def trouble(self) -> tuple[BodyPlan, str] | None:
+        """The body of a contact node that an obstacle presses too, and the reason; or None."""
+        row = int(arrays.get(self.values)[at.SQUEEZED]) - 1
+        if row < 0:
+            return None
+        lists = arrays.get(self.lists)
+        node = int(self._boundary[lists[lists[at.SLAVES] + row]])
+        body = int(np.searchsorted(self._node_start, node, side="right")) - 1
+        place = ", ".join(f"{part:.4g}" for part in self._reference[node])
+        text = f"the contact node at ({place}) at rest is squeezed between another body and an obstacle, which is not"
+        return self._bodies[body], f"{text} modelled: leave it out of one of the contact sets, or refine the mesh there"
 
     def checkpoint(self) -> dict[str, Any]:
         """Return what the next steps need."""
