@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import simulate, state_of
+from test_named_warnings import warned
 
 import tcontact as tc
 from tcontact.cases import hot_slide
@@ -282,3 +283,17 @@ def test_plastic_heat_is_that_of_the_row():
     more = history["layer_heat"] - 0.5 * history["friction_work"]
     assert (np.diff(more) > 0.0).all()
     assert more[-1] > 1e-4 * history["layer_heat"][-1]
+
+
+def test_friction_layers_that_are_not_accurate_are_named():
+    """One layer step a mechanical one at 2 km/s is far off; as many as it takes are not."""
+    scene = hot_slide.scene(cells=2, speed=2000.0, duration=3e-7)
+    coarse = dataclasses.replace(scene, friction=dataclasses.replace(scene.friction, substeps=1))
+    result, kinds = warned(coarse)
+    assert result.ok
+    assert kinds == [tc.LayerWarning]
+    assert result.history["layer_error"].max() > 5.0 * scene.friction.tolerance
+    assert "more than substeps=1" in result.warnings[0]
+    result, kinds = warned(scene)
+    assert result.history["layer_error"].max() < 5.0 * scene.friction.tolerance
+    assert not kinds

@@ -95,7 +95,7 @@ def test_small_bodies_that_take_many_steps_a_launch_are_followed_step_by_step(sm
 def test_every_shape_with_a_far_side(obstacle):
     speed = 400.0 if obstacle.shape == "sdf" else 60.0
     body = cube(speed, cells=2)  # a node over the axis
-    assert missed(run(obstacle, speed, body=body), obstacle.shape)
+    assert missed(run(obstacle, speed, CONTACTS["penalty"], body=body), obstacle.shape)
 
 
 def test_shapes_without_a_far_side_are_not_looked_at():
@@ -259,7 +259,8 @@ def test_motions_are_not_asked_for_beyond_the_end(removal):
     plate = tc.Box((0.0, 0.0, -0.1), (1.0, 1.0, 0.1), velocity=velocity)
     far = tc.Plane((9.0, 0.0, 0.0), (-1.0, 0.0, 0.0), velocity=velocity)
     body = cube(0.0, cells=2)
-    scene = tc.Scene([body], [plate, far], 5e-3, contact=CONTACTS[f"massless, {removal}"])
+    obstacles = [plate, far] if removal == "normal" else [plate]
+    scene = tc.Scene([body], obstacles, 5e-3, contact=CONTACTS[f"massless, {removal}"])
     result = tc.simulate(scene)
     assert result.reason == "finished", result.message
     assert max(asked) <= scene.duration + 2.0 * result.dt

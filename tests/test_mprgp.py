@@ -193,7 +193,7 @@ def with_solver(scene, solver):
     return dataclasses.replace(scene, contact=dataclasses.replace(scene.contact, solver=solver))
 
 
-@pytest.mark.parametrize(("kind", "law", "removal"), [("hex8", "neo", "full"), ("tet4", "linear", "normal")])
+@pytest.mark.parametrize(("kind", "law", "removal"), [("hex8", "linear", "full"), ("tet4", "neo", "normal")])
 def test_an_impact_is_the_same_with_both_solvers(kind, law, removal, request):
     """Both solvers agree within their tolerance; tetrahedra take the launches of large bodies."""
     if kind == "tet4":

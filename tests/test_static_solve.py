@@ -161,7 +161,7 @@ def test_sweeps_are_a_minimum_and_go_on_until_the_tolerance():
 
 
 def test_a_wall_named_twice_changes_nothing():
-    once = thrown("neo", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full"))
+    once = thrown("linear", "hex8", duration=0.8, contact=tc.MasslessContact(removal="full"))
     twice = tc.Scene(
         bodies=once.bodies,
         obstacles=once.obstacles * 2,
@@ -176,7 +176,7 @@ def test_a_wall_named_twice_changes_nothing():
 @pytest.mark.parametrize("walls", [1, 2])
 def test_more_than_three_walls_act_on_the_nodes_near_them(walls):
     """Only three walls can hold a node at once; those that are far away, listed first, change nothing."""
-    scene = thrown("neo", "hex8", walls=walls, duration=0.8, contact=tc.MasslessContact(removal="full"))
+    scene = thrown("linear", "hex8", walls=walls, duration=0.8, contact=tc.MasslessContact(removal="full"))
     far = [tc.Plane(point=9.0 * n, normal=-n) for n in np.eye(3)]
     more = tc.Scene(
         bodies=scene.bodies,
