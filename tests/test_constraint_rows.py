@@ -29,7 +29,7 @@ def resolve_once(state):
     @ti.func
     def resolve_rows(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(),
                      pairs: ti.template(), system: ti.template()):  # fmt: skip
-        resolve(body, boundary, contact, rows, pairs, system, None, 1)
+        resolve(body, boundary, contact, rows, None, pairs, system, None, 1)
 
     state.internal_force.measure_surface(state.u, state.v)
     kernel_of(resolve_rows, signature_of(bundles), options=term.options)(*arguments(bundles))

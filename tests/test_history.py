@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS, group_columns
+from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS, group_columns
 from tcontact.planning.measured import Layout, RawRows, combined
 from tcontact.results.report import write_history
 from tcontact.run.history import History
@@ -125,11 +125,11 @@ def test_a_thinned_history_has_the_sums_of_every_row():
         assert np.array_equal(thin.columns()[name], whole[name][[0, 5, 10, 11]]), name
 
 
-TERMS = [DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, VISCOUS]
+TERMS = [DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):
-    layout = Layout(TERMS, ("die", "wall"))
+    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",))
     rows, _ = rows_of(layout, 3)
     columns = filled(rows, (1,), layout=layout).columns()
     write_history(tmp_path / "history.csv", columns)

@@ -130,9 +130,10 @@ def set_gradient(contact: ti.template(), system: ti.template(), node, count, blo
     position = part(system, system.response, node, at.position, block)
     right = into_basis(system, node, part(system, system.right, node, 0, block), block)
     for i in ti.static(range(block)):
-        gradient[i] = gradient[i] - right[i]
-        if ti.static(not contact.options.coupled):
-            gradient[i] += position[i]
+        if ti.static(contact.options.coupled):
+            gradient[i] = gradient[i] - right[i]
+        else:
+            gradient[i] += position[i] - right[i]
     put(system, system.response, node, count, at.gradient, block, gradient)
 
 

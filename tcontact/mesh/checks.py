@@ -46,6 +46,8 @@ def checked_blocks(cells: Any, kind: Any, node_count: int) -> tuple[tuple[str, I
     cells: an array with its kind, or a dict from kinds to arrays, for which `kind` is "mixed" or the only one.
     """
     known = ", ".join(map(repr, ELEMENTS))
+    if kind is not None and not isinstance(kind, str):
+        raise InputError("kind", kind, f"give one of {known}")
     if not isinstance(cells, Mapping):
         if kind == MIXED:
             raise InputError("kind", kind, f"give one of {known}, or cells as a dict from kinds to arrays")

@@ -32,7 +32,7 @@ def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
     Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
     """
     found: dict[str, str] = {}
-    for field in fields(scene):
+    for field in (field for field in fields(scene) if field.init):
         _add(found, field.name, getattr(scene, field.name), scene.duration)
     _add(found, "scheme", scheme, scene.duration)
     return found
