@@ -176,6 +176,9 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
         for s in range((end - first) * stride):
             if s % stride == 0:
                 chunk = first + s // stride
+                if ti.static(cornered):
+                    if first == 0:  # in turns, so that threads that take half of the loop each take half of the work
+                        chunk = chunk // 2 + chunk % 2 * (end // 2)
                 table = chunk * (count + 3)
                 base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]
                 energy, hourglass, power, fastest, change = 0.0, 0.0, 0.0, 0.0, 1e300

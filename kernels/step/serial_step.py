@@ -102,7 +102,8 @@ def make_serial_step(
         from ..nodes.images import follow, gather
     coupled = options.coupled
     if coupled:
-        from ..contact.pair_rows import fill_pair_rows, hand_over_pairs, is_stale
+        from ..contact.pair_loads import hand_over_pairs
+        from ..contact.pair_rows import fill_pair_rows, is_stale
     if has_contact:
         from ..contact.constraint_rows import hand_over, hand_over_friction
         from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap

@@ -1,0 +1,62 @@
+"""Loads of the pairs of bodies: the forces of their rows on the masters, and the sums that the history shows.
+
+A row with the force F on its slave acts with -P_sm F on its masters. The force on the first body of a pair is the sum
+of P_sm F over its rows and the masters of the other body, with the opposite sign where the first body is the master.
+"""
+
+import taichi as ti
+
+from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS
+from ..language.entries import row
+from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
+from .constraint_rows import number_of, vector_of
+from .islands import node_count
+from .pair_rows import UNREACHED, entry, weight
+
+
+@ti.func
+def hand_over_pairs(
+    coupling: ti.template(), boundary: ti.template(), body: ti.template(), contact: ti.template(), rows: ti.template()
+):
+    """Add the forces on the masters to the contact forces, and sum up the loads of every pair.
+
+    The force on the first body of a pair and its moment about the origin; its rows, those that press, the smallest gap.
+    """
+    pairs = coupling.lists[PAIRS]
+    start = contact.sums.shape[0] - pairs * PAIR_LOADS
+    for p in range(pairs):
+        for j in ti.static(range(PAIR_LOADS)):
+            contact.sums[start + p * PAIR_LOADS + j] = 0.0
+        contact.sums[start + p * PAIR_LOADS + PAIR_LOAD.pair_gap_min] = UNREACHED
+    on_masters = ti.Vector.zero(ti.f64, 3)
+    for r in range(coupling.lists[ROWS]):
+        k = entry(coupling, SLAVES, r)
+        force = vector_of(rows, k, rows.at.force)
+        gap, pressed = number_of(rows, k, rows.at.gap), force.norm() > 0.0
+        slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
+        last = -1
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
+            part = weight(coupling, i) * force
+            on_masters += part
+            if m < node_count(contact):
+                for j in ti.static(range(3)):
+                    contact.force[3 * m + j] = contact.force[3 * m + j] - part[j]
+            at = start + (side >> 1) * PAIR_LOADS
+            master = row(body.position, boundary.nodes[m]) + row(body.u, boundary.nodes[m])
+            moment = slave.cross(part)
+            if side & 1 == 1:
+                part, moment = 0.0 - part, 0.0 - master.cross(part)
+            for j in ti.static(range(3)):
+                force_place, moment_place = at + PAIR_LOAD.pair_force + j, at + PAIR_LOAD.pair_moment + j
+                contact.sums[force_place] = contact.sums[force_place] + part[j]
+                contact.sums[moment_place] = contact.sums[moment_place] + moment[j]
+            if side != last:
+                gap_place, rows_place = at + PAIR_LOAD.pair_gap_min, at + PAIR_LOAD.pair_rows
+                contact.sums[gap_place] = ti.min(contact.sums[gap_place], gap)
+                contact.sums[rows_place] = contact.sums[rows_place] + 1.0
+                if pressed:
+                    contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
+            last = side
+    for j in ti.static(range(3)):
+        contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - on_masters[j]
