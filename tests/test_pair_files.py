@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pair_scenes import oblique_cubes, soft
+from test_pair_runs import rings
 from test_resume import split
 
 import tcontact as tc
@@ -17,6 +18,11 @@ def test_a_resumed_run_has_the_same_bits(tmp_path, monkeypatch, path, request):
         request.getfixturevalue("parallel_path")
     whole = split(monkeypatch, tmp_path, oblique_cubes(), 4, tc.CentralDifference(), 3)
     assert whole.history["pair_pressed:up-low"].max() > 0
+
+
+def test_a_resumed_run_keeps_the_gaps_that_count_as_closed(tmp_path, monkeypatch):
+    whole = split(monkeypatch, tmp_path, rings("closed"), 1, tc.CentralDifference(), 10)
+    assert whole.history["pair_rebuilds"][-1] > 2
 
 
 def test_many_rows_a_launch_and_one_row_a_launch_are_the_same_run(request):

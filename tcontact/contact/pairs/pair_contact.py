@@ -215,12 +215,12 @@ class PairContact:
         found = {"lists": np.array(arrays.get(self.lists)), "values": np.array(arrays.get(self.values))}
         found |= {f"candidates{number}": pairs for number, pairs in enumerate(self._candidates)}
         counts = {"rebuilds": self.rebuilds, "searches": self.searches}
-        return {**found, "searched": self._searched, **counts}
+        return {**found, "searched": self._searched, "closed": self._closed, **counts}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Take over what `checkpoint` returned."""
         self.rebuilds, self.searches = saved["rebuilds"], saved["searches"]
-        self._searched = np.array(saved["searched"])
+        self._searched, self._closed = np.array(saved["searched"]), np.array(saved["closed"])
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])
