@@ -9,6 +9,7 @@ from test_pair_runs import rings
 from test_resume import split
 
 import tcontact as tc
+from tcontact.contact.pairs.pair_contact import PairContact
 
 
 @pytest.mark.parametrize("path", ["serial", "parallel"])
@@ -82,6 +83,7 @@ def test_scenes_that_cannot_be_are_refused(options, text):
         (lambda: tc.Pair("a", "a"), "contact of a body with itself"),
         (lambda: tc.Pair("a", "b", slave="c"), "give 'a', 'b' or None"),
         (lambda: tc.Pair("a", ""), "name of a body"),
+        (lambda: tc.Pair("a", "b", slave=np.array(["a", "b"])), "give 'a', 'b' or None"),
         (lambda: tc.Pair("a", "b", initial_gap="open"), "as-meshed"),
     ],
 )
@@ -140,3 +142,32 @@ def test_a_node_that_a_body_and_an_obstacle_press_stops_the_run_by_name():
     assert result.reason == "not-converged"
     assert "low" in result.message
     assert "squeezed" in result.message
+
+
+def test_two_pairs_of_one_name_are_refused():
+    bodies = [replace(CUBES.bodies[0], name=name) for name in ("a", "b-c", "a-b", "c")]
+    with pytest.raises(tc.InputError, match="two pairs have this name"):
+        tc.Scene(bodies, duration=1.0, pairs=[tc.Pair("a", "b-c"), tc.Pair("a-b", "c")])
+
+
+def test_faces_outside_the_contact_sets_that_meet_stop_the_run():
+    """The upper cube comes from the side; the contact faces of the pair do not face each other."""
+    low, up = CUBES.bodies[1], CUBES.bodies[0]
+    beside = replace(up, mesh=tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(1.05, 0.05, -0.95)), velocity=(-0.3, 0.0, 0.0))
+    result = tc.simulate(replace(CUBES, bodies=[beside, low], duration=6.0, pairs=[tc.Pair("up", "low")]))
+    assert result.reason == "missed-contact"
+    assert "up" in result.message
+    assert "low" in result.message
+    assert result.time < 4.0
+
+
+def test_bodies_that_pass_the_faces_of_each_other_in_one_step_stop_the_run():
+    scene = replace(CUBES, bodies=[replace(CUBES.bodies[0], velocity=(0.0, 0.0, -6.0)), CUBES.bodies[1]], duration=1.0)
+    result = tc.simulate(scene, tc.CentralDifference(dt=0.1))
+    assert not result.ok
+
+
+def test_rows_are_not_built_where_the_run_has_diverged():
+    term = PairContact(tc.plan(CUBES).domains[0])
+    term.rebuild(np.full((len(term._reference), 3), np.nan))
+    assert term.rebuilds == 0

@@ -8,7 +8,7 @@ from oracle import meshes
 from pair_scenes import soft
 
 import tcontact as tc
-from tcontact.contact.pairs.coupling import couple, integrals
+from tcontact.contact.pairs.coupling import _dual, couple, integrals
 from tcontact.contact.pairs.search import close_faces
 from tcontact.contact.pairs.surfaces import area_vectors, facings_of, surfaces_of
 from tcontact.kernels import pair_places as at
@@ -148,3 +148,12 @@ def test_a_sharp_slave_node_takes_the_normal_of_a_flat_master(taichi):
     normals = np.add.reduceat(vectors, rows.first_face[:-1])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     assert np.abs(normals[lowest] - (0, 0, 1)).max() <= 1e-12
+
+
+def test_a_face_whose_cover_is_singular_to_rounding_has_ordinary_shape_functions():
+    """All points of integration in one place leave int N N^t with one eigenvalue that is not 0."""
+    n = np.array([0.1, 0.2, 0.3, 0.4])
+    products = np.stack([np.outer(n, n), np.diag(n)])
+    dual, areas = _dual(products)
+    assert np.array_equal(dual[0], np.eye(4))
+    assert np.abs(dual[1] @ products[1] - np.diag(areas[1])).max() <= 1e-15

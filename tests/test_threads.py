@@ -1,4 +1,4 @@
-"""The same bits with one thread and with two, compiled as for a user and as for these tests, and again."""
+"""Runs have the same bits with one thread and with two, compiled as for a user and as for these tests."""
 
 import hashlib
 

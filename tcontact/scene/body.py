@@ -144,7 +144,7 @@ class Body:
 
     @property
     def touches(self) -> bool:
-        """Return whether it has faces that can touch an obstacle."""
+        """Return whether it has faces that can touch an obstacle or another body."""
         return self.contact is not None and len(self.contact_faces) > 0
 
     @property
@@ -155,7 +155,7 @@ class Body:
 
     @cached_property
     def contact_faces(self) -> np.ndarray:
-        """Faces [k, 4|3] that can touch an obstacle, oriented outward; with "auto" only in a scene's own bodies."""
+        """Faces [k, 4|3] that can touch something, oriented outward; with "auto" only in a scene's own bodies."""
         if self.contact is None or self.finds_contact:
             return self.mesh.boundary_faces()[:0]
         return self.mesh.faces_of(list(self.contact))

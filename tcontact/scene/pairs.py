@@ -47,7 +47,7 @@ class Pair:
         if self.first == self.second:
             remedy = "contact of a body with itself is not modelled: name two bodies"
             raise InputError("Pair.second", self.second, remedy)
-        if self.slave is not None and self.slave not in (self.first, self.second):
+        if self.slave is not None and not (isinstance(self.slave, str) and self.slave in (self.first, self.second)):
             raise InputError("Pair.slave", self.slave, f"give {self.first!r}, {self.second!r} or None")
         validate.choice("Pair.initial_gap", self.initial_gap, ("as-meshed", "closed"))
 
@@ -125,6 +125,7 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
             slave = min(first, second, key=ranks.__getitem__)
             if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
                 found.append(BodyPair(f"{scene.label(first)}-{scene.label(second)}", first, second, slave))
+        _check_pair_names(found)
         return tuple(found)
     labels = [scene.label(index) for index in range(len(scene.bodies))]
     for pair in scene.pairs:
@@ -144,8 +145,17 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
             )
             raise InputError("Pair.slave", labels[slave], f"{remedy} leave the held nodes out of Body.contact")
         found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap))
+    _check_pair_names(found)
     _check_order(found, labels)
     return tuple(found)
+
+
+def _check_pair_names(pairs: Sequence[BodyPair]) -> None:
+    """Refuse two pairs of one name, such as "a" with "b-c" and "a-b" with "c": their columns would be one."""
+    names = [pair.name for pair in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("Scene.pairs", name, "two pairs have this name in the history: rename a body")
 
 
 def _check_order(pairs: Sequence[BodyPair], labels: Sequence[str]) -> None:

@@ -14,10 +14,11 @@ import numpy as np
 
 from ...device import arrays
 from ...kernels import pair_places as at
-from .surfaces import Facing, area_vectors
+from .surfaces import Facing, area_vectors, flatness
 
 COVERED = 1e-6  # area of a slave face that is covered, over its area, below which it takes no part
 DROPPED = 1e-4  # area D of a row over the area of its node below which there is no row
+SINGULAR = 1e-13  # smallest over largest eigenvalue of int N_s N_s^t below which a face has no dual functions
 LARGEST_WEIGHT = 1e3  # beyond it the ordinary shape functions replace the dual ones of a face
 SHARP, FLATTER = 0.95, 0.05  # a slave node below the first flatness takes the normal of masters flatter by the second
 FAR = 3.0  # reach of a pair of faces over that of a slave face
@@ -118,7 +119,11 @@ def _dual(products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     scale = products[:, corner, corner].max(axis=1, initial=0.0)
     empty = products[:, corner, corner] <= 0.0
     filled[:, corner, corner] += np.where(empty, np.where(scale > 0.0, scale, 1.0)[:, None], 0.0)
-    return areas[:, :, None] * np.linalg.inv(filled), areas
+    values = np.linalg.eigvalsh(filled)
+    singular = values[:, 0] <= SINGULAR * values[:, -1]  # to rounding: the ordinary shape functions, A = 1
+    filled[singular] = np.eye(4)
+    inverse = np.linalg.inv(filled)
+    return np.where(singular[:, None, None], inverse, areas[:, :, None] * inverse), areas
 
 
 def _rows(
@@ -172,14 +177,14 @@ def _normals(
     """
     slave, masters = facing.slave.faces, facing.master_faces
     count = len(positions)
-    own_flat = _flatness(slave, vectors, sizes, count)
+    own_flat = flatness(slave, vectors, sizes, count)
     master_vectors = area_vectors(positions, masters)
     master_sizes = np.linalg.norm(master_vectors, axis=1)
     flat = np.ones(count)
     for body in np.unique(facing.master_bodies):
         mine = facing.master_bodies == body
         there = np.unique(masters[mine])
-        flat[there] = _flatness(masters[mine], master_vectors[mine], master_sizes[mine], count)[there]
+        flat[there] = flatness(masters[mine], master_vectors[mine], master_sizes[mine], count)[there]
     least = np.full(len(slaves), np.inf)
     covered = row[slave[e]]
     for a in range(4):
@@ -204,14 +209,3 @@ def _normals(
     order = np.argsort(of, kind="stable")
     first = np.searchsorted(of[order], np.arange(len(slaves) + 1))
     return np.concatenate(faces)[order], np.concatenate(weights)[order], first
-
-
-def _flatness(faces: np.ndarray, vectors: np.ndarray, sizes: np.ndarray, count: int) -> np.ndarray:
-    """Return |sum of areas times normals| over the sum of the areas of the faces around each node [n]; 1 is flat."""
-    total, area = np.zeros((count, 3)), np.zeros(count)
-    corners = np.where(faces[:, 3] == faces[:, 2], 3, 4)
-    for a in range(4):
-        some = a < corners
-        np.add.at(total, faces[some, a], vectors[some])
-        np.add.at(area, faces[some, a], sizes[some])
-    return np.asarray(np.linalg.norm(total, axis=1) / np.where(area > 0.0, area, 1.0))

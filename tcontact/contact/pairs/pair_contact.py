@@ -61,7 +61,12 @@ class PairContact:
                         np.zeros((0, 4), dtype=np.int64), np.zeros(0))  # fmt: skip
 
     def rebuild(self, u: np.ndarray) -> None:
-        """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far."""
+        """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far.
+
+        Where the run has diverged the rows stay as they are: the guards stop it at its next row.
+        """
+        if not np.isfinite(u[self._nodes]).all():
+            return
         positions = self._reference + u
         moved = u[self._nodes] - self._searched
         moved = moved - moved.mean(axis=0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...planning.domain import Domain
+from ...scene.pairs import area_vectors as vectors_of
 from ...scene.pairs import slave_order
 
 REACH = 0.25  # gap over the mean size of a slave face within which a row exists
@@ -102,17 +103,23 @@ def _sagitta(surface: Surface, positions: np.ndarray) -> float:
     kappa h is the angle between two faces, twice that of each with the mean normal of their node.
     """
     vectors = area_vectors(positions, surface.faces)
-    total, area = np.zeros((len(positions), 3)), np.zeros(len(positions))
-    for corner in surface.faces.T:
-        np.add.at(total, corner, vectors)
-        np.add.at(area, corner, np.linalg.norm(vectors, axis=1))
-    flatness = np.linalg.norm(total, axis=1)[surface.nodes] / area[surface.nodes]
-    smooth = flatness[flatness >= SMOOTH]
+    flat = flatness(surface.faces, vectors, np.linalg.norm(vectors, axis=1), len(positions))[surface.nodes]
+    smooth = flat[flat >= SMOOTH]
     angle = 2.0 * np.arccos(min(1.0, float(smooth.min()))) if len(smooth) else 0.0
     return float(surface.size * angle / 8.0)
 
 
 def area_vectors(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return area times outward unit normal [f, 3] [m^2] of faces [f, 4] of nodes at positions [n, 3]."""
-    corners = positions[faces]
-    return np.asarray(0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
+    return vectors_of(positions[faces])
+
+
+def flatness(faces: np.ndarray, vectors: np.ndarray, sizes: np.ndarray, count: int) -> np.ndarray:
+    """Return |sum of areas times normals| over the sum of the areas of the faces around each node [n]; 1 is flat."""
+    total, area = np.zeros((count, 3)), np.zeros(count)
+    corners = np.where(faces[:, 3] == faces[:, 2], 3, 4)
+    for a in range(4):
+        some = a < corners
+        np.add.at(total, faces[some, a], vectors[some])
+        np.add.at(area, faces[some, a], sizes[some])
+    return np.asarray(np.linalg.norm(total, axis=1) / np.where(area > 0.0, area, 1.0))

@@ -10,6 +10,7 @@ from ..watched import Run
 from .body_meeting import BodyMeeting
 from .far_watch import FarWatch
 from .normal_watch import NormalWatch
+from .pair_overlap import PairOverlap
 from .path_watch import PathWatch
 
 FOREVER = 2**62
@@ -33,7 +34,8 @@ class Looks:
     """The looks that a scene needs, none for most scenes."""
 
     def __init__(self, run: Run) -> None:
-        found: list[Look | None] = [BodyMeeting.of(run), PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
+        bodies: list[Look | None] = [BodyMeeting.of(run), PairOverlap.of(run)]
+        found = [*bodies, PathWatch.of(run), FarWatch.of(run), NormalWatch.of(run)]
         self.looks = [one for one in found if one is not None]
 
     def rows(self, number: int) -> int:

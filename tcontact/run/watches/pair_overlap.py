@@ -1,0 +1,81 @@
+"""Stop a run in which a body of a pair gets deep into the other one: contact was missed, or has no faces there.
+
+Contact between two bodies keeps the nodes of their contact faces apart. Other faces of the two may meet, and bodies
+that go far in one step may pass the faces of each other unseen. A surface node that stands deeper in the other body
+than an edge of the finer surface shows it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...mesh.triangle_distance import smallest_distance, winding_number
+from ..guards import Stop
+from ..watched import Run
+from .body_meeting import Surface
+
+DEEP = 1.0  # depth over the mean edge of the finer surface that contact does not explain
+RARELY = 32  # most rows between two looks
+AHEAD = 2.0  # speed until the next look over the present speed
+SAMPLES = 64  # largest number of nodes whose depth is measured at a look
+
+
+class PairOverlap:
+    """Looks for nodes of a body of a pair that are deep in the other one."""
+
+    ends_launches = True
+
+    def __init__(self, run: Run) -> None:
+        numbers = sorted({number for pair in run.scene.body_pairs for number in (pair.first, pair.second)})
+        self._surfaces = {number: Surface(run.scene.bodies[number], run.states[number]) for number in numbers}
+        self._before = {number: surface.positions(run.states[number]) for number, surface in self._surfaces.items()}
+        self.due, self._seen = 0, -1
+
+    @staticmethod
+    def of(run: Run) -> PairOverlap | None:
+        """Make the looks of a run; None without pairs of bodies."""
+        return PairOverlap(run) if run.scene.body_pairs else None
+
+    def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
+        """Stop where a node of a pair is too deep in the other body."""
+        now = {number: surface.positions(run.states[number]) for number, surface in self._surfaces.items()}
+        if not all(np.isfinite(there).all() for there in now.values()):
+            return None  # the guards stop at the next row
+        rows, wait = max(1, row - self._seen), float(RARELY)
+        for pair in run.scene.body_pairs:
+            deep = DEEP * min(self._surfaces[number].mean_edge for number in (pair.first, pair.second))
+            for one, other in ((pair.first, pair.second), (pair.second, pair.first)):
+                place = _deep_node(now[one], now[other], self._surfaces[other].closed, deep)
+                if place is not None:
+                    return _overlap(run.scene.label(one), run.scene.label(other), place, time + step)
+            moved = [now[number] - self._before[number] for number in (pair.first, pair.second)]
+            speed = float(np.linalg.norm(moved[0].mean(axis=0) - moved[1].mean(axis=0))) / rows
+            speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved) / rows
+            wait = min(wait, deep / (AHEAD * speed) if speed > 0.0 else wait)
+        self.due = row + int(np.clip(wait, 1, RARELY))
+        self._before, self._seen = now, row
+        return None
+
+
+def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: float) -> np.ndarray | None:
+    """Return the position [3] of a node [n, 3] further than `deep` [m] inside the surface of another body, or None.
+
+    other [k, 3]: positions of the surface nodes of that body; closed [m, 3]: its triangles.
+    """
+    inside = ((nodes >= other.min(axis=0) + deep) & (nodes <= other.max(axis=0) - deep)).all(axis=1)
+    near = nodes[inside]
+    if not len(near):
+        return None
+    triangles = other[closed]
+    for node in near[:: -(-len(near) // SAMPLES)]:
+        inside_other = winding_number(node, triangles) > 0.5
+        if inside_other and smallest_distance(np.tile(node, (1, 3, 1)), triangles, deep) >= deep:
+            return np.asarray(node)
+    return None
+
+
+def _overlap(one: str, other: str, place: np.ndarray, time: float) -> Stop:
+    where = ", ".join(f"{part:.4g}" for part in place)
+    text = f"a node of body {one} at ({where}) is deep inside body {other} at t = {time:.6g} s: faces outside their"
+    return Stop("missed-contact", f"{text} contact sets met, or the bodies went too far in a step: add the faces to"
+                                  " Body.contact, or give the scheme a smaller cfl")  # fmt: skip
