@@ -275,3 +275,33 @@ def test_bodies_of_two_kinds_of_cells_and_two_materials_touch():
     assert result.pair_force["up-low"][:, 2].max() > 0.01
     assert np.abs(result.history["energy_error"]).max() <= 5e-3
     assert total(result, "momentum") <= 1e-11
+
+
+def test_a_moving_wall_under_a_pair_has_its_own_load_and_work():
+    """The wall pushes the lower cube up against the upper one; the force of the pair is not a load of the wall."""
+    scene = oblique_cubes()
+    low = replace(scene.bodies[1], contact=("zmax", "zmin"))
+    wall = tc.Plane((0.0, 0.0, -1.05), velocity=(0.0, 0.0, 0.05), name="wall")
+    scene = replace(scene, bodies=[scene.bodies[0], low], obstacles=[wall])
+    result = tc.simulate(scene)
+    assert result.ok
+    apart = result.history["time"] < 0.9  # the wall is not there yet
+    assert result.pair_force["up-low"][apart].any()
+    assert not result.obstacle_force["wall"][apart].any()
+    assert -result.obstacle_force["wall"][:, 2].min() > 0.01
+    assert np.abs(result.obstacle_force["wall"] + result.history["contact_force"]).max() <= 1e-14
+    assert np.abs(result.history["energy_error"]).max() <= 1e-2
+
+
+def test_a_run_goes_on_from_the_end_of_another_one_that_ended_in_contact():
+    """The static solve leaves an overlap that a mesh would be refused for."""
+    scheme = tc.CentralDifference(dt=0.14)
+    half = oblique_cubes(duration=1.4)
+    first = tc.simulate(half, scheme)
+    assert first.pair_force["up-low"][-1].any()
+    second = tc.simulate(half, scheme, initial=first)
+    whole = tc.simulate(oblique_cubes(duration=2.8), scheme)
+    assert second.ok
+    assert np.abs(second.position - whole.position).max() <= 2e-3 * 0.14
+    back = tc.simulate(half, scheme, initial=first.reversed())
+    assert np.abs(back.position[:125] - half.bodies[0].mesh.nodes).max() <= 2e-2

@@ -12,6 +12,7 @@ from ..language.entries import row, three
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
+from .pair_rows import is_slave
 
 
 @ti.func
@@ -113,10 +114,13 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
 
 
 @ti.func
-def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
+def obstacle_loads(
+    obstacles: ti.template(), rows: ti.template(), coupling: ti.template(), contact: ti.template(), u: ti.template()
+):
     """Sum up force and moment on every obstacle, and the power of all obstacles on the bodies.
 
-    The force on an obstacle is opposite to that on the node and acts at the node.
+    The rows of slaves are those of pairs of bodies (pair_loads.py) and do not count here. The force on an obstacle is
+    opposite to that on the node and acts at the node.
     """
     slots = ti.static(rows.options.slots)
     power = ti.static(loads_place(contact.options.friction != ""))
@@ -128,6 +132,8 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
         for r in range(k * slots, (k + 1) * slots):
             p = obstacles.candidates[r]
             force = vector_of(rows, r, rows.at.force)
+            if ti.static(contact.options.coupled):
+                force = ti.select(is_slave(coupling, k), 0.0, 1.0) * force
             if ti.static(rows.at.kick_friction >= 0):
                 force += vector_of(rows, r, rows.at.kick_friction)
             moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)

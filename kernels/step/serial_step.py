@@ -166,13 +166,14 @@ def make_serial_step(
         supports: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
+        coupling: ti.template(),
         contact: ti.template(),
     ):
         if ti.static(kick_has_friction):
             kick_friction(body, boundary, contact, rows, damped)
             hand_over_friction(body, contact, rows)
         if ti.static(has_contact and options.tracked):
-            obstacle_loads(obstacles, rows, contact, body.u)
+            obstacle_loads(obstacles, rows, coupling, contact, body.u)
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
         if ti.static(has_supports):
@@ -260,7 +261,7 @@ def make_serial_step(
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, contact)
+                    kick(body, boundary, supports, obstacles, rows, coupling, contact)
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]

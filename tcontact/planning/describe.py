@@ -118,7 +118,7 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
 def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     """Return the bytes that the terms of a domain will take, as in `Result.memory`, on up to 8 threads.
 
-    They leave out the state of laws that keep numbers at their quadrature points.
+    They leave out the state of laws that keep numbers at their quadrature points, and the rows of pairs of bodies.
     """
     nodes, packs = len(domain.reference), pack_domain(domain)
     boundary = len(domain.boundary)
@@ -142,7 +142,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
             if projected(plan.scene, domain.bodies):
-                size += count * REAL * (PLACES[block].end - block - 1)
+                components = PLACES[block].coupled_end if domain.pairs else PLACES[block].end
+                size += count * REAL * (components - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE
