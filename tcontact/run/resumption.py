@@ -54,7 +54,7 @@ def resume(
         raise InputError("scene", scene, "give the tcontact.Scene that was run")
     validate.flag("progress", progress)
     scheme, options = scheme_of(scheme), checked(checkpoint, folder)
-    scene = scene.without_pairs() if getattr(scheme, "implicit", False) and scene.pairs == "auto" else scene
+    scene = scene.for_scheme(getattr(scheme, "implicit", False))
     path = checked_folder(folder)
     with locked(path):
         stored = latest(path)

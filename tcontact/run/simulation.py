@@ -77,7 +77,7 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
-    scene = scene.without_pairs() if getattr(scheme, "implicit", False) and scene.pairs == "auto" else scene
+    scene = scene.for_scheme(getattr(scheme, "implicit", False))
     if getattr(scheme, "dt", None) is not None:
         validate.step_count("scheme.dt", scheme.dt, scene.duration)
     validate.whole("frames", frames, 0, 10**6)

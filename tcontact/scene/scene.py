@@ -105,8 +105,10 @@ class Scene:
         there = bool(self.obstacles or self.body_pairs)
         return there and self.contact is not None and any(body.touches for body in self.bodies)
 
-    def without_pairs(self) -> Scene:
-        """Return the scene with no bodies in contact with each other: a run stops where two of them meet."""
+    def for_scheme(self, implicit: bool) -> Scene:
+        """Return the scene as a scheme runs it: with pairs="auto" implicit steps stop where two bodies meet."""
+        if not implicit or self.pairs != "auto":
+            return self
         scene = copy.copy(self)
         object.__setattr__(scene, "body_pairs", ())
         return scene

@@ -26,9 +26,8 @@ class PairOverlap:
     ends_launches = True
 
     def __init__(self, run: Run) -> None:
-        numbers = sorted({number for pair in run.scene.body_pairs for number in (pair.first, pair.second)})
-        self._surfaces = {number: Surface(run.scene.bodies[number], run.states[number]) for number in numbers}
-        self._before = {number: surface.positions(run.states[number]) for number, surface in self._surfaces.items()}
+        self._surfaces = [Surface(body, state) for body, state in zip(run.scene.bodies, run.states, strict=True)]
+        self._before = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
         self.due, self._seen = 0, -1
 
     @staticmethod
@@ -38,8 +37,8 @@ class PairOverlap:
 
     def look(self, run: Run, row: int, time: float, step: float) -> Stop | None:
         """Stop where a node of a pair is too deep in the other body."""
-        now = {number: surface.positions(run.states[number]) for number, surface in self._surfaces.items()}
-        if not all(np.isfinite(there).all() for there in now.values()):
+        now = [surface.positions(state) for surface, state in zip(self._surfaces, run.states, strict=True)]
+        if not all(np.isfinite(there).all() for there in now):
             return None  # the guards stop at the next row
         rows, wait = max(1, row - self._seen), float(RARELY)
         for pair in run.scene.body_pairs:
