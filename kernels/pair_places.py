@@ -8,11 +8,13 @@ Host and kernels share the table; it is plain data.
 # the entries, first face of every row and the end, faces (4 nodes each; a triangle has its last node twice), row of
 # every contact node (-1: none), boundary nodes of all surfaces and their number; with the places in `values` of:
 # weights of the entries, weights of the faces, numbers of the rows, displacements (3) of the surface nodes at the
-# search; and with the number of pairs
+# search; with the number of pairs; and, with friction, with the place in `values` of the velocities (3) [m/s] of the
+# boundary nodes after the kick
 ROWS, SLAVES, FIRST_ENTRY, MASTERS, SIDES, FIRST_FACE, FACES, NODE_ROW, SURFACE, SURFACE_NODES = range(10)
 WEIGHTS, FACE_WEIGHTS, NUMBERS, SEARCHED = range(10, 14)
 PAIRS = 14  # number of pairs
-LISTS_HEADER = 15
+VELOCITIES = 15
+LISTS_HEADER = 16
 # `values` begins with a point near the surfaces (3) [m], to which positions are relative; the displacement [m] at which
 # the search must be repeated; 1 if the rows must be built anew; the largest slip [m]; 1 + row of a slave that is deep
 # in an obstacle, 0 without any

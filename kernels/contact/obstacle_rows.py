@@ -132,10 +132,10 @@ def obstacle_loads(
         for r in range(k * slots, (k + 1) * slots):
             p = obstacles.candidates[r]
             force = vector_of(rows, r, rows.at.force)
-            if ti.static(contact.options.coupled):
-                force = ti.select(is_slave(coupling, k), 0.0, 1.0) * force
             if ti.static(rows.at.kick_friction >= 0):
                 force += vector_of(rows, r, rows.at.kick_friction)
+            if ti.static(contact.options.coupled):
+                force = ti.select(is_slave(coupling, k), 0.0, 1.0) * force
             moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)
             first = power + 1 + OBSTACLE_LOADS * p
             force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment

@@ -15,26 +15,50 @@ from .pair_rows import UNREACHED, entry, weight
 
 
 @ti.func
-def hand_over_pairs(
-    coupling: ti.template(), boundary: ti.template(), body: ti.template(), contact: ti.template(), rows: ti.template()
-):
-    """Add the forces on the masters to the contact forces, and sum up the loads of every pair.
-
-    The force on the first body of a pair and its moment about the origin; its rows, those that press, the smallest gap.
-    """
+def count_pairs(coupling: ti.template(), contact: ti.template(), rows: ti.template()):
+    """Set the loads of every pair to 0, and count its rows, those that press, and the smallest gap."""
     pairs = coupling.lists[PAIRS]
     start = contact.sums.shape[0] - pairs * PAIR_LOADS
     for p in range(pairs):
         for j in ti.static(range(PAIR_LOADS)):
             contact.sums[start + p * PAIR_LOADS + j] = 0.0
         contact.sums[start + p * PAIR_LOADS + PAIR_LOAD.pair_gap_min] = UNREACHED
+    for r in range(coupling.lists[ROWS]):
+        k = entry(coupling, SLAVES, r)
+        gap, pressed = number_of(rows, k, rows.at.gap), vector_of(rows, k, rows.at.force).norm() > 0.0
+        last = -1
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            side = entry(coupling, SIDES, i)
+            if side != last:
+                at = start + (side >> 1) * PAIR_LOADS
+                gap_place, rows_place = at + PAIR_LOAD.pair_gap_min, at + PAIR_LOAD.pair_rows
+                contact.sums[gap_place] = ti.min(contact.sums[gap_place], gap)
+                contact.sums[rows_place] = contact.sums[rows_place] + 1.0
+                if pressed:
+                    contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
+            last = side
+
+
+@ti.func
+def hand_over_pairs(
+    coupling: ti.template(),
+    boundary: ti.template(),
+    body: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    place: ti.template(),
+):
+    """Add the forces of the rows on the masters to the contact forces and to the loads of every pair.
+
+    The loads are the force on the first body of a pair and its moment about the origin. place: rows.at.force, or
+    rows.at.kick_friction.
+    """
+    start = contact.sums.shape[0] - coupling.lists[PAIRS] * PAIR_LOADS
     on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        force = vector_of(rows, k, rows.at.force)
-        gap, pressed = number_of(rows, k, rows.at.gap), force.norm() > 0.0
+        force = vector_of(rows, k, place)
         slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
-        last = -1
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)
             part = weight(coupling, i) * force
@@ -51,12 +75,5 @@ def hand_over_pairs(
                 force_place, moment_place = at + PAIR_LOAD.pair_force + j, at + PAIR_LOAD.pair_moment + j
                 contact.sums[force_place] = contact.sums[force_place] + part[j]
                 contact.sums[moment_place] = contact.sums[moment_place] + moment[j]
-            if side != last:
-                gap_place, rows_place = at + PAIR_LOAD.pair_gap_min, at + PAIR_LOAD.pair_rows
-                contact.sums[gap_place] = ti.min(contact.sums[gap_place], gap)
-                contact.sums[rows_place] = contact.sums[rows_place] + 1.0
-                if pressed:
-                    contact.sums[at + PAIR_LOAD.pair_pressed] = contact.sums[at + PAIR_LOAD.pair_pressed] + 1.0
-            last = side
     for j in ti.static(range(3)):
         contact.sums[SUMS.contact_force + j] = contact.sums[SUMS.contact_force + j] - on_masters[j]

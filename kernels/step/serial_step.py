@@ -93,7 +93,7 @@ def make_serial_step(
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
-    fill_pair_rows = hand_over_pairs = is_stale = None
+    fill_pair_rows = count_pairs = hand_over_pairs = is_stale = kick_pair_friction = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
@@ -102,7 +102,7 @@ def make_serial_step(
         from ..nodes.images import follow, gather
     coupled = options.coupled
     if coupled:
-        from ..contact.pair_loads import hand_over_pairs
+        from ..contact.pair_loads import count_pairs, hand_over_pairs
         from ..contact.pair_rows import fill_pair_rows, is_stale
     if has_contact:
         from ..contact.constraint_rows import hand_over, hand_over_friction
@@ -112,6 +112,8 @@ def make_serial_step(
         from ..contact.friction import clear_work
     if kick_has_friction:
         from ..contact.kick_friction import kick_friction, layer_slip
+    if kick_has_friction and coupled:
+        from ..contact.pair_friction import kick_pair_friction
     if solve_has_friction:
         from ..contact.friction import STEP
         from ..static.sliding import restart_slip, sliding_work
@@ -151,7 +153,8 @@ def make_serial_step(
         if ti.static(has_load):
             hand_over(body, contact, rows)
         if ti.static(coupled):
-            hand_over_pairs(coupling, boundary, body, contact, rows)
+            count_pairs(coupling, contact, rows)
+            hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.force)
         if ti.static(has_friction):
             clear_work(contact)
         if ti.static(solve_has_friction):
@@ -170,8 +173,13 @@ def make_serial_step(
         contact: ti.template(),
     ):
         if ti.static(kick_has_friction):
-            kick_friction(body, boundary, contact, rows, damped)
+            if ti.static(coupled):
+                kick_pair_friction(body, boundary, contact, rows, coupling, damped)
+            else:
+                kick_friction(body, boundary, contact, rows, damped)
             hand_over_friction(body, contact, rows)
+            if ti.static(coupled):
+                hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)
         if ti.static(has_contact and options.tracked):
             obstacle_loads(obstacles, rows, coupling, contact, body.u)
         if ti.static(has_boundary and damped != ""):

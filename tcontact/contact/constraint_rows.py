@@ -26,6 +26,13 @@ class ConstraintRows:
             values[:, places.coefficient] = coefficient
         self.values = arrays.put(values)
 
+    def set_coefficients(self, coefficient: float, nodes: np.ndarray, special: np.ndarray) -> None:
+        """Set the coefficient of friction of all rows, and special ones of the rows of contact nodes [k]."""
+        values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
+        values[:, :, self.places.coefficient] = coefficient
+        values[nodes, :, self.places.coefficient] = special[:, None]
+        arrays.set_values(self.values, values.reshape(-1))
+
     def pressing(self) -> np.ndarray:
         """Return the normal force lambda [k] [N] of every contact node, summed over its rows; only with friction."""
         values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)

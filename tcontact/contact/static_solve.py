@@ -60,7 +60,7 @@ class StaticSolve:
         graph, block = contact.graph, contact.block
         self.names = names
         self.islands = islands
-        self.friction = 0.0 if scene.friction is None else scene.friction.coefficient
+        self.friction = scene.largest_friction
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.coupled = bool(domain.pairs)
         self.projected = self.coupled or projected(scene, domain.bodies)

@@ -74,6 +74,8 @@ class ContactTerm:
         self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
         if self.friction is not None:
             self.friction.rows = self.rows
+            if self.pairs is not None:
+                self.pairs.set_friction(self.rows, coefficient)
 
     @property
     def options(self) -> ContactOptions:

@@ -15,7 +15,7 @@ from ..base.errors import InputError
 from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS
 from ..scene.body import Body
 from ..scene.contact_models import ImpulseContact, MasslessContact
-from ..scene.friction_models import FrictionLayer, cell_viscosity
+from ..scene.friction_models import CELL_VISCOSITY, FrictionLayer
 from ..scene.scene import Scene
 from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
@@ -194,8 +194,13 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
 
 
 def _cell_viscosity(scene: Scene) -> float:
-    asked = scene.contact.cell_viscosity if isinstance(scene.contact, MasslessContact) else 0.0
-    return cell_viscosity(asked, scene.friction)
+    """Return beta of contact cells with normal removal; 0 without friction."""
+    if scene.friction is None or not isinstance(scene.contact, MasslessContact):
+        return 0.0
+    asked = scene.contact.cell_viscosity
+    if asked is None:
+        return CELL_VISCOSITY if scene.largest_friction > 0.0 else 0.0
+    return float(asked)
 
 
 def _plan_contact(

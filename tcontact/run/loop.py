@@ -106,8 +106,7 @@ class Run:
         self.over_limit = False
         self._check_every, self._next_check, self._jacobian = FIRST_CHECK, FIRST_CHECK, 1.0
         self._warn_over(self.dt, self.dt_limit)
-        rubbing = scene.friction is not None and scene.friction.coefficient >= FLUTTERS
-        self._may_flutter = rubbing and any(
+        self._may_flutter = scene.largest_friction >= FLUTTERS and any(
             body.contact and body.contact.removal == "normal" for body in planned.bodies
         )
 
@@ -249,10 +248,9 @@ class Run:
         """Warn when a body slides with a coefficient above which the viscosity of contact cells cannot stop flutter."""
         if self._may_flutter and self.history.friction_work() > SLID * self.history.reference_energy:
             self._may_flutter = False
-            assert self.scene.friction is not None
             self.warn(
                 f"flutter: nodes that keep their tangential mass and slide with a friction coefficient of"
-                f" {self.scene.friction.coefficient:g} (from {FLUTTERS:g} on) lose some of their friction; compare with"
+                f" {self.scene.largest_friction:g} (from {FLUTTERS:g} on) lose some of their friction; compare with"
                 " MasslessContact(removal='full')"
             )
 

@@ -194,7 +194,7 @@ def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:
     """Warn of coefficients above 1: Coulomb friction in the static solve may then have several solutions (METHOD 3)."""
-    coefficient = 0.0 if scene.friction is None else scene.friction.coefficient
+    coefficient = scene.largest_friction
     stays = any(body.contact is not None and body.contact.block > 1 and body.contact.graph for body in planned.bodies)
     if coefficient > 1.0 and stays:
         warnings.warn(

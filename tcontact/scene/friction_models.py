@@ -103,12 +103,9 @@ class FrictionLayer:
 FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
 
 
-def cell_viscosity(given: float | None, friction: FrictionModel | None) -> float:
-    """Return beta of contact cells with normal removal from `MasslessContact.cell_viscosity`; 0 without friction."""
-    if friction is None:
-        return 0.0
-    usual = CELL_VISCOSITY if friction.coefficient > 0.0 else 0.0
-    return usual if given is None else float(given)
+def coefficient_of(model: FrictionModel | None) -> float:
+    """Return the coefficient of friction of a model, 0 without one."""
+    return 0.0 if model is None else float(model.coefficient)
 
 
 def law_of(model: FrictionModel | None) -> str:

@@ -7,6 +7,7 @@ is the slave: its contact nodes get the constraint rows.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from ..base import validate
 from ..base.errors import InputError
 from .body import Body
 from .contact_models import MasslessContact
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
 DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
@@ -28,14 +30,16 @@ SLACK = 1.5  # factor on the way of two bodies, for waves that add to their spee
 class Pair:
     """Two bodies that can touch each other, by name (`Body.name`, or "body-0", "body-1", ...).
 
-    first, second: the names; forces in the history act on the first one. slave: the name of the body whose contact
-    nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces. initial_gap:
-    "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa: curvature of
-    the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
+    first, second: the names; forces in the history act on the first one. friction: `Coulomb` or `RegularizedCoulomb`
+    between these two bodies in place of `Scene.friction`; None takes `Scene.friction`. slave: the name of the body
+    whose contact nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces.
+    initial_gap: "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa:
+    curvature of the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
     """
 
     first: str
     second: str
+    friction: FrictionModel | None = None
     slave: str | None = None
     initial_gap: str = "as-meshed"
 
@@ -47,6 +51,9 @@ class Pair:
         if self.first == self.second:
             remedy = "contact of a body with itself is not modelled: name two bodies"
             raise InputError("Pair.second", self.second, remedy)
+        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb)):
+            remedy = "give Coulomb or RegularizedCoulomb, for example tcontact.Coulomb(0.3), or None for Scene.friction"
+            raise InputError("Pair.friction", self.friction, remedy)
         if self.slave is not None and not (isinstance(self.slave, str) and self.slave in (self.first, self.second)):
             raise InputError("Pair.slave", self.slave, f"give {self.first!r}, {self.second!r} or None")
         validate.choice("Pair.initial_gap", self.initial_gap, ("as-meshed", "closed"))
@@ -59,13 +66,17 @@ class Pair:
 
 @dataclass(frozen=True)
 class BodyPair:
-    """A pair by the numbers of its bodies in the scene; forces in the history act on `first`."""
+    """A pair by the numbers of its bodies in the scene; forces in the history act on `first`.
+
+    coefficient: of friction, 0 without any.
+    """
 
     name: str
     first: int
     second: int
     slave: int
     initial_gap: str = "as-meshed"
+    coefficient: float = 0.0
 
     @property
     def master(self) -> int:
@@ -90,6 +101,21 @@ def checked_pairs(given: Any) -> Any:
     return tuple(pairs)
 
 
+def joint_friction(friction: FrictionModel | None, pairs: Any) -> FrictionModel | None:
+    """Return the friction of a scene that has some in its pairs; obstacles have the coefficient 0 if it had none.
+
+    Raises `InputError` if the models differ in more than the coefficient.
+    """
+    for pair in pairs if isinstance(pairs, tuple) else ():
+        if pair.friction is not None:
+            frictionless = dataclasses.replace(pair.friction, coefficient=0.0)
+            friction = frictionless if friction is None else friction
+            if friction != dataclasses.replace(pair.friction, coefficient=friction.coefficient):
+                remedy = f"friction in a scene differs in its coefficient only; elsewhere it is {friction}"
+                raise InputError("Pair.friction", pair.friction, remedy)
+    return friction
+
+
 def hindrance(scene: Any) -> str:
     """Return what rules out contact between the bodies of a scene, or ""."""
     if not isinstance(scene.contact, MasslessContact):
@@ -98,8 +124,8 @@ def hindrance(scene: Any) -> str:
         return "contact between bodies has no penalty: leave MasslessContact.penalty at None"
     if scene.contact.solver == "gauss-seidel":
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
-    if scene.friction is not None:
-        return "friction between bodies is not available yet: leave Scene.friction at None"
+    if isinstance(scene.friction, FrictionLayer):
+        return "contact between bodies goes with Coulomb or RegularizedCoulomb friction only"
     if len(scene.obstacles) > 1:
         return "contact between bodies goes with at most one obstacle"
     if any(body.images is not None for body in scene.bodies):
@@ -124,7 +150,8 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
         for first, second in itertools.combinations(range(len(scene.bodies)), 2):
             slave = min(first, second, key=ranks.__getitem__)
             if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
-                found.append(BodyPair(f"{scene.label(first)}-{scene.label(second)}", first, second, slave))
+                name = f"{scene.label(first)}-{scene.label(second)}"
+                found.append(BodyPair(name, first, second, slave, coefficient=coefficient_of(scene.friction)))
         _check_pair_names(found)
         return tuple(found)
     labels = [scene.label(index) for index in range(len(scene.bodies))]
@@ -144,7 +171,8 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
                 "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
             )
             raise InputError("Pair.slave", labels[slave], f"{remedy} leave the held nodes out of Body.contact")
-        found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap))
+        coefficient = coefficient_of(pair.friction or scene.friction)
+        found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap, coefficient))
     _check_pair_names(found)
     _check_order(found, labels)
     return tuple(found)

@@ -15,9 +15,9 @@ from ..base.errors import InputError
 from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
-from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb
+from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
 from .obstacles import Obstacle
-from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
+from .pairs import BodyPair, Pair, checked_pairs, hindrance, joint_friction, meeting_faces, pairs_of
 from .periodic import check_obstacles
 from .reach import with_reached_faces
 
@@ -77,6 +77,7 @@ class Scene:
         if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
             raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
         object.__setattr__(self, "pairs", checked_pairs(self.pairs))
+        object.__setattr__(self, "friction", joint_friction(self.friction, self.pairs))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
@@ -93,8 +94,8 @@ class Scene:
             warnings.warn("the scene has obstacles but contact=None: bodies pass through them", stacklevel=3)
         elif self.obstacles and all(body.contact is None for body in self.bodies):
             warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
-        elif self.friction is not None and not self.obstacles:
-            warnings.warn("the scene has friction but no obstacles: it has no effect", stacklevel=3)
+        elif self.friction is not None and not self.obstacles and not self.body_pairs:
+            warnings.warn("the scene has friction but nothing to touch: it has no effect", stacklevel=3)
         if self.pairs is None and len(self.bodies) > 1:
             warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
         self._check_bodies_apart()
@@ -117,6 +118,11 @@ class Scene:
         """Return whether body `index` can touch an obstacle or another body."""
         paired = any(index in (pair.first, pair.second) for pair in self.body_pairs)
         return self.touching and self.bodies[index].touches and (bool(self.obstacles) or paired)
+
+    @property
+    def largest_friction(self) -> float:
+        """Return the largest coefficient of friction, of obstacles and of pairs of bodies; 0 without friction."""
+        return max([coefficient_of(self.friction), *(pair.coefficient for pair in self.body_pairs)])
 
     @property
     def moving(self) -> bool:

@@ -12,6 +12,7 @@ from ...device import arrays
 from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
+from ..constraint_rows import ConstraintRows
 from .coupling import Coupling, couple, deepest_point
 from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
@@ -47,6 +48,9 @@ class PairContact:
         if contact.block == 1 and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
+        self._coefficients = np.array([pair.coefficient for pair in domain.pairs])
+        self._rows: ConstraintRows | None = None  # with friction
+        self._obstacle_coefficient = 0.0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
         self.margin = min(facing.margin for facing in self.facings) / 4.0
@@ -60,6 +64,11 @@ class PairContact:
         none = np.zeros(0, dtype=np.int64)
         return Coupling(none, np.zeros(0), np.zeros(1, int), none, np.zeros(0), none, np.zeros(1, int),
                         np.zeros((0, 4), dtype=np.int64), np.zeros(0))  # fmt: skip
+
+    def set_friction(self, rows: ConstraintRows, coefficient: float) -> None:
+        """Take over the constraint rows, to which every rebuild gives their coefficient; coefficient: of obstacles."""
+        self._rows, self._obstacle_coefficient = rows, coefficient
+        self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def rebuild(self, u: np.ndarray) -> None:
         """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far.
@@ -129,9 +138,8 @@ class PairContact:
         first_face = _starts(np.concatenate([np.diff(one.first_face) for one in couplings]))
         face_weights = np.concatenate([one.face_weights for one in couplings])
         if self._normal is not None:
-            signs = [self._side(facing) * np.ones(len(one.slaves))
-                     for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
-            numbers[:, at.NORMAL : at.NORMAL + 3] = np.concatenate(signs)[:, None] * self._normal
+            into = np.concatenate([_row_normals(one, positions) for one in couplings]) @ self._normal
+            numbers[:, at.NORMAL : at.NORMAL + 3] = np.sign(into)[:, None] * self._normal
             faces, first_face, face_weights = [faces[0][:0]], np.zeros(rows + 1, dtype=np.int64), face_weights[:0]
         whole = {
             at.SLAVES: slaves,
@@ -149,6 +157,12 @@ class PairContact:
             at.NUMBERS: numbers.reshape(-1),
             at.SEARCHED: self._searched.reshape(-1),
         }
+        if self._rows is not None:
+            real[at.VELOCITIES] = np.zeros(3 * len(self._boundary))
+            pairs = np.concatenate(sides) // 2
+            totals = np.zeros(rows)
+            np.add.at(totals, np.repeat(np.arange(rows), np.diff(first)), weights * self._coefficients[pairs])
+            self._rows.set_coefficients(self._obstacle_coefficient, slaves, totals.clip(0.0))
         header = np.zeros(at.LISTS_HEADER, dtype=np.int64)
         header[at.ROWS], header[at.SURFACE_NODES], header[at.PAIRS] = rows, len(self._nodes), len(self._first)
         for sections, start in ((whole, at.LISTS_HEADER), (real, at.VALUES_HEADER)):
@@ -172,11 +186,6 @@ class PairContact:
         pair = facing.pair[bodies]
         first = np.array(self._first)[pair] == self._numbers[facing.slave.body]
         return np.asarray(2 * pair + np.where(first, 0, 1))
-
-    def _side(self, facing: Facing) -> float:
-        """Return the sign that turns the common normal into the slave."""
-        outward = area_vectors(self._reference, facing.slave.faces).sum(axis=0)
-        return -1.0 if outward @ self._normal > 0.0 else 1.0
 
     def check_start(self, u: np.ndarray) -> None:
         """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
@@ -242,10 +251,17 @@ def _gaps(one: Coupling, positions: np.ndarray) -> np.ndarray:
     if not len(one.slaves):
         return np.zeros(0)
     apart = positions[one.slaves] - np.add.reduceat(one.weights[:, None] * positions[one.masters], one.first[:-1])
+    return np.asarray(np.einsum("ri,ri->r", apart, _row_normals(one, positions)))
+
+
+def _row_normals(one: Coupling, positions: np.ndarray) -> np.ndarray:
+    """Return the unit normal [r, 3] of every row, into the slave, at positions [n, 3] [m]."""
+    if not len(one.slaves):
+        return np.zeros((0, 3))
     across = area_vectors(positions, one.faces)
     across *= (one.face_weights / np.linalg.norm(across, axis=1))[:, None]
     normal = np.add.reduceat(across, one.first_face[:-1])
-    return np.asarray(np.einsum("ri,ri->r", apart, normal) / np.linalg.norm(normal, axis=1))
+    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
 
 def check_starts(domains: Iterable[Domain], displacement: Sequence[np.ndarray]) -> None:

@@ -1,0 +1,169 @@
+"""Friction between bodies on the components of contact nodes that have mass, as an impulse of the kick (METHOD 7).
+
+    w_r = v_s - sum_m P_sm v_m,   v = v* + M^-1 B^t t span,   t_r = -W_rr^-1 (w_r - W_rr t_r) if |t_r| <= mu lambda_r
+
+v* is the velocity after the kick over `span` [s] without friction, B has the rows (1, -P), W = span B M^-1 B^t. Rows
+are solved one after another, each exactly for the forces of the others (Gauss and Seidel), from the forces of the last
+kick; rows of obstacles have the obstacle in place of the masters. Momentum is exact after any number of sweeps.
+"""
+
+import taichi as ti
+
+from ..columns import SUMS
+from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..language.entries import row
+from ..nodes.boundary_nodes import symmetric
+from ..nodes.damping import damped_response
+from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW, ROWS, SLAVES, VELOCITIES
+from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
+from .friction import SLIP_SPEED, friction_force, tangents
+from .islands import node_count
+from .kick_friction import velocity_without_friction
+from .pair_rows import entry, press_masters, weight
+
+SWEEPS = 100  # over all rows, at most
+CHANGE = 1e-10  # change of a force over the largest friction that a row can transmit, at which they end
+
+
+@ti.func
+def velocity_after(coupling: ti.template(), s):
+    """Return the velocity [3] [m/s] of boundary node s after the kick, with the friction of the last sweep."""
+    first = coupling.lists[VELOCITIES] + 3 * s
+    return ti.Vector([coupling.values[first + j] for j in ti.static(range(3))])
+
+
+@ti.func
+def accelerate(coupling: ti.template(), s, change):
+    """Add to the velocity of boundary node s after the kick."""
+    first = coupling.lists[VELOCITIES] + 3 * s
+    for j in ti.static(range(3)):
+        coupling.values[first + j] = coupling.values[first + j] + change[j]
+
+
+@ti.func
+def mobility_of(body: ti.template(), boundary: ti.template(), damped: ti.template(), s):
+    """Return the acceleration [3, 3] [1/kg] of boundary node s by a unit force."""
+    zero = ti.Vector.zero(ti.f64, 3)
+    inverse, mass = symmetric(boundary.inverse_mass, s), symmetric(boundary.mass, s)
+    _net, flexible = damped_response(damped, body, mass, zero, zero, inverse)
+    return flexible
+
+
+@ti.func
+def push(
+    body: ti.template(),
+    boundary: ti.template(),
+    coupling: ti.template(),
+    damped: ti.template(),
+    k,
+    impulse,
+):
+    """Let an impulse [3] [N s] act in the row of contact node k: on the node, and backward on the masters."""
+    accelerate(coupling, k, mobility_of(body, boundary, damped, k) @ impulse)
+    r = entry(coupling, NODE_ROW, k)
+    if r >= 0:
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            m = entry(coupling, MASTERS, i)
+            back = (0.0 - weight(coupling, i)) * impulse
+            accelerate(coupling, m, mobility_of(body, boundary, damped, m) @ back)
+
+
+@ti.func
+def slip_speed(coupling: ti.template(), rows: ti.template(), k):
+    """Return the velocity [3] of contact node k relative to the partner of its row after the kick."""
+    relative = velocity_after(coupling, k) - velocity_of(rows, k, rows.at.velocity)
+    r = entry(coupling, NODE_ROW, k)
+    if r >= 0:
+        relative = velocity_after(coupling, k)
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            relative = relative - weight(coupling, i) * velocity_after(coupling, entry(coupling, MASTERS, i))
+    return relative
+
+
+@ti.func
+def slip_before(body: ti.template(), boundary: ti.template(), coupling: ti.template(), rows: ti.template(), k):
+    """Return the velocity [3] of contact node k relative to the partner of its row before the kick."""
+    own = row(body.v, boundary.nodes[k])
+    relative = own - velocity_of(rows, k, rows.at.velocity)
+    r = entry(coupling, NODE_ROW, k)
+    if r >= 0:
+        relative = own
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            there = row(body.v, boundary.nodes[entry(coupling, MASTERS, i)])
+            relative = relative - weight(coupling, i) * there
+    return relative
+
+
+@ti.func
+def row_mobility(
+    body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k
+):
+    """Return the acceleration [3, 3] [1/kg] of contact node k relative to its partner by a unit force in its row."""
+    total = mobility_of(body, boundary, damped, k)
+    r = entry(coupling, NODE_ROW, k)
+    if r >= 0:
+        for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+            square = weight(coupling, i) * weight(coupling, i)
+            total += square * mobility_of(body, boundary, damped, entry(coupling, MASTERS, i))
+    return total
+
+
+@ti.func
+def kick_pair_friction(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    damped: ti.template(),
+):
+    """Set the friction of the kick in all rows, and sum up its work."""
+    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
+    span = before + after
+    for s in range(boundary.nodes.shape[0]):
+        velocity, acceleration, _flexible = velocity_without_friction(body, boundary, s, damped)
+        first = coupling.lists[VELOCITIES] + 3 * s
+        last = velocity + span * acceleration
+        for j in ti.static(range(3)):
+            coupling.values[first + j] = last[j]
+    largest = 0.0
+    for k in range(node_count(contact)):
+        limit = number_of(rows, k, rows.at.coefficient) * number_of(rows, k, rows.at.pressing)
+        largest = ti.max(largest, limit)
+        start = vector_of(rows, k, rows.at.kick_friction)
+        if limit <= 0.0 or span <= 0.0:
+            start = ti.Vector.zero(ti.f64, 3)
+            set_vector(rows, k, rows.at.kick_friction, start)
+        if start.norm_sqr() > 0.0:
+            push(body, boundary, coupling, damped, k, span * start)
+    change = 2.0 * CHANGE * largest
+    for sweep in range(SWEEPS):
+        if change > CHANGE * largest and span > 0.0:
+            change = 0.0
+            for k in range(node_count(contact)):
+                limit = number_of(rows, k, rows.at.coefficient) * number_of(rows, k, rows.at.pressing)
+                if limit > 0.0:
+                    old = vector_of(rows, k, rows.at.kick_friction)
+                    across = tangents(normal_of(rows, k))
+                    mobility = span * (across @ row_mobility(body, boundary, coupling, damped, k) @ across.transpose())
+                    slip = across @ slip_speed(coupling, rows, k) - mobility @ (across @ old)
+                    force = across.transpose() @ friction_force(
+                        contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
+                    )
+                    difference = force - old
+                    change = ti.max(change, difference.norm())
+                    set_vector(rows, k, rows.at.kick_friction, force)
+                    push(body, boundary, coupling, damped, k, span * difference)
+    early, late = 0.0, 0.0
+    for k in range(node_count(contact)):
+        force = vector_of(rows, k, rows.at.kick_friction)
+        if force.norm_sqr() > 0.0:
+            first = slip_before(body, boundary, coupling, rows, k)
+            last = slip_speed(coupling, rows, k)
+            middle = first + before / span * (last - first)
+            early = early - 0.5 * before * force.dot(first + middle)
+            late = late - 0.5 * after * force.dot(middle + last)
+    contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
+    contact.sums[SUMS.friction_after] = late
+    for r in range(coupling.lists[ROWS]):
+        press_masters(coupling, body.special_force, r, vector_of(rows, entry(coupling, SLAVES, r), rows.at.kick_friction))
