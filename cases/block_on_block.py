@@ -46,7 +46,7 @@ def scene(
     cell_viscosity: float | None = None,
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """The upper block, `cells` cells high, slides on the lower one, half as high with `lower_cells` (None: 3/4 as many).
+    """The upper block, `cells` cells high, slides on the lower one, with `lower_cells` a height (None: 3/4 as many).
 
     SI units. direction: of the velocity [degrees] from the long edge of the lower block; turn: of the upper block about
     the vertical [degrees]; young: modulus of the upper block, None is 1e5 density gravity height; stiffness: modulus of
@@ -148,10 +148,14 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 def checks(result: tc.Result) -> list[ck.Check]:
     """Check energy and momentum, |t| <= mu lambda, deceleration, common velocity and work against rigid blocks."""
     scene, history = result.scene, result.history
-    found = [ck.finished(result), ck.energy(result, 1e-2), ck.momentum_balance(result, 1e-6), ck.no_overlap(result)]
+    found = [ck.finished(result), ck.energy(result, 1e-2), ck.momentum_balance(result, 1e-6)]
+    height = np.ptp(scene.bodies[0].mesh.nodes[:, 2])
+    found.append(ck.at_most("overlap / height", max(0.0, -history["gap_min"].min()) / height, 1e-8))
     force = result.pair_force["upper-lower"]
     excess = np.linalg.norm(force[:, :2], axis=1) - scene.pairs[0].friction.coefficient * force[:, 2]
-    found.append(ck.at_most("friction beyond mu x pressure", excess.max() / force[:, 2].max(), 1e-6))
+    # with full removal friction comes from the static solve, which stops at a residual of 1e-4 at most
+    exact = result.history["static_residual"].max() if scene.contact.removal == "full" else 0.0
+    found.append(ck.at_most("friction beyond mu x pressure", excess.max() / force[:, 2].max(), max(1e-6, exact)))
     if not result.ok:
         return found
     time = history["time"]
@@ -163,7 +167,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     ends = np.array([part[late].mean() for part in (upper, lower)])
     found += [
         ck.between("relative deceleration / rigid", slope / deceleration, 0.97, 1.03),
-        ck.at_most("velocities at the end against the common one / start", np.abs(ends - common).max() / upper[0], 0.02),
+        ck.at_most("end velocities against the common one / start", np.abs(ends - common).max() / upper[0], 0.02),
         ck.between("work of friction / energy that rigid blocks lose", history["friction_work"][-1] / lost, 0.9, 1.05),
     ]
     return found

@@ -25,6 +25,11 @@ class Places(NamedTuple):
     coupled_end: int
 
     @property
+    def trial(self) -> int:
+        """Return the first component of the trial motion of the solve with friction between bodies."""
+        return self.gradient
+
+    @property
     def diagonal(self) -> int:
         """Return the first component of the diagonal blocks."""
         return self.end

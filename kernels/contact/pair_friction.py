@@ -95,9 +95,7 @@ def slip_before(body: ti.template(), boundary: ti.template(), coupling: ti.templ
 
 
 @ti.func
-def row_mobility(
-    body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k
-):
+def row_mobility(body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k):
     """Return the acceleration [3, 3] [1/kg] of contact node k relative to its partner by a unit force in its row."""
     total = mobility_of(body, boundary, damped, k)
     r = entry(coupling, NODE_ROW, k)
@@ -166,4 +164,5 @@ def kick_pair_friction(
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
     contact.sums[SUMS.friction_after] = late
     for r in range(coupling.lists[ROWS]):
-        press_masters(coupling, body.special_force, r, vector_of(rows, entry(coupling, SLAVES, r), rows.at.kick_friction))
+        friction = vector_of(rows, entry(coupling, SLAVES, r), rows.at.kick_friction)
+        press_masters(coupling, body.special_force, r, friction)

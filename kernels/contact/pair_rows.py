@@ -182,6 +182,34 @@ def along(contact: ti.template(), k, vector, block: ti.template()):
 
 
 @ti.func
+def whole(contact: ti.template(), k, values: ti.template(), first, stride, block: ti.template()):
+    """Return the vector [3] of contact node k out of its massless components values[first + j stride + k]."""
+    result = ti.Vector.zero(ti.f64, 3)
+    for i, j in ti.static(ti.ndrange(3, block)):
+        result[i] += contact.basis[(3 * k + i) * block + j] * values[first + j * stride + k]
+    return result
+
+
+@ti.func
+def add_along(contact: ti.template(), k, values: ti.template(), first, stride, vector, block: ti.template()):
+    """Add a vector [3] in the massless components of contact node k."""
+    added = along(contact, k, vector, block)
+    for j in ti.static(range(block)):
+        values[first + j * stride + k] = values[first + j * stride + k] + added[j]
+
+
+@ti.func
+def share(contact: ti.template(), rows: ti.template(), k, vector, block: ti.template()):
+    """Return the part of a motion of its masters that a slave follows: along its normal, all of it with friction."""
+    result = vector
+    if ti.static(not contact.options.static_friction):
+        normal = normal_of(rows, k)
+        length = along(contact, k, normal, block).norm_sqr()
+        result = normal.dot(vector) / length * normal
+    return result
+
+
+@ti.func
 def spread(
     coupling: ti.template(),
     contact: ti.template(),
@@ -191,27 +219,19 @@ def spread(
     stride,
     block: ti.template(),
 ):
-    """Turn y into d = T y: every slave follows the normal motion of its masters.
+    """Turn y into d = T y: every slave follows the normal motion of its masters, with friction their whole motion.
 
     y_kj = values[first + j stride + k].
     """
     count = node_count(contact)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
-        total = 0.0
+        total = ti.Vector.zero(ti.f64, 3)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:
-                there = along(contact, m, normal, block)
-                part = 0.0
-                for j in ti.static(range(block)):
-                    part += there[j] * values[first + j * stride + m]
-                total += weight(coupling, i) * part
-        for j in ti.static(range(block)):
-            place = first + j * stride + k
-            values[place] = values[place] + own[j] * (total / own.norm_sqr())
+                total += weight(coupling, i) * whole(contact, m, values, first, stride, block)
+        add_along(contact, k, values, first, stride, share(contact, rows, k, total, block), block)
 
 
 @ti.func
@@ -224,24 +244,16 @@ def collect(
     stride,
     block: ti.template(),
 ):
-    """Turn forces f into T^t f: every slave gives its normal force to its masters too. f_kj as y in `spread`."""
+    """Turn forces f into T^t f: every slave gives its masters what it shares with them. f_kj as y in `spread`."""
     count, rest = node_count(contact), coupling.lists[ROWS]
     for back in range(rest):
         r = rest - 1 - back
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
-        total = 0.0
-        for j in ti.static(range(block)):
-            total += own[j] * values[first + j * stride + k]
-        total = total / own.norm_sqr()
+        force = share(contact, rows, k, whole(contact, k, values, first, stride, block), block)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:
-                there = along(contact, m, normal, block)
-                for j in ti.static(range(block)):
-                    place = first + j * stride + m
-                    values[place] = values[place] + weight(coupling, i) * total * there[j]
+                add_along(contact, m, values, first, stride, weight(coupling, i) * force, block)
 
 
 @ti.func

@@ -42,7 +42,7 @@ from .control import (
 )
 from .neighbours import neighbour_forces
 from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
-from .pair_step import MANY, multiply_coupled, pair_step, precondition
+from .pair_step import MANY, multiply_in_bases, pair_step, precondition
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
@@ -105,7 +105,7 @@ def multiply_all(
     """Set the product with K of all packs of an island, in the bases of its nodes."""
     starts = ti.static(system.pack_start)
     if ti.static(contact.options.coupled):
-        multiply_coupled(contact, rows, coupling, system, island, block)
+        multiply_in_bases(contact, rows, coupling, system, island, block)
     else:
         for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
             multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)

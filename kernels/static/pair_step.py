@@ -5,26 +5,28 @@ master is K_mm and what its slaves hand over,
 
     D_m = K_mm + sum_s P_sm^2 (n_s . D_s n_s / |n_s|^4) b b^t,   b = B_m^t nu_s,  n_s = B_s^t nu_s,
 
-without the terms between two slaves. It is the block from which node_basis.py makes the basis of the node. These blocks
-do not bound the eigenvalues; the length of a projected step comes from the largest one, found by power iteration.
+or, with friction, K_mm + sum_s P_sm^2 B_m^t B_s D_s B_s^t B_m, without the terms between two slaves. It is the block
+from which node_basis.py makes the basis of the node. These blocks do not bound the eigenvalues; the length of a
+projected step comes from the largest one, found by power iteration.
 """
 
 import taichi as ti
 
 from ..contact.constraint_rows import normal_of
 from ..contact.islands import first_node, first_pack, node_count
-from ..contact.pair_rows import along, collect, entry, spread, weight
+from ..contact.pair_rows import collect, entry, spread, weight
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES
 from ..pair_places import FIRST_ENTRY, MASTERS, ROWS, SLAVES
 from .control import PAIR_STEP, STATS
-from .massless_node import square
+from .massless_node import basis_of, square
 from .neighbours import neighbour_forces
 from .node_basis import into_basis, into_motion, part, put, set_basis
 
 POWER = 12  # iterations that estimate the largest eigenvalue
-SAFETY = 1.9 / 1.1  # length of a step times the estimate
+LONG = 1.9  # length of a projected step times the largest eigenvalue; below 2 it converges
+SAFETY = 1.1  # of the estimate
 MANY = 100.0  # products of a solve after which the length is estimated anew
 
 
@@ -37,9 +39,9 @@ def multiply_coupled(
     island,
     block: ti.template(),
 ):
-    """Set the product of all packs of an island with T^t K T, in the bases of the nodes.
+    """Set the product of all packs of an island with T^t K T, without the bases of the nodes.
 
-    The motion of every node in its basis stands in `increment`.
+    The motion y of every node stands in `increment`.
     """
     at = ti.static(PLACES[block])
     stride = system.stiffness.shape[0]
@@ -53,10 +55,39 @@ def multiply_coupled(
             force[i] += load(system.response, node + (at.diagonal + i * block + j) * stride, LANES) * moved[j]
         put(system, system.response, node, count, at.product, block, force)
     collect(coupling, contact, rows, system.response, at.product * stride, stride, block)
+
+
+@ti.func
+def multiply_in_bases(
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    system: ti.template(),
+    island,
+    block: ti.template(),
+):
+    """Set the product of all packs of an island with T^t K T, in the bases of the nodes."""
+    at = ti.static(PLACES[block])
+    starts = ti.static(system.pack_start)
+    multiply_coupled(contact, rows, coupling, system, island, block)
     for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
         node, count = starts[pack], starts[pack + 1] - starts[pack]
         force = part(system, system.response, node, at.product, block)
         put(system, system.response, node, count, at.product, block, into_basis(system, node, force, block))
+
+
+@ti.func
+def shared_stiffness(contact: ti.template(), rows: ti.template(), system: ti.template(), k, block: ti.template()):
+    """Return the stiffness [3, 3] [N/m] of slave k that a motion of its masters meets."""
+    own = square(system.inverse, k, system.stiffness.shape[0], block)
+    basis = basis_of(contact.basis, k, block)
+    result = basis @ own @ basis.transpose()
+    if ti.static(not contact.options.static_friction):
+        normal = normal_of(rows, k)
+        along = basis.transpose() @ normal
+        length = along.norm_sqr()
+        result = along.dot(own @ along) / (length * length) * normal.outer_product(normal)
+    return result
 
 
 @ti.func
@@ -73,17 +104,15 @@ def precondition(
     for back in range(number):
         r = number - 1 - back
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
-        length = own.norm_sqr()
-        stiffness = own.dot(square(system.inverse, k, stride, block) @ own) / (length * length)
+        handed = shared_stiffness(contact, rows, system, k, block)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:
-                there = weight(coupling, i) * along(contact, m, normal, block)
+                basis = basis_of(contact.basis, m, block)
+                there = weight(coupling, i) * weight(coupling, i) * (basis.transpose() @ handed @ basis)
                 for a, b in ti.static(ti.ndrange(block, block)):
                     place = (a * block + b) * stride + m
-                    system.inverse[place] = system.inverse[place] + stiffness * there[a] * there[b]
+                    system.inverse[place] = system.inverse[place] + there[a, b]
     for k in range(count):
         inverse = square(system.inverse, k, stride, block).inverse()
         for i, j in ti.static(ti.ndrange(block, block)):
@@ -120,7 +149,7 @@ def pair_step(
                     node, count = starts[pack], starts[pack + 1] - starts[pack]
                     direction = part(system, system.response, node, at.direction, block)
                     put(system, system.increment, node, count, 0, block, into_motion(system, node, direction, block))
-                multiply_coupled(contact, rows, coupling, system, island, block)
+                multiply_in_bases(contact, rows, coupling, system, island, block)
                 before = 0.0
                 for k in range(first_node(contact, island), first_node(contact, island + 1)):
                     for j in ti.static(range(block)):
@@ -133,6 +162,6 @@ def pair_step(
                     for j in ti.static(range(block)):
                         two = system.response[(at.product + j) * stride + k]
                         system.response[(at.direction + j) * stride + k] = two / ti.sqrt(total)
-            stats[place + PAIR_STEP] = SAFETY / largest
+            stats[place + PAIR_STEP] = LONG / (SAFETY * largest)
         result = stats[place + PAIR_STEP]
     return result

@@ -23,7 +23,9 @@ from ..contact.friction import (
 )
 from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
+from ..contact.pair_rows import entry, is_slave, weight
 from ..language.entries import put_three, row, three
+from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW
 from .massless_node import basis_of, entries, largest, settle, square, violated
 
 NODE_ROUNDS = 10  # iterations over the rows of a node with several rows, at most
@@ -41,6 +43,44 @@ def slip_since_last_row(body: ti.template(), contact: ti.template(), rows: ti.te
 
 
 @ti.func
+def slip_of(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    k,
+    r,
+):
+    """Return the displacement [3] [m] of node k relative to the obstacle or the masters of its row r."""
+    slip = slip_since_last_row(body, contact, rows, k, r)
+    if ti.static(contact.options.coupled):
+        if is_slave(coupling, k):
+            slip = slip_on_masters(body, boundary, contact, coupling, k)
+    return slip
+
+
+@ti.func
+def slip_on_masters(body: ti.template(), boundary: ti.template(), contact: ti.template(), coupling: ti.template(), k):
+    """Return the displacement [3] [m] of a slave relative to its masters since `restart_slip`."""
+    slip = since_last_row(body, boundary, contact, k)
+    r = entry(coupling, NODE_ROW, k)
+    for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
+        there = since_last_row(body, boundary, contact, entry(coupling, MASTERS, i))
+        slip = slip - weight(coupling, i) * there
+    return slip
+
+
+@ti.func
+def since_last_row(body: ti.template(), boundary: ti.template(), contact: ti.template(), s):
+    """Return the displacement [3] [m] of boundary node s since `restart_slip`; other than contact nodes are held."""
+    step = contact.friction[STEP] * row(body.v, boundary.nodes[s])
+    if s < node_count(contact):
+        step = row(body.u, contact.nodes[s]) - three(contact.friction, node_place(s, ORIGIN))
+    return step
+
+
+@ti.func
 def restart_slip(body: ti.template(), contact: ti.template()):
     """Measure slip from the present displacement on."""
     for k in range(node_count(contact)):
@@ -48,17 +88,26 @@ def restart_slip(body: ti.template(), contact: ti.template()):
 
 
 @ti.func
-def sliding_work(body: ti.template(), contact: ti.template(), rows: ti.template()):
+def sliding_work(
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), coupling: ti.template()
+):
     """Add the work of friction in the step that ends here, and restart the slip."""
     work = 0.0
     for k in range(node_count(contact)):
-        work += sliding_work_node(body, contact, rows, k)
+        work += sliding_work_node(body, boundary, contact, rows, coupling, k)
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + work
     restart_slip(body, contact)
 
 
 @ti.func
-def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.template(), k):
+def sliding_work_node(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    k,
+):
     """Return the work [J] done by the friction on node k in the step, and store the friction for the next."""
     slots = ti.static(contact.options.slots)
     own, strongest = 0.0, 0.0
@@ -66,7 +115,7 @@ def sliding_work_node(body: ti.template(), contact: ti.template(), rows: ti.temp
         now = vector_of(rows, k * slots + p, rows.at.traction)
         then = vector_of(rows, k * slots + p, rows.at.traction_before)
         if now.dot(now) + then.dot(then) > 0.0:
-            own -= 0.5 * (now + then).dot(slip_since_last_row(body, contact, rows, k, k * slots + p))
+            own -= 0.5 * (now + then).dot(slip_of(body, boundary, contact, rows, coupling, k, k * slots + p))
             strongest = ti.max(strongest, now.norm())
         set_vector(rows, k * slots + p, rows.at.traction_before, now)
     contact.friction[node_place(k, WORK)] = own
@@ -84,7 +133,15 @@ def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
 
 
 @ti.func
-def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(), k, pressing):
+def measure_slip(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    k,
+    pressing,
+):
     """Set the slip of the rows of node k for the sweeps; return by how much [N] friction exceeds its limit."""
     slots = ti.static(contact.options.slots)
     excess = 0.0
@@ -92,7 +149,7 @@ def measure_slip(body: ti.template(), contact: ti.template(), rows: ti.template(
         r = k * slots + p
         friction = vector_of(rows, k * slots + p, rows.at.traction)
         excess = ti.max(excess, friction.norm() - friction_limit(contact, rows, k, r, pressing[p]))
-        set_vector(rows, k * slots + p, rows.at.slip, slip_since_last_row(body, contact, rows, k, r))
+        set_vector(rows, k * slots + p, rows.at.slip, slip_of(body, boundary, contact, rows, coupling, k, r))
     return excess
 
 
@@ -214,11 +271,31 @@ def update_with_friction(
     slots: ti.template(),
 ):
     """Solve the contact problem of node k with friction for rest = r_k - sum_j K_kj d_j; return the defect [N]."""
+    flexible = square(system.inverse, k, system.stiffness.shape[0], block)
+    d, mask, off = rub(contact, rows, system, k, flexible @ rest, flexible, block, slots)
+    stiffness = ti.select(contact.compliance[k] > 0.0, 1.0 / ti.max(contact.compliance[k], 1e-300), system.stiffness[k])
+    return ti.max(settle(contact, system, k, d, mask, block), stiffness * off)
+
+
+@ti.func
+def rub(
+    contact: ti.template(),
+    rows: ti.template(),
+    system: ti.template(),
+    k,
+    free,
+    flexible,
+    block: ti.template(),
+    slots: ti.template(),
+):
+    """Solve the contact problem of node k with friction; return increment, active mask and violation [m].
+
+    free: increment without contact; flexible [block, block] [m/N]: what a unit force adds to it.
+    """
     stride = system.stiffness.shape[0]
-    flexible = square(system.inverse, k, stride, block)
     b = basis_of(contact.basis, k, block)
     scale = ti.max(contact.friction[SLIP_SPEED] * contact.friction[STEP], 1e-300)
-    d = flexible @ (rest + b.transpose() @ sum_of_rows(rows, k, rows.at.traction))
+    d = free + flexible @ (b.transpose() @ sum_of_rows(rows, k, rows.at.traction))
     for p in ti.static(range(slots)):
         pressing = number_of(rows, k * slots + p, rows.at.pressing)
         d += pressing * (flexible @ entries(system.normals, k, stride, p * block, block))
@@ -227,5 +304,4 @@ def update_with_friction(
         d, mask, off = solve_single_row(contact, rows, system, k, d, flexible, b, scale, block)
     else:
         d, mask, off = solve_several_rows(contact, rows, system, k, d, flexible, b, scale, block, slots)
-    stiffness = ti.select(contact.compliance[k] > 0.0, 1.0 / ti.max(contact.compliance[k], 1e-300), system.stiffness[k])
-    return ti.max(settle(contact, system, k, d, mask, block), stiffness * off)
+    return d, mask, off

@@ -58,6 +58,7 @@ from .massless_node import (
     unbalanced,
 )
 from .mprgp import mprgp
+from .pair_sliding import accelerated
 from .reduced_tangent import make_reduced_tangent
 from .sliding import measure_slip
 from .surface_tangent import make_surface_tangent
@@ -88,11 +89,11 @@ def assemble(
         rounding = ti.max(rounding, EPSILON * moved)
         scale = ti.max(scale, measure_node(body, boundary, contact, system, viscous, k))
         if ti.static(not contact.options.coupled):
-            residual = ti.max(residual, assemble_node(body, contact, rows, system, k))
+            residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     if ti.static(contact.options.coupled):
         collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            residual = ti.max(residual, assemble_node(body, contact, rows, system, k))
+            residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     stats[at + F_REF] = scale
     stats[at + BEFORE] = stats[at + RESIDUAL]
     stats[at + RESIDUAL] = residual / scale
@@ -121,7 +122,15 @@ def measure_node(
 
 
 @ti.func
-def assemble_node(body: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template(), k):
+def assemble_node(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    system: ti.template(),
+    k,
+):
     """Set the constraints of node k; return its residual [N] with the right side, of pairs T^t times it."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
@@ -132,7 +141,7 @@ def assemble_node(body: ti.template(), contact: ti.template(), rows: ti.template
     if ti.static(contact.options.static_friction):
         out_of_balance = out_of_balance - b.transpose() @ sum_of_rows(rows, k, rows.at.traction)
         pressing, _rest = balance(out_of_balance, normals, contact.active[k], block, slots)
-        residual = measure_slip(body, contact, rows, k, pressing)
+        residual = measure_slip(body, boundary, contact, rows, coupling, k, pressing)
     rest = unbalanced(out_of_balance, normals, gaps, contact.active[k], contact.compliance[k], block, slots)
     residual = ti.max(residual, largest(rest))
     # a linearised gap is not the gap, and a wall may have moved away from a node that was predicted to move with it
@@ -267,7 +276,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 blocks(pairs, contact, system, island, block)
                 stats[at + STALE] = 0.0
             solved = 0
-            if ti.static(contact.options.projected):
+            if ti.static(contact.options.coupled and contact.options.static_friction):
+                solved = accelerated(contact, rows, coupling, system, island, block)
+            elif ti.static(contact.options.projected):
                 solved = mprgp(contact, rows, coupling, system, island, block)
             if ti.static(contact.options.coupled):  # pairs of bodies have no second solver
                 if solved == 0:

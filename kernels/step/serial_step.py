@@ -158,7 +158,7 @@ def make_serial_step(
         if ti.static(has_friction):
             clear_work(contact)
         if ti.static(solve_has_friction):
-            sliding_work(body, contact, rows)
+            sliding_work(body, boundary, contact, rows, coupling)
         if ti.static(kick_has_friction and options.layered and not solve_has_friction):
             layer_slip(body, boundary, contact, rows, damped)
 

@@ -27,13 +27,14 @@ TALL = 4.0  # height over width of the contact cells above which MPRGP solves
 
 @dataclass(frozen=True)
 class StaticSolver:
-    """The solver of a static solve (projected: MPRGP, else sweeps) and the reason."""
+    """The solver of a static solve (projected: one that needs no colours, else sweeps), the reason, and its name."""
 
     projected: bool
     reason: str
+    name: str = ""
 
     def __str__(self) -> str:
-        return f"{'MPRGP' if self.projected else 'Gauss-Seidel sweeps'}: {self.reason}"
+        return f"{self.name or ('MPRGP' if self.projected else 'Gauss-Seidel sweeps')}: {self.reason}"
 
 
 def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
@@ -46,7 +47,8 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
     if any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs):
-        return StaticSolver(True, "bodies in contact with each other")
+        rubs = scene.friction is not None and contact.block > 1
+        return StaticSolver(True, "bodies in contact with each other", "accelerated projections" if rubs else "")
     if model.solver != "auto":
         return StaticSolver(model.solver == "projected-gradient", "asked for")
     if hindrance:

@@ -102,7 +102,10 @@ class Reader:
     def pair(self, place: str, data: dict[str, Any]) -> Pair:
         """Build a pair of bodies."""
         check_keys(place, data, keys_of(Pair))
-        return made(place, Pair, data)
+        values = dict(data)
+        if "friction" in data:
+            values["friction"] = self.plain(f"{place}.friction", data["friction"], "friction")
+        return made(place, Pair, values)
 
     def body(self, place: str, data: dict[str, Any]) -> Body:
         """Build a body."""

@@ -71,7 +71,7 @@ class Writer:
         if scene.pairs is None:
             data["pairs"] = "none"
         elif not isinstance(scene.pairs, str):
-            data["pairs"] = [_pair(pair) for pair in scene.pairs]
+            data["pairs"] = [self.pair(pair) for pair in scene.pairs]
         for key, value in run.items():
             if key not in RUN:
                 raise InputError(f"run.{key}", value, "not an option of a scene file; it knows " + ", ".join(RUN))
@@ -83,6 +83,13 @@ class Writer:
         if scene.obstacles:
             data["obstacles"] = [self.obstacle(i, obstacle) for i, obstacle in enumerate(scene.obstacles)]
         return data
+
+    def pair(self, pair: Pair) -> dict[str, Any]:
+        """Return the table of a pair of bodies."""
+        given = {field.name: getattr(pair, field.name) for field in fields(pair)}
+        if pair.friction is not None:
+            given["friction"] = self.plain("friction", pair.friction)
+        return {name: value for name, value in given.items() if value is not None}
 
     def body(self, index: int, body: Body) -> dict[str, Any]:
         """Return the table of a body."""
@@ -199,9 +206,3 @@ def box_of(mesh: Mesh) -> dict[str, Any] | None:
         return None
     data: dict[str, Any] = {"box": (high - low).tolist(), "cells": cells, "kind": mesh.kind}
     return data | ({"origin": low.tolist()} if low.any() else {})
-
-
-def _pair(pair: Pair) -> dict[str, Any]:
-    """Return the table of a pair of bodies."""
-    given = {field.name: getattr(pair, field.name) for field in fields(pair)}
-    return {name: value for name, value in given.items() if value is not None}
