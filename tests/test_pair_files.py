@@ -62,7 +62,6 @@ CUBES = oblique_cubes()
         ({"pairs": [tc.Pair("up", "side")]}, "side.*use one of the bodies: up, low"),
         ({"pairs": [tc.Pair("up", "low"), tc.Pair("low", "up")]}, "name each pair once"),
         ({"pairs": "all"}, "list of tcontact.Pair"),
-        ({"pairs": [tc.Pair("up", "low")], "friction": tc.Coulomb(0.3)}, "friction between bodies"),
         ({"pairs": [tc.Pair("up", "low")], "contact": tc.PenaltyContact(1e3)}, "MasslessContact"),
         ({"pairs": [tc.Pair("up", "low")], "contact": tc.MasslessContact(penalty=1e3)}, "no penalty"),
         (
@@ -116,9 +115,9 @@ def test_implicit_schemes_refuse_pairs_by_name(scheme):
         tc.simulate(replace(CUBES, pairs=[tc.Pair("up", "low")]), scheme)
 
 
-def test_with_friction_bodies_stop_where_they_meet():
+def test_with_friction_layers_bodies_stop_where_they_meet():
     """Nothing is silently wrong where contact between bodies is not available."""
-    scene = replace(CUBES, friction=tc.Coulomb(0.3), obstacles=[tc.Plane((0, 0, -5.0))])
+    scene = replace(CUBES, friction=tc.FrictionLayer(), obstacles=[tc.Plane((0, 0, -5.0))])
     assert scene.body_pairs == ()
     assert tc.simulate(scene).reason == "bodies-meet"
 
