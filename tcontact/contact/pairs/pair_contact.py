@@ -13,6 +13,7 @@ from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from .coupling import Coupling, couple, deepest_point
+from .node_to_surface import couple_nodes
 from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
@@ -37,6 +38,8 @@ class PairContact:
         self._slot = np.full(len(domain.reference), -1)
         self._slot[domain.boundary] = np.arange(len(domain.boundary))
         self._count = len(contact.nodes)
+        self._gives_way = contact.basis is None  # a penalty on nodes with mass
+        self._couple = couple_nodes if self._gives_way else couple
         self.surfaces = surfaces_of(domain)
         self.facings = facings_of(domain, self.surfaces)
         self.labels = [body.label for body in domain.bodies]
@@ -76,7 +79,7 @@ class PairContact:
             self._searched = u[self._nodes].copy()
             self.searches += 1
         pairs = zip(self.facings, self._candidates, strict=True)
-        couplings = [couple(facing, positions, found) for facing, found in pairs]
+        couplings = [self._couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
         if self.rebuilds == 0:
             self._close(couplings, positions)
