@@ -64,6 +64,7 @@ def _shares(corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
     infinitely far); sides go from their corner to the next one.
     """
     first = corners[:, 1] - corners[:, 0]
+    first -= np.einsum("pi,pi->p", first, normals)[:, None] * normals
     first /= np.linalg.norm(first, axis=1)[:, None]
     axes = np.stack([first, np.cross(normals, first)], axis=1)
     flat = np.einsum("pai,pji->paj", corners, axes)
@@ -71,7 +72,9 @@ def _shares(corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
     triangle = (corners[:, 3] == corners[:, 2]).all(axis=1)
     one, two, three = (flat[triangle, a] for a in range(3))
     parts = [_cross(a, b) for a, b in ((one, two), (two, three), (three, one))]
-    result[triangle] = np.stack([*parts[:2], np.full(len(one), np.inf), parts[2]], axis=1) / sum(parts)[:, None]
+    result[triangle] = (
+        np.stack([*parts[:2], np.full(len(one), np.inf), parts[2]], axis=1) / np.sum(parts, axis=0)[:, None]
+    )
     quads = flat[~triangle]
     local = np.zeros((len(quads), 2))
     for _ in range(ITERATIONS):
