@@ -36,8 +36,9 @@ def couple_nodes(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Co
     apart = np.einsum("pa,pai->pi", -weights, corners)
     gap = np.einsum("pi,pi->p", apart, normals)
     aside = np.linalg.norm(apart - gap[:, None] * normals, axis=1)
-    outer = ((shares < -BEYOND) & _outer_sides(masters)[f]).any(axis=1)
-    kept = aside <= np.where(outer, 0.0, WEDGE * np.abs(gap)) + ROUNDING * np.sqrt(size)
+    beyond = shares < -BEYOND
+    between = ((_bends(positions, masters)[f] * gap[:, None] < 0.0) | ~beyond).all(axis=1)
+    kept = aside <= np.where(beyond.any(axis=1) & between, WEDGE * np.abs(gap), 0.0) + ROUNDING * np.sqrt(size)
     kept = np.flatnonzero(kept & (gap <= facing.reach) & (gap >= -FAR * facing.reach))
     order = kept[np.lexsort((f[kept], distance[kept], nodes[kept]))]
     slaves, closest = np.unique(nodes[order], return_index=True)
@@ -104,8 +105,20 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
 
 
-def _outer_sides(faces: np.ndarray) -> np.ndarray:
-    """Return for every side of faces [f, 4] whether no other face has it [f, 4]."""
-    sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2)
-    _, place, count = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
-    return np.asarray((count[place] == 1).reshape(faces.shape) & (sides[:, :, 0] != sides[:, :, 1]))
+def _bends(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return how the surface of faces [f, 4] bends at every side [f, 4]: 1 to a groove, -1 to an edge, 0 at its end.
+
+    Beyond a side a node lies between two faces only before an edge, or behind a groove; elsewhere another face has it.
+    """
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
+    _, side, count = np.unique(np.sort(ends, axis=2).reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(side.reshape(-1), kind="stable")
+    first = order[(np.cumsum(count) - count)[count == 2]]
+    second = order[(np.cumsum(count) - 1)[count == 2]]
+    middle = positions[ends].mean(axis=2).reshape(-1, 3)
+    normals, centres = area_vectors(positions, faces), positions[faces].mean(axis=1)
+    result = np.zeros(faces.size)
+    for one, other in ((first, second), (second, first)):
+        away = centres[other // 4] - middle[one]
+        result[one] = np.sign(np.einsum("si,si->s", normals[one // 4], away))
+    return result.reshape(faces.shape)

@@ -1,9 +1,9 @@
 """The methods of a study: a way to resolve contact, with a time scheme. Their names are read here.
 
 A name is CONTACT, CONTACT@SCHEME, or one of these with *F. CONTACT: massless-normal, massless-full, massless-depth-D (D
-layers), impulse, massless-penalty-K and penalty-K, with K in the problem's unit of stiffness (young/h unless the problem
-says otherwise); SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given; *F takes F times the
-step that the cfl number of the study asks for, which is what implicit schemes are for.
+layers), impulse, massless-penalty-K and penalty-K, with K in the problem's unit of stiffness (young/h unless it says
+otherwise); SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given; *F takes F times the step
+that the cfl number of the study asks for, which is what implicit schemes are for.
 """
 
 from __future__ import annotations
