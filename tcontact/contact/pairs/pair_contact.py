@@ -192,7 +192,8 @@ class PairContact:
         for facing in self.facings:
             pairs = close_faces(facing, positions)
             gap, where = deepest_point(facing, positions, pairs)
-            gap = max(gap, float(_gaps(self._movable(couple(facing, positions, pairs)), positions).min(initial=np.inf)))
+            rows = self._movable(self._couple(facing, positions, pairs))
+            gap = max(gap, float(_gaps(rows, positions).min(initial=np.inf)))
             allowed = (self._left if u.any() else OVERLAP) * facing.slave.size
             if gap < -max(allowed, facing.closed):
                 others = sorted({self.labels[body] for body in facing.master_bodies})
