@@ -98,6 +98,8 @@ def hindrance(scene: Any) -> str:
         return "contact between bodies has no penalty without mass: leave MasslessContact.penalty at None"
     if getattr(scene.contact, "solver", "auto") == "gauss-seidel":
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
+    if scene.friction is not None and isinstance(scene.contact, PenaltyContact):
+        return "friction between bodies needs contact=MasslessContact(): leave Scene.friction at None"
     if scene.friction is not None:
         return "friction between bodies is not available yet: leave Scene.friction at None"
     if len(scene.obstacles) > 1:
