@@ -74,8 +74,10 @@ def checks(result: tc.Result) -> list[ck.Check]:
     A penalty changes the energy near its stable step and may let the cubes bounce, which is not judged.
     """
     history, exactly = result.history, choices.is_exact(result.scene)
-    found = [ck.finished(result), ck.momentum_balance(result, 1e-10)]
+    found = [ck.finished(result), ck.thrown(result), ck.momentum_balance(result, 1e-10)]
     found += [ck.energy(result, 1e-2)] if exactly else []
+    if not result.ok:
+        return found
     angular = history["angular_momentum"]
     force = result.pair_force["upper-lower"][:, 2]
     pressed = np.abs(force) > 1e-6 * np.abs(force).max()
