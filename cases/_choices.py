@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 import tcontact as tc
@@ -12,6 +14,7 @@ Kind = Literal[tuple(ELEMENTS)]
 Formulation = Literal["full", "reduced", "mean-dilatation"]
 Law = Literal[tuple(LAWS)]
 Contact = Literal["massless", "penalty", "impulse"]
+ContactBetween = Literal["massless", "penalty"]
 Removal = Literal["auto", "normal", "full"]
 
 
@@ -42,6 +45,37 @@ def contact_model(
     if contact == "impulse":
         return tc.ImpulseContact()
     raise tc.InputError("contact", contact, "use one of massless, penalty, impulse")
+
+
+def with_penalty(scene: tc.Scene, contact: ContactBetween, penalty: float | None) -> tc.Scene:
+    """Return a scene of massless contact between bodies with the contact of a name, a penalty on ordinary mass.
+
+    penalty: in multiples of young/h of the slave (h: its shortest edge), None = 10. Raises `InputError`.
+    """
+    if contact == "penalty":
+        unit = slave_stiffness(scene)
+        return replace(scene, contact=tc.PenaltyContact(stiffness=(10.0 if penalty is None else penalty) * unit))
+    if contact != "massless":
+        raise tc.InputError("contact", contact, "use one of massless, penalty")
+    if penalty is not None:
+        raise tc.InputError("penalty", penalty, "contact=massless has none between bodies: give contact=penalty")
+    return scene
+
+
+def slave_stiffness(scene: tc.Scene) -> float:
+    """Return young/h [N/m^3] of the slave of the first pair of a scene, h its shortest edge."""
+    slave = scene.bodies[scene.body_pairs[0].slave]
+    return slave.material.young / slave.mesh.shortest_edge
+
+
+def beside_penalties(scene: Callable[..., tc.Scene], parameters: dict[str, object]) -> dict[str, tc.Scene]:
+    """Return the scene of a case with massless nodes, and with the penalty given or with 1 and 10 young/h."""
+    given = parameters.get("penalty")
+    rest = {name: value for name, value in parameters.items() if name not in ("contact", "penalty")}
+    found = {"massless": scene(**rest)}
+    for penalty in (1.0, 10.0) if given is None else (given,):
+        found[f"penalty {penalty:g} E/h"] = scene(**rest, contact="penalty", penalty=penalty)
+    return found
 
 
 def positive(**values: float | None) -> None:

@@ -35,13 +35,16 @@ def scene(
     density: float = 1000.0,
     size: float = 0.1,
     turn: float = 17.0,
+    contact: choices.ContactBetween = "massless",
     removal: choices.Removal = "full",
+    penalty: float | None = None,
     tolerance: float | None = None,
 ) -> tc.Scene:
     """The upper cube of `cells` cells along an edge falls on the lower one of `lower_cells` (None: one fourth more).
 
     SI units. mach: normal speed over the wave speed of the lower cube; stiffness: modulus of the upper cube over that
-    of the lower one; turn: angle between the meshes about the vertical [degrees].
+    of the lower one; turn: angle between the meshes about the vertical [degrees]; penalty: of contact=penalty, on nodes
+    with their ordinary mass, in multiples of young/h of the slave (None = 10).
     """
     choices.positive(cells=cells, lower_cells=lower_cells, mach=mach, young=young, stiffness=stiffness, size=size)
     gap = 0.002 * size
@@ -56,13 +59,25 @@ def scene(
         tc.Body(below, lower, contact="zmax", name="lower"),
     ]
     duration = AFTER * size / min(upper.wave_speed, lower.wave_speed)
-    return tc.Scene(bodies, duration=duration, contact=tc.MasslessContact(removal, tolerance=tolerance))
+    found = tc.Scene(bodies, duration=duration, contact=tc.MasslessContact(removal, tolerance=tolerance))
+    return choices.with_penalty(found, contact, penalty)
+
+
+def comparison(**parameters: object) -> dict[str, tc.Scene]:
+    """Compare contact nodes without mass with penalties of 1 and 10 young/h on ordinary mass."""
+    return choices.beside_penalties(scene, parameters)
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
-    """Check that energy and momentum are conserved and that the cubes touch once."""
-    history = result.history
-    found = [ck.finished(result), ck.energy(result, 1e-2), ck.momentum_balance(result, 1e-10)]
+    """Check that energy and momentum are conserved and that the cubes touch once.
+
+    A penalty changes the energy near its stable step and may let the cubes bounce, which is not judged.
+    """
+    history, exactly = result.history, choices.is_exact(result.scene)
+    found = [ck.finished(result), ck.thrown(result), ck.momentum_balance(result, 1e-10)]
+    found += [ck.energy(result, 1e-2)] if exactly else []
+    if not result.ok:
+        return found
     angular = history["angular_momentum"]
     force = result.pair_force["upper-lower"][:, 2]
     pressed = np.abs(force) > 1e-6 * np.abs(force).max()
@@ -70,7 +85,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
         ck.at_most(
             "change of the angular momentum", np.abs(angular - angular[0]).max() / np.abs(angular[0]).max(), 1e-2
         ),
-        ck.between("touches", float((np.diff(pressed.astype(int)) > 0).sum()), 1.0, 1.0),
+        ck.between("touches", float((np.diff(pressed.astype(int)) > 0).sum()), 1.0, 1.0 if exactly else np.inf),
         ck.at_most("pull / largest push", max(0.0, -force.min()) / force.max(), 1e-12),
     ]
     return found

@@ -12,7 +12,7 @@ import pytest
 
 import tcontact as tc
 from tcontact import cases
-from tcontact.cases import bar_impact, bouncing_bar, cube_impact
+from tcontact.cases import bar_impact, bouncing_bar, cube_impact, two_bars, two_cubes
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -185,6 +185,26 @@ def test_comparison_differs_in_the_contact_only():
     assert isinstance(ordinary.contact, tc.PenaltyContact)
     assert massless.duration == ordinary.duration
     np.testing.assert_array_equal(massless.bodies[0].mesh.nodes, ordinary.bodies[0].mesh.nodes)
+
+
+@pytest.mark.parametrize(("case", "cells"), [(two_bars, 12), (two_cubes, 6)])
+def test_two_bodies_are_compared_with_penalties_in_young_over_the_cell_of_the_slave(case, cells):
+    """1 and 10 of the softer body, or of the one with the finer faces, on ordinary mass; the one asked for, if any."""
+    ours, soft, stiff = case.comparison(cells=cells, stiffness=1.0).values()
+    assert isinstance(ours.contact, tc.MasslessContact)
+    low = ours.bodies[1]
+    assert ours.body_pairs[0].slave == 1
+    unit = low.material.young / low.mesh.shortest_edge
+    assert [one.contact.stiffness for one in (soft, stiff)] == pytest.approx([unit, 10.0 * unit])
+    assert all(one.body_pairs and one.duration == ours.duration for one in (soft, stiff))
+    assert list(case.comparison(cells=cells, contact="penalty", penalty=3.0)) == ["massless", "penalty 3 E/h"]
+    softer = case.scene(cells=cells, contact="penalty", stiffness=0.1 if case is two_cubes else 10.0)
+    up = softer.bodies[0]
+    assert softer.contact.stiffness == pytest.approx(10.0 * up.material.young / up.mesh.shortest_edge)
+    for options in ({"penalty": 2.0}, {"contact": "impulse"}):
+        with pytest.raises(tc.InputError):
+            case.scene(cells=cells, **options)
+    assert not failed(case, tc.simulate(soft))
 
 
 def failed(case, result) -> list[str]:

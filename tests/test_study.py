@@ -156,6 +156,11 @@ def test_implicit_schemes_take_multiples_of_the_step():
             methods.method("impulse@discrete-gradient" + wrong)
 
 
+def test_a_step_of_all_methods_alike_counts_instead_of_their_own_stable_one():
+    assert methods.method("penalty-10*0.5").scheme(0.9) == tc.CentralDifference(cfl=0.45)
+    assert methods.method("penalty-10*0.5").scheme(0.9, 2.0) == tc.CentralDifference(dt=0.9)
+
+
 @pytest.mark.parametrize("name", problems.names())
 def test_every_problem_is_complete(name):
     problem = problems.load(name)
@@ -207,6 +212,18 @@ def test_redistributed_mass_keeps_the_orders_of_free_vibration():
         found = orders("free-vibration", method, [8, 16])
         assert found["displacement_error"] >= 1.8
         assert found["energy_norm_error"] >= 0.9
+
+
+def test_two_bars_without_contact_mass_are_ten_times_better_than_with_a_penalty_at_the_same_step():
+    """Force variation and energy error, with 1 young/h of the slave; with 10 the run ends at the energy it gains."""
+    rows = runner.collect(study("two-bars", methods=["massless-normal", "penalty-1", "penalty-10"], sizes=[20]))["rows"]
+    ours, soft, stiff = rows
+    assert ours["dt"] == soft["dt"] == stiff["dt"]
+    assert ours["errors"]["touches"] == 1.0
+    assert soft["errors"]["total_variation"] >= 10.0 * ours["errors"]["total_variation"]
+    assert soft["energy_error"] >= 10.0 * ours["energy_error"]
+    assert stiff["reason"] == "diverged"
+    assert stiff["energy_error"] >= 10.0 * ours["energy_error"]
 
 
 @pytest.mark.parametrize("k", [5, 80])

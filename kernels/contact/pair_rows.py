@@ -39,7 +39,7 @@ from ..pair_places import (
     SURFACE_NODES,
     WEIGHTS,
 )
-from .constraint_rows import normal_of, number_of, set_number, set_vector
+from .constraint_rows import normal_of, number_of, set_number, set_vector, vector_of
 from .islands import node_count
 
 UNREACHED = 1e300  # gap of a node without a row
@@ -120,7 +120,8 @@ def fill_pair_row(coupling: ti.template(), boundary: ti.template(), rows: ti.tem
     between, normal = apart(coupling, boundary, body, r), present_normal(coupling, body, r)
     set_number(rows, k, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
     set_vector(rows, k, rows.at.normal, normal)
-    set_number(rows, k, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
+    if ti.static(rows.at.size_squared >= 0):
+        set_number(rows, k, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
 
 
 @ti.func
@@ -254,6 +255,13 @@ def collect(
             m = entry(coupling, MASTERS, i)
             if m < count:
                 add_along(contact, m, values, first, stride, weight(coupling, i) * force, block)
+
+
+@ti.func
+def press_all_masters(coupling: ti.template(), body: ti.template(), rows: ti.template()):
+    """Apply the forces of all rows to the masters."""
+    for r in range(coupling.lists[ROWS]):
+        press_masters(coupling, body.special_force, r, vector_of(rows, entry(coupling, SLAVES, r), rows.at.force))
 
 
 @ti.func

@@ -93,7 +93,7 @@ def make_serial_step(
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
-    fill_pair_rows = count_pairs = hand_over_pairs = is_stale = kick_pair_friction = None
+    fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
@@ -103,7 +103,7 @@ def make_serial_step(
     coupled = options.coupled
     if coupled:
         from ..contact.pair_loads import count_pairs, hand_over_pairs
-        from ..contact.pair_rows import fill_pair_rows, is_stale
+        from ..contact.pair_rows import fill_pair_rows, is_stale, press_all_masters
     if has_contact:
         from ..contact.constraint_rows import hand_over, hand_over_friction
         from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
@@ -146,6 +146,8 @@ def make_serial_step(
             massless_load(body, boundary, contact, rows, coupling, system)
         if ti.static(contact_model == "penalty"):
             penalty_load(contact, rows)
+            if ti.static(coupled):
+                press_all_masters(coupling, body, rows)
         if ti.static(contact_model == "impulse"):
             before, after = control[BEFORE], control[AFTER]
             span = ti.select(after > 0.0, 0.5 * (before + after), before)
@@ -279,6 +281,10 @@ def make_serial_step(
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
                     number += 1
+                    if ti.static(coupled and contact_model == "penalty"):
+                        if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
+                            control[WANTS_ROWS] = 1.0
+                            stop = 1
                     if ti.static(has_contact and options.moving):
                         if control[AFTER] > 0.0:
                             set_pose(obstacles, number)
@@ -319,8 +325,9 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles, a long shape or MPRGP, optimised compilation takes longer than many runs; else
-    # it pays in the loop over cells
-    long = has_friction or slots > 1 or options.projected or not {"plane", "sphere"}.issuperset(options.shapes)
+    # with friction, several obstacles, pairs, a long shape or MPRGP, optimised compilation takes longer than many runs;
+    # else it pays in the loop over cells
+    long = has_friction or slots > 1 or options.projected or coupled
+    long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
     return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)

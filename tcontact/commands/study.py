@@ -81,7 +81,7 @@ def _study(arguments: argparse.Namespace) -> Any:
     study = Study(
         name=arguments.case,
         problem=problem,
-        methods=arguments.methods or methods.standard(problem.METHODS),
+        methods=arguments.methods or _methods(problem),
         sizes=arguments.sizes or problem.SIZES,
         cfls=arguments.steps or (0.9,),
         parameters=wanted.scene,
@@ -100,6 +100,11 @@ def _study(arguments: argparse.Namespace) -> Any:
         return 0 if any(row["ok"] for row in report["rows"]) and not report["interrupted"] else 1
 
     return go
+
+
+def _methods(problem: Any) -> tuple[str, ...]:
+    """Return the methods of a problem, with an implicit scheme where one runs it."""
+    return tuple(problem.METHODS) if not getattr(problem, "SCHEMES", True) else methods.standard(problem.METHODS)
 
 
 def _hard_cases(arguments: argparse.Namespace) -> Any:

@@ -57,8 +57,7 @@ class MasslessContactTerm(ContactTerm):
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:
         """The first body whose last static solve did not converge, and the reason; or None."""
-        found = self.static_solve.trouble
-        return found if found is not None or self.pairs is None else self.pairs.trouble
+        return self.static_solve.trouble or super().trouble
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the velocity [k, 3] [m/s] of the contact nodes for the first prediction; dt [s]: first step."""
@@ -88,5 +87,4 @@ class MasslessContactTerm(ContactTerm):
         }
 
     def owned(self) -> list[arrays.Array]:
-        pairs = [] if self.pairs is None else self.pairs.owned()
-        return [*super().owned(), *self.static_solve.owned(), *pairs]
+        return [*super().owned(), *self.static_solve.owned()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .constraint_rows import ConstraintRows
 from .friction import Friction
 from .layered_friction import LayeredFriction, make_friction
 from .obstacles import Obstacles
+from .pairs.pair_contact import PairContact
 
 if TYPE_CHECKING:
     from ..kernels.language.bundles import ContactOptions
@@ -40,7 +41,7 @@ class ContactTerm:
     kicked = True  # some components of contact nodes have mass
     viscous = False  # the contact cells have viscosity
     projected = False  # MPRGP replaces the sweeps
-    pairs: Any = None  # rows of pairs of bodies
+    pairs: PairContact | None = None  # rows of pairs of bodies
 
     def __init__(self, scene: Scene, domain: Domain) -> None:
         assert domain.contact is not None
@@ -101,7 +102,7 @@ class ContactTerm:
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:
         """The body whose last step failed, and the reason; or None."""
-        return None
+        return None if self.pairs is None else self.pairs.trouble
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the start velocity [k, 3] [m/s] of the contact nodes; dt [s]: the first step."""
@@ -135,7 +136,9 @@ class ContactTerm:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""
         own = (item for item in vars(self).values() if hasattr(item, "shape"))
-        return [*self.obstacles.owned(), *own, *([] if self.rows is None else [self.rows.values])]
+        parts = [] if self.rows is None else [self.rows.values]
+        parts += [] if self.pairs is None else self.pairs.owned()
+        return [*self.obstacles.owned(), *own, *parts]
 
 
 class PenaltyContactTerm(ContactTerm):
@@ -149,6 +152,7 @@ class PenaltyContactTerm(ContactTerm):
         assert isinstance(scene.contact, PenaltyContact)
         assert domain.contact is not None
         self.penalty_stiffness = arrays.put(scene.contact.stiffness * domain.contact.areas)
+        self.pairs = PairContact(domain) if domain.pairs else None
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Return the arrays by the names of kernels/language/bundles.Contact."""

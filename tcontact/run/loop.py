@@ -13,6 +13,7 @@ from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning
 from ..device import arrays
+from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
 from ..planning.measured import combined
 from ..planning.planning import Plan
@@ -89,7 +90,7 @@ class Run:
         self.limits = [
             StableSteps(
                 domain.internal_force.without_boundary(),
-                [StableStep(view.plan, scene.obstacles, stiffness, view.viscous_force) for view in domain.views],
+                [self._stable_step(view, stiffness) for view in domain.views],
             )
             for domain in self.domains
         ]
@@ -109,6 +110,11 @@ class Run:
         self._may_flutter = scene.largest_friction >= FLUTTERS and any(
             body.contact and body.contact.removal == "normal" for body in planned.bodies
         )
+
+    def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
+        """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""
+        springs = spring_areas(self.planned.bodies, self.scene.body_pairs, view.plan) if stiffness else None
+        return StableStep(view.plan, self.scene.obstacles, stiffness, view.viscous_force, springs)
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)

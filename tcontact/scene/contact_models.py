@@ -1,4 +1,4 @@
-"""Contact models for rigid obstacles."""
+"""Contact models, for rigid obstacles and between bodies."""
 
 from __future__ import annotations
 
@@ -52,7 +52,8 @@ class MasslessContact:
 class PenaltyContact:
     """A penalty of the given stiffness per area [N/m^3] on nodes with their ordinary mass: the usual baseline.
 
-    It cuts the stable step (`Result.dt_limit` includes it).
+    Between bodies it acts on the nodes of the slave, each on its closest master face. It cuts the stable step
+    (`Result.dt_limit` includes it).
     """
 
     stiffness: float

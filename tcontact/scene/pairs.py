@@ -18,7 +18,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from .body import Body
-from .contact_models import MasslessContact
+from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
@@ -118,11 +118,11 @@ def joint_friction(friction: FrictionModel | None, pairs: Any) -> FrictionModel 
 
 def hindrance(scene: Any) -> str:
     """Return what rules out contact between the bodies of a scene, or ""."""
-    if not isinstance(scene.contact, MasslessContact):
-        return "contact between bodies needs contact=MasslessContact()"
-    if scene.contact.penalty is not None:
-        return "contact between bodies has no penalty: leave MasslessContact.penalty at None"
-    if scene.contact.solver == "gauss-seidel":
+    if not isinstance(scene.contact, MasslessContact | PenaltyContact):
+        return "contact between bodies needs contact=MasslessContact() or PenaltyContact(stiffness)"
+    if getattr(scene.contact, "penalty", None) is not None:
+        return "contact between bodies has no penalty without mass: leave MasslessContact.penalty at None"
+    if getattr(scene.contact, "solver", "auto") == "gauss-seidel":
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
     if isinstance(scene.friction, FrictionLayer):
         return "contact between bodies goes with Coulomb or RegularizedCoulomb friction only"

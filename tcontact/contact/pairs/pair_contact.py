@@ -14,12 +14,14 @@ from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from ..constraint_rows import ConstraintRows
 from .coupling import Coupling, couple, deepest_point
+from .node_to_surface import couple_nodes
 from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
+YIELDS = 1.0  # the same with a penalty
 SPARE = 1.5  # room of the arrays over what they hold, when they grow
 
 
@@ -38,6 +40,9 @@ class PairContact:
         self._slot = np.full(len(domain.reference), -1)
         self._slot[domain.boundary] = np.arange(len(domain.boundary))
         self._count = len(contact.nodes)
+        gives_way = contact.basis is None  # a penalty on nodes with mass
+        self._couple = couple_nodes if gives_way else couple
+        self._left = YIELDS if gives_way else LEFT
         self.surfaces = surfaces_of(domain)
         self.facings = facings_of(domain, self.surfaces)
         self.labels = [body.label for body in domain.bodies]
@@ -85,7 +90,7 @@ class PairContact:
             self._searched = u[self._nodes].copy()
             self.searches += 1
         pairs = zip(self.facings, self._candidates, strict=True)
-        couplings = [couple(facing, positions, found) for facing, found in pairs]
+        couplings = [self._couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
         if self.rebuilds == 0:
             self._close(couplings, positions)
@@ -196,8 +201,9 @@ class PairContact:
         for facing in self.facings:
             pairs = close_faces(facing, positions)
             gap, where = deepest_point(facing, positions, pairs)
-            gap = max(gap, float(_gaps(self._movable(couple(facing, positions, pairs)), positions).min(initial=np.inf)))
-            allowed = (LEFT if u.any() else OVERLAP) * facing.slave.size
+            rows = self._movable(self._couple(facing, positions, pairs))
+            gap = max(gap, float(_gaps(rows, positions).min(initial=np.inf)))
+            allowed = (self._left if u.any() else OVERLAP) * facing.slave.size
             if gap < -max(allowed, facing.closed):
                 others = sorted({self.labels[body] for body in facing.master_bodies})
                 place = ", ".join(f"{part:.4g}" for part in where)

@@ -1,9 +1,9 @@
 """The methods of a study: a way to resolve contact, with a time scheme. Their names are read here.
 
-A name is CONTACT or CONTACT@SCHEME. CONTACT: massless-normal, massless-full, massless-depth-D (D layers), impulse,
-massless-penalty-K and penalty-K, with K in the problem's unit of stiffness (young/h unless the problem says otherwise);
-SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given; SCHEME*F takes F times the step that
-the cfl number of the study asks for, which is what implicit schemes are for.
+A name is CONTACT, CONTACT@SCHEME, or one of these with *F. CONTACT: massless-normal, massless-full, massless-depth-D (D
+layers), impulse, massless-penalty-K and penalty-K, with K in the problem's unit of stiffness (young/h unless it says
+otherwise); SCHEME: a name of `tcontact.schemes.SCHEMES`, central-difference if none is given; *F takes F times the step
+that the cfl number of the study asks for, which is what implicit schemes are for.
 """
 
 from __future__ import annotations
@@ -45,17 +45,20 @@ STANDARD = (
 
 @dataclass(frozen=True)
 class Method:
-    """One method: its name, its contact model for a unit of stiffness [N/m^3], its time scheme for a cfl number."""
+    """One method: its name, its contact model for a unit of stiffness [N/m^3], its time scheme.
+
+    scheme(cfl, step): the cfl number counts in `step` [s], or in the stable step of the method itself if that is None.
+    """
 
     name: str
     contact: Callable[[float], ContactModel]
-    scheme: Callable[[float], Any]
+    scheme: Callable[..., Any]
 
 
 def method(name: str) -> Method:
     """Return the method of the given name. Raises `InputError` with the known ones."""
-    contact, _, wanted = name.partition("@")
-    scheme, _, times = wanted.partition("*")
+    whole, _, times = name.partition("*")
+    contact, _, scheme = whole.partition("@")
     scheme = scheme or CentralDifference.name
     try:
         longer = float(times or 1.0)
@@ -74,9 +77,13 @@ def method(name: str) -> Method:
             return Method(
                 name=name,
                 contact=partial(build, number),
-                scheme=lambda cfl: SCHEMES[scheme](cfl=longer * cfl),
+                scheme=partial(_scheme, SCHEMES[scheme], longer),
             )
     raise InputError("--methods", name, f"use {', '.join(FAMILIES)} (D, K: numbers above 0), with @SCHEME if wanted")
+
+
+def _scheme(kind: Any, longer: float, cfl: float, step: float | None = None) -> Any:
+    return kind(cfl=longer * cfl) if step is None else kind(dt=longer * cfl * step)
 
 
 def standard(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -81,10 +81,11 @@ def _one(study: Study, chosen: Method, size: int, cfl: float, reference: Any) ->
     try:
         scene = build(study, chosen, size)
         walls: list[float] = []
+        step = study.problem.step(scene) if hasattr(study.problem, "step") else None
         while not walls or (sum(walls) < SHORT and len(walls) < REPEATS):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                result = tc.simulate(scene, scheme=chosen.scheme(cfl), threads=study.threads)
+                result = tc.simulate(scene, scheme=chosen.scheme(cfl, step), threads=study.threads)
             walls.append(result.wall_s)
             row.setdefault("compile_s", result.compile_s)
             if not result.ok:

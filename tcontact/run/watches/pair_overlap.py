@@ -77,4 +77,4 @@ def _overlap(one: str, other: str, place: np.ndarray, time: float) -> Stop:
     where = ", ".join(f"{part:.4g}" for part in place)
     text = f"a node of body {one} at ({where}) is deep inside body {other} at t = {time:.6g} s: faces outside their"
     return Stop("missed-contact", f"{text} contact sets met, or the bodies went too far in a step: add the faces to"
-                                  " Body.contact, or give the scheme a smaller cfl")  # fmt: skip
+                                  " Body.contact, or give a smaller cfl or a stiffer penalty")  # fmt: skip

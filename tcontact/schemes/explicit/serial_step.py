@@ -56,8 +56,8 @@ class SerialStep:
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
-        self.pairs: PairContact | None
-        self.pairs = pairs = contact.pairs if isinstance(contact, MasslessContactTerm) else None
+        self.pairs: PairContact | None = None if contact is None else contact.pairs
+        pairs = self.pairs
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = group_size(*groups)
@@ -138,8 +138,8 @@ class SerialStep:
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
         if control[names.WANTS_ROWS] == 1.0:
-            self._build_rows(u)
-            if control[names.WANTS_MEASURE] == 0.0:
+            self.build_rows(u)
+            if self.kinds.model == "massless" and control[names.WANTS_MEASURE] == 0.0:
                 control[names.START] = names.MEASURED
                 control = self._go(control, u, v)
         while control[names.WANTS_MEASURE] == 1.0:
@@ -150,7 +150,7 @@ class SerialStep:
             control = self._go(control, u, v)
         return done
 
-    def _build_rows(self, u: arrays.Array) -> None:
+    def build_rows(self, u: arrays.Array) -> None:
         """Build the rows of pairs of bodies anew."""
         assert self.pairs is not None
         self.pairs.rebuild(arrays.get(u).reshape(-1, 3))

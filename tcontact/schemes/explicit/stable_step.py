@@ -85,7 +85,8 @@ class StableStep:
     """The search for the stable step of one body; `StableSteps` supplies the force products.
 
     stiffness [N/m^3]: penalty per area of contact nodes with mass, taken as closed: along the normals of planes that do
-    not turn, along all directions for other obstacles; viscous_force: force of viscous contact cells.
+    not turn, along all directions for other obstacles and bodies; viscous_force: force of viscous contact cells;
+    springs [k] [m^2]: areas with which it acts on a body in contact with others (planning/closed_springs.py).
     """
 
     def __init__(
@@ -94,13 +95,16 @@ class StableStep:
         obstacles: Sequence[Obstacle],
         stiffness: float | None,
         viscous_force: ViscousForce | None = None,
+        springs: np.ndarray | None = None,
     ) -> None:
         self.plan = plan
         self.mass = np.repeat(plan.lumped, 3)
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
-        self.penalty = None if stiffness is None or contact is None else stiffness * contact.areas
-        fixed = all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles)
+        self.penalty = None
+        if stiffness is not None and contact is not None:
+            self.penalty = stiffness * (contact.areas if springs is None else springs)
+        fixed = all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles) and springs is None
         self.normals = np.array([obstacle.frame[2] for obstacle in obstacles]) if fixed else np.eye(3)
         self.start: np.ndarray | None = None
         self.elastic = np.inf  # last estimate without viscosity [s]

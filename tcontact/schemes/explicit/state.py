@@ -82,8 +82,12 @@ class DomainState:
         return result if self.domain.images is None else self.domain.images.follow(result)
 
     def begin_contact(self, dt: float) -> None:
-        """Bring massless nodes to equilibrium at the start; dt [s]: the first step."""
-        if self.serial is not None and self.contact is not None and self.contact.kernel == "massless":
+        """Bring massless nodes to equilibrium at the start, or build the rows of a penalty; dt [s]: the first step."""
+        if self.serial is None or self.contact is None:
+            return
+        if self.contact.kernel == "penalty" and self.contact.pairs is not None:
+            self.serial.build_rows(self.u)
+        if self.contact.kernel == "massless":
             assert self.domain.contact is not None
             self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, 0.0, dt)
             self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)

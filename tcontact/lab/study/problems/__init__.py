@@ -3,6 +3,7 @@
 A problem has `scene(cells=..., ...)` with keyword parameters, `errors(result)` (name -> relative error; `ERRORS` lists
 the names, the main one first), `SIZES` and `METHODS` (defaults), and `unit(scene)` (the stiffness [N/m^3] that the K of
 the method penalty-K multiplies). It may have `displaced(scene)`, the scene with its start, once its contact is known;
+`step(scene)`, the step [s] in which cfl counts for all methods alike; `SCHEMES = False` where no implicit one runs it;
 `REFERENCE`, a line on what the errors refer to; and `reference` (see `tcontact.lab.study.reference`), which turns
 `errors` into `errors(result, reference)`.
 """
