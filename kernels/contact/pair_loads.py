@@ -11,7 +11,7 @@ from ..language.entries import row
 from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
 from .constraint_rows import number_of, vector_of
 from .islands import node_count
-from .pair_rows import UNREACHED, entry, weight
+from .pair_rows import UNREACHED, entry, pair_row, weight
 
 
 @ti.func
@@ -31,8 +31,8 @@ def hand_over_pairs(
     on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        force = vector_of(rows, k, rows.at.force)
-        gap, pressed = number_of(rows, k, rows.at.gap), force.norm() > 0.0
+        force = vector_of(rows, pair_row(rows, k), rows.at.force)
+        gap, pressed = number_of(rows, pair_row(rows, k), rows.at.gap), force.norm() > 0.0
         slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
         last = -1
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):

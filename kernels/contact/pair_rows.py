@@ -2,10 +2,11 @@
 
     g = nu . (x_s - sum_m P_sm x_m) >= 0,   lambda >= 0,   force lambda nu on s, -P_sm lambda nu on m
 
-The rows stand in the slot of their slave, where an obstacle has none. A change of basis in the normal component makes
-the constraint a bound on one number of the slave, y_s = d_s - nu nu.(P d): `spread` is d = T y, `collect` is T^t f. A
-slave may be a master of softer bodies: the rows stand in the order of their slaves, the masters of a row before it, so
-that one pass through them, or one backward, is T or T^t.
+The rows stand in the last slot of their slaves, behind those of obstacles. A change of basis makes the constraint a
+bound on one number of the slave, y_s = d_s - l nu.(P d): `spread` is d = T y, `collect` is T^t f. The lift l is nu
+where the slave has no other row, else l.nu = 1 and l.n = 0 for the normals n of its other rows, which then bound y_s as
+they bound d_s (static/chosen_rows.py). A slave may be a master of softer bodies: the rows stand in the order of their
+slaves, the masters of a row before it, so that one pass through them, or one backward, is T or T^t.
 
 nu is the mean normal of the faces of a row, renewed with every gap; weights and faces are kept until the slip is too
 large (`is_stale`). Places of the data: pair_places.py.
@@ -33,13 +34,12 @@ from ..pair_places import (
     SLAVES,
     SLIP,
     SLIP_LIMIT,
-    SQUEEZED,
     STALE,
     SURFACE,
     SURFACE_NODES,
     WEIGHTS,
 )
-from .constraint_rows import normal_of, number_of, set_number, set_vector
+from .constraint_rows import normal_of, set_number, set_vector, vector_of
 from .islands import node_count
 
 UNREACHED = 1e300  # gap of a node without a row
@@ -103,32 +103,37 @@ def present_normal(coupling: ti.template(), body: ti.template(), r):
 def fill_pair_rows(
     coupling: ti.template(), contact: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template()
 ):
-    """Fill the rows of all slaves at the present displacement; without obstacles the other nodes have empty ones."""
-    if ti.static(len(contact.options.shapes) == 0):
-        clear_rows(contact, rows)
+    """Fill the rows of all slaves at the present displacement; the other nodes have empty ones."""
+    clear_rows(contact, rows)
     for r in range(coupling.lists[ROWS]):
         fill_pair_row(coupling, boundary, rows, body, r)
 
 
 @ti.func
 def fill_pair_row(coupling: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template(), r):
-    """Fill row r; note a slave that is deep in an obstacle, to which its only row does not belong."""
+    """Fill row r."""
     k = entry(coupling, SLAVES, r)
-    if ti.static(len(rows.options.shapes) > 0):  # the row of the obstacle, which this one replaces
-        if number_of(rows, k, rows.at.gap) < 0.0 - row_number(coupling, r, SLIP_LIMIT):
-            coupling.values[SQUEEZED] = 1.0 + r
+    own = pair_row(rows, k)
     between, normal = apart(coupling, boundary, body, r), present_normal(coupling, body, r)
-    set_number(rows, k, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
-    set_vector(rows, k, rows.at.normal, normal)
-    set_number(rows, k, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
+    set_number(rows, own, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
+    set_vector(rows, own, rows.at.normal, normal)
+    set_number(rows, own, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
+
+
+@ti.func
+def pair_row(rows: ti.template(), k):
+    """Return the constraint row of contact node k that belongs to pairs: its last one."""
+    slots = ti.static(rows.options.slots)
+    return k * slots + (slots - 1)
 
 
 @ti.func
 def clear_rows(contact: ti.template(), rows: ti.template()):
-    """Empty the rows of all contact nodes."""
+    """Empty the rows of pairs of all contact nodes."""
     for k in range(node_count(contact)):
-        set_number(rows, k, rows.at.gap, UNREACHED)
-        set_vector(rows, k, rows.at.normal, ti.Vector.zero(ti.f64, 3))
+        own = pair_row(rows, k)
+        set_number(rows, own, rows.at.gap, UNREACHED)
+        set_vector(rows, own, rows.at.normal, ti.Vector.zero(ti.f64, 3))
 
 
 @ti.func
@@ -140,7 +145,7 @@ def is_stale(coupling: ti.template(), boundary: ti.template(), rows: ti.template
     stale = ti.select(coupling.values[STALE] != 0.0, 1, 0)
     largest = 0.0
     for r in range(coupling.lists[ROWS]):
-        normal = normal_of(rows, entry(coupling, SLAVES, r))
+        normal = normal_of(rows, pair_row(rows, entry(coupling, SLAVES, r)))
         slip = apart(coupling, boundary, body, r) - row_vector(coupling, r, ORIGIN)
         slip = slip - normal.dot(slip) * normal
         largest = ti.max(largest, slip.norm())
@@ -182,6 +187,18 @@ def along(contact: ti.template(), k, vector, block: ti.template()):
 
 
 @ti.func
+def lift_of(contact: ti.template(), rows: ti.template(), k, normal, block: ti.template()):
+    """Return a vector [block] and a number; their ratio is the motion of slave k for a unit normal motion of masters."""
+    lift = along(contact, k, normal, block)
+    size = lift.norm_sqr()
+    if ti.static(rows.at.lift >= 0):
+        whole = vector_of(rows, pair_row(rows, k), rows.at.lift)
+        lift = ti.Vector([whole[j] for j in ti.static(range(block))])
+        size = 1.0
+    return lift, size
+
+
+@ti.func
 def spread(
     coupling: ti.template(),
     contact: ti.template(),
@@ -198,8 +215,8 @@ def spread(
     count = node_count(contact)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
+        normal = normal_of(rows, pair_row(rows, k))
+        lift, size = lift_of(contact, rows, k, normal, block)
         total = 0.0
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
@@ -211,7 +228,7 @@ def spread(
                 total += weight(coupling, i) * part
         for j in ti.static(range(block)):
             place = first + j * stride + k
-            values[place] = values[place] + own[j] * (total / own.norm_sqr())
+            values[place] = values[place] + lift[j] * (total / size)
 
 
 @ti.func
@@ -229,12 +246,12 @@ def collect(
     for back in range(rest):
         r = rest - 1 - back
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
+        normal = normal_of(rows, pair_row(rows, k))
+        lift, size = lift_of(contact, rows, k, normal, block)
         total = 0.0
         for j in ti.static(range(block)):
-            total += own[j] * values[first + j * stride + k]
-        total = total / own.norm_sqr()
+            total += lift[j] * values[first + j * stride + k]
+        total = total / size
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:

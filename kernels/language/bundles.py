@@ -101,7 +101,8 @@ class RowPlaces(NamedTuple):
     (3) [m/s]: of the partner at the node, now; mean_velocity (3): over the last step; force (3) [N]: on the node,
     without kick_friction (3) [N], the friction of the kick. With friction: coefficient; pressing [N]: lambda. With
     friction in the static solve: traction (3) [N]: friction force now; traction_before (3): one step before; slip (3)
-    [m]: since then.
+    [m]: since then. Rows of pairs beside those of obstacles: lift (3), motion of the slave for a unit normal motion of
+    its masters, in its massless components.
     """
 
     gap: int
@@ -116,6 +117,7 @@ class RowPlaces(NamedTuple):
     traction: int
     traction_before: int
     slip: int
+    lift: int
     width: int
 
 
@@ -167,6 +169,16 @@ class ContactOptions(NamedTuple):
     coupled: bool = False
 
     @property
+    def obstacle_slots(self) -> int:
+        """Return how many rows of a node are those of obstacles; the last one of a body in pairs belongs to these."""
+        return self.slots - 1 if self.coupled else self.slots
+
+    @property
+    def bounds(self) -> int:
+        """Return the largest number of rows that bound a node in one linear problem."""
+        return min(self.slots, self.block)
+
+    @property
     def static_friction(self) -> bool:
         """Return whether friction is part of the static solve."""
         return bool(self.friction) and self.block > 1
@@ -189,6 +201,7 @@ class ContactOptions(NamedTuple):
             "traction": 3 * solved,
             "traction_before": 3 * solved,
             "slip": 3 * solved,
+            "lift": 3 * (self.coupled and self.slots > 1),
         }
         places, width = {}, 0
         for name, size in sizes.items():

@@ -14,7 +14,7 @@ from ..columns import SUMS
 from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
 from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
-from ..contact.pair_rows import entry, is_slave, press_masters
+from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..language.entries import row
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, STATS, SWEEPS
@@ -95,7 +95,7 @@ def massless_load(
                 k = entry(coupling, SLAVES, r)
                 _stored, left = massless_load_node(body, boundary, contact, rows, system, k)
                 residual = ti.max(residual, left)
-                press_masters(coupling, body.special_force, r, vector_of(rows, k, rows.at.force))
+                press_masters(coupling, body.special_force, r, vector_of(rows, pair_row(rows, k), rows.at.force))
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
             alone = 1
             if ti.static(contact.options.coupled):

@@ -3,7 +3,7 @@
 d = T y gives every slave the normal motion of its masters (contact/pair_rows.py). The diagonal block of T^t K T at a
 master is K_mm and what its slaves hand over,
 
-    D_m = K_mm + sum_s P_sm^2 (n_s . D_s n_s / |n_s|^4) b b^t,   b = B_m^t nu_s,  n_s = B_s^t nu_s,
+    D_m = K_mm + sum_s P_sm^2 (l_s . D_s l_s) b b^t,   b = B_m^t nu_s,   l_s: lift of the slave (contact/pair_rows.py),
 
 without the terms between two slaves. It is the block from which node_basis.py makes the basis of the node. These blocks
 do not bound the eigenvalues; the length of a projected step comes from the largest one, found by power iteration.
@@ -13,7 +13,7 @@ import taichi as ti
 
 from ..contact.constraint_rows import normal_of
 from ..contact.islands import first_node, first_pack, node_count
-from ..contact.pair_rows import along, collect, entry, spread, weight
+from ..contact.pair_rows import along, collect, entry, lift_of, pair_row, spread, weight
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES
@@ -73,10 +73,9 @@ def precondition(
     for back in range(number):
         r = number - 1 - back
         k = entry(coupling, SLAVES, r)
-        normal = normal_of(rows, k)
-        own = along(contact, k, normal, block)
-        length = own.norm_sqr()
-        stiffness = own.dot(square(system.inverse, k, stride, block) @ own) / (length * length)
+        normal = normal_of(rows, pair_row(rows, k))
+        lift, size = lift_of(contact, rows, k, normal, block)
+        stiffness = lift.dot(square(system.inverse, k, stride, block) @ lift) / (size * size)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:
@@ -109,7 +108,7 @@ def pair_step(
         if stats[place + PAIR_STEP] == 0.0:
             first, end = first_pack(contact, island), first_pack(contact, island + 1)
             for pack in range(first, end):
-                set_basis(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                set_basis(system, starts[pack], starts[pack + 1] - starts[pack], block, contact.options.bounds)
             for k in range(first_node(contact, island), first_node(contact, island + 1)):
                 for j in ti.static(range(block)):  # any vector that no symmetry makes special
                     system.response[(at.direction + j) * stride + k] = ti.sin(1.0 + 7.0 * k + 3.0 * j)

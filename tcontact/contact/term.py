@@ -46,7 +46,7 @@ class ContactTerm:
         assert domain.contact is not None
         contact: ContactPlan = domain.contact
         count = len(contact.nodes)
-        self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS))
+        self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS) + bool(domain.pairs))
         centre = domain.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MAXIMUM_ROWS if domain.small else 1)
         self.islands = islands_of(domain)

@@ -1,6 +1,6 @@
 """Choose the solver of the static solve of a body: Gauss-Seidel sweeps, or MPRGP where they stall (METHOD 2).
 
-MPRGP needs at most one obstacle, no friction in the massless components and no penalty. Measured on one face of 32^3
+MPRGP needs at most one obstacle (with other bodies several), no friction in the massless components and no penalty. Measured on one face of 32^3
 hexahedra, one product takes as long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full
 removal (16 products, 21 sweeps); above it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one
 volume change per cell this happens with normal removal too, at a larger poisson. Contact cells much taller than wide
@@ -41,11 +41,12 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     model, contact = scene.contact, body.contact
     assert isinstance(model, MasslessContact)
     assert contact is not None
-    hindrance = _hindrance(scene, contact.block)
+    paired = any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs)
+    hindrance = _hindrance(scene, contact.block, paired)
     if model.solver == "projected-gradient" and hindrance:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
-    if any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs):
+    if paired:
         return StaticSolver(True, "bodies in contact with each other")
     if model.solver != "auto":
         return StaticSolver(model.solver == "projected-gradient", "asked for")
@@ -70,9 +71,9 @@ def projected(scene: Scene, bodies: Iterable[BodyPlan]) -> bool:
     return any(static_solver(scene, body).projected for body in massless)
 
 
-def _hindrance(scene: Scene, block: int) -> str:
-    """Return what rules out MPRGP, or ""."""
-    if len(scene.obstacles) > 1:
+def _hindrance(scene: Scene, block: int, paired: bool) -> str:
+    """Return what rules out MPRGP, or ""; paired: for a body in contact with others."""
+    if len(scene.obstacles) > 1 and not paired:
         return "more than one obstacle"
     if scene.friction is not None and block > 1:
         return "friction in the static solve"

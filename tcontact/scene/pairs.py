@@ -100,8 +100,6 @@ def hindrance(scene: Any) -> str:
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
     if scene.friction is not None:
         return "friction between bodies is not available yet: leave Scene.friction at None"
-    if len(scene.obstacles) > 1:
-        return "contact between bodies goes with at most one obstacle"
     if any(body.images is not None for body in scene.bodies):
         return "contact between bodies is not available for periodic bodies"
     return ""
