@@ -15,10 +15,13 @@ from ..contact.pair_rows import pair_row
 from ..node_places import PLACES
 from ..pair_places import SQUEEZED
 from .control import REACH
-from .massless_node import basis_of, constraints
+from .massless_node import basis_of, constraints, entries
+from .several_bounds import row_of
 
 INDEPENDENT = 0.05  # sine of the angle between a normal and those taken before it, below which its row is left out
-DEEP = 0.3  # depth in a row that is left out, over the longest move of a solve, beyond which a node is squeezed
+OPPOSED = -0.95  # cosine between two normals below which the farther one is left out: the node could only slip away
+SAME = 0.99  # cosine between the normals of two obstacles above which the nearer one stands for both
+DEEP = 0.3  # depth in a row, over the longest move of a solve, beyond which a node that has left out a row is squeezed
 BEYOND = 1e100  # added to the gap of rows out of reach, to order them behind the others
 
 
@@ -42,7 +45,8 @@ def choose_rows(contact: ti.template(), rows: ti.template(), system: ti.template
             place = gaps[p]
             if ti.static(p < slots - 1):
                 place = ti.select(gaps[p] <= reach, gaps[p], gaps[p] + BEYOND)
-            if this.norm() > 0.0 and place < nearest and rest.norm() >= INDEPENDENT * this.norm():
+            fits = this.norm() > 0.0 and rest.norm() >= INDEPENDENT * this.norm()
+            if place < nearest and fits and cosines(contact, system, k, this, i).min() > OPPOSED:
                 nearest, gap, normal, direction = place, gaps[p], this, rest / rest.norm()
                 taken[i] = p
         system.gaps[i * stride + k] = gap
@@ -61,6 +65,17 @@ def orthogonal(vector, directions, block: ti.template(), bounds: ti.template()):
         direction = ti.Vector([directions[i, j] for j in ti.static(range(block))])
         rest = rest - direction.dot(rest) * direction
     return rest
+
+
+@ti.func
+def cosines(contact: ti.template(), system: ti.template(), k, normal, count: ti.template()):
+    """Return the cosines of a normal [block] with those of the first `count` rows that enter at node k; 0 is none."""
+    block = ti.static(contact.options.block)
+    result = ti.Vector.zero(ti.f64, 3)
+    for i in ti.static(range(count)):
+        other = entries(system.normals, k, system.stiffness.shape[0], i * block, block)
+        result[i] = normal.dot(other) / ti.max(normal.norm() * other.norm(), 1e-300)
+    return result
 
 
 @ti.func
@@ -90,12 +105,22 @@ def set_lift(
 
 @ti.func
 def find_squeezed(coupling: ti.template(), contact: ti.template(), rows: ti.template(), system: ti.template()):
-    """Note a row in which a node stays deep while another one presses it, as 1 + its number."""
-    block, slots = ti.static(contact.options.block, contact.options.slots)
-    deep = 0.0 - DEEP * system.settings[REACH]
+    """Note a node k that stays deep in a row and has no place for row p beside q, as 1 + (k slots + p) slots + q."""
+    block, slots, bounds = ti.static(contact.options.block, contact.options.slots, contact.options.bounds)
+    reach = system.settings[REACH]
     for k in range(node_count(contact)):
-        if contact.active[k] != 0:
-            _normals, gaps = constraints(rows, k, basis_of(contact.basis, k, block), block, slots)
+        normals, gaps = constraints(rows, k, basis_of(contact.basis, k, block), block, slots)
+        if gaps.min() < 0.0 - DEEP * reach:
+            choose_rows(contact, rows, system, k, reach)
+            nearest = row_of(contact, system, k, 0, block)
             for p in ti.static(range(slots)):
-                if gaps[p] < deep and (contact.active[k] >> p) & 1 == 0:
-                    coupling.values[SQUEEZED] = 1.0 + k * slots + p
+                normal = ti.Vector([normals[p, j] for j in ti.static(range(block))])
+                left_out = normal.norm() > 0.0 and gaps[p] <= reach
+                similar = cosines(contact, system, k, normal, bounds)
+                for i in ti.static(range(bounds)):
+                    enters = row_of(contact, system, k, i, block)
+                    of_obstacles = p < slots - 1 and enters < slots - 1  # the nearer one of these stands for both
+                    if enters == p or (of_obstacles and similar[i] >= SAME):
+                        left_out = False
+                if left_out:
+                    coupling.values[SQUEEZED] = 1.0 + (k * slots + p) * slots + nearest

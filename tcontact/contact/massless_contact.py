@@ -62,7 +62,7 @@ class MasslessContactTerm(ContactTerm):
         if found is not None or self.pairs is None or self.slots == 1:
             return found
         obstacles = [self.labels[number % len(self.labels)] for number in arrays.get(self.candidates)]
-        return self.pairs.squeezed(self.slots, arrays.get(self.active), obstacles)
+        return self.pairs.squeezed(self.slots, obstacles)
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the velocity [k, 3] [m/s] of the contact nodes for the first prediction; dt [s]: first step."""

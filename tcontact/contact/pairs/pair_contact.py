@@ -49,7 +49,8 @@ class PairContact:
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
-        self.margin = min(facing.margin for facing in self.facings) / 4.0
+        # two faces that are as far apart as the reach may then touch at most when the rows are built anew
+        self.margin = min(min(facing.margin / 4.0, facing.reach / 2.0) for facing in self.facings)
         self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
@@ -204,25 +205,24 @@ class PairContact:
             small = np.abs(gap) <= facing.closed
             self._closed[self._slot[one.slaves[small]]] = gap[small]
 
-    def squeezed(self, slots: int, active: np.ndarray, obstacles: Sequence[str]) -> tuple[BodyPlan, str] | None:
+    def squeezed(self, slots: int, obstacles: Sequence[str]) -> tuple[BodyPlan, str] | None:
         """Return the body of a contact node that is squeezed between partners, and the reason; None without any.
 
-        slots: rows of a node; active [k]: its rows that press, as bits; obstacles [k * slots]: names of the obstacles
-        of all rows.
+        slots: rows of a node; obstacles [k * slots]: names of the obstacles of all rows.
         """
-        row = int(arrays.get(self.values)[at.SQUEEZED]) - 1
-        if row < 0:
+        noted = int(arrays.get(self.values)[at.SQUEEZED]) - 1
+        if noted < 0:
             return None
+        row, pressing = divmod(noted, slots)
         k, deep = divmod(row, slots)
-        pressing = [p for p in range(slots) if active[k] >> p & 1]
         names = [self._masters_of(k) if p == slots - 1 else f"obstacle {obstacles[k * slots + p]}"
-                 for p in (*pressing, deep)]  # fmt: skip
+                 for p in (pressing, deep)]  # fmt: skip
         node = int(self._boundary[k])
         body = int(np.searchsorted(self._node_start, node, side="right")) - 1
         place = ", ".join(f"{part:.4g}" for part in self._reference[node])
-        text = f"the contact node at ({place}) at rest is squeezed between {' and '.join(dict.fromkeys(names))}, which"
-        text += " press it from opposite sides or from more than three: leave it out of a contact set, or refine the"
-        return self._bodies[body], f"{text} mesh there (a body that is one cell thick cannot give way)"
+        text = f"the contact node at ({place}) at rest is squeezed between {' and '.join(names)}, whose normals are"
+        text += " nearly parallel there, or it has more than three partners: leave it out of a contact set, or refine"
+        return self._bodies[body], f"{text} the mesh there (the body is one cell thick)"
 
     def _masters_of(self, k: int) -> str:
         """Return the names of the bodies whose nodes are masters of contact node k."""
