@@ -1,7 +1,7 @@
 """Constraint rows of rigid obstacles: gap, normal and surface velocity at contact nodes, and loads on the obstacles.
 
-Row r = k * slots + p of node k stands for obstacle candidates[r], the last one of a body in pairs for these. Where there are more than MAXIMUM_SLOTS obstacles,
-the candidates are the nearest ones.
+Row r = k * slots + p of node k stands for obstacle candidates[r], the last one of a node in pairs of bodies for these.
+Where there are more than MAXIMUM_SLOTS obstacles, the candidates are the nearest ones.
 """
 
 import taichi as ti

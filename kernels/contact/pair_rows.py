@@ -188,7 +188,7 @@ def along(contact: ti.template(), k, vector, block: ti.template()):
 
 @ti.func
 def lift_of(contact: ti.template(), rows: ti.template(), k, normal, block: ti.template()):
-    """Return a vector [block] and a number; their ratio is the motion of slave k for a unit normal motion of masters."""
+    """Return a vector [block] and a number: slave k moves by their ratio with a unit normal motion of its masters."""
     lift = along(contact, k, normal, block)
     size = lift.norm_sqr()
     if ti.static(rows.at.lift >= 0):

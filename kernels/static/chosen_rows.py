@@ -79,9 +79,7 @@ def cosines(contact: ti.template(), system: ti.template(), k, normal, count: ti.
 
 
 @ti.func
-def set_lift(
-    rows: ti.template(), k, normals, taken, block: ti.template(), slots: ti.template(), bounds: ti.template()
-):
+def set_lift(rows: ti.template(), k, normals, taken, block: ti.template(), slots: ti.template(), bounds: ti.template()):
     """Set the lift of the row of pairs of node k: orthogonal to the other rows that enter; 0 if it does not enter."""
     own = ti.Vector([normals[slots - 1, j] for j in ti.static(range(block))])
     directions = ti.Matrix.zero(ti.f64, bounds, block)

@@ -3,9 +3,10 @@
     min 1/2 d.K d - r.d   with   g_k + n_k.d_k >= 0
 
 Dostal and Schoberl, Comput. Optim. Appl. 30 (2005) 23-43. In the bases of node_basis.py, d_k = T z_k, every diagonal
-block of K is the identity and the constraint is a bound on one component, z_k1 >= bound; with several rows at a node
-on one component each (several_bounds.py). The gradient K z - b has a free part (components above their bounds) and a chopped part (components at their bounds that pull away from the
-obstacle). Each iteration takes one of three steps along a direction p:
+block of K is the identity and the constraint is a bound on one component, z_k1 >= bound; several rows of a node bound
+one component each (several_bounds.py). The gradient K z - b has a free part (components above their bounds) and a
+chopped part (components at their bounds that pull away from the obstacle). Each iteration takes one of three steps
+along a direction p:
 
 - conjugate gradient: minimise along p, the free gradient made conjugate to the last direction.
 - expansion: if that step would cross a bound, stop at the bound, then take a projected step along the free gradient.

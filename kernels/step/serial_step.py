@@ -122,8 +122,8 @@ def make_serial_step(
 
         viscous_phase = make_viscous_phase(cells) if passes or measures else None
     if contact_model == "massless":
-        from ..static.control import CONVERGED, MEASURE, NEXT, any_island
         from ..static.chosen_rows import find_squeezed
+        from ..static.control import CONVERGED, MEASURE, NEXT, any_island
         from ..static.massless_contact import massless_load, move_out, predict
         from ..static.solve import make_resolve
 

@@ -1,10 +1,11 @@
 """Choose the solver of the static solve of a body: Gauss-Seidel sweeps, or MPRGP where they stall (METHOD 2).
 
-MPRGP needs at most one obstacle (with other bodies several), no friction in the massless components and no penalty. Measured on one face of 32^3
-hexahedra, one product takes as long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full
-removal (16 products, 21 sweeps); above it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one
-volume change per cell this happens with normal removal too, at a larger poisson. Contact cells much taller than wide
-have soft modes (sweeps at a ratio of 3, 10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
+MPRGP needs at most one obstacle, no friction in the massless components and no penalty; it solves alone, with any
+number of obstacles, for bodies in contact with each other. Measured on one face of 32^3 hexahedra, one product takes as
+long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full removal (16 products, 21 sweeps); above
+it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one volume change per cell this happens with
+normal removal too, at a larger poisson. Contact cells much taller than wide have soft modes (sweeps at a ratio of 3,
+10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
 """
 
 from __future__ import annotations
