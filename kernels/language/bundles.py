@@ -216,10 +216,11 @@ class System(NamedTuple):
     A pack is up to LANES nodes of one colour, one per lane. pack_start [packs+1]: its first node; lane_start [packs+1]:
     its first entry off the diagonal of K_KK; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k]: of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k]; gaps
-    [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row
-    without friction, else [block, k]: right side less the forces from the neighbours; for MPRGP see node_places.py.
-    Behind `increment` stand two vectors of earlier sweeps. The node is the last index, so that the lanes of a pack are
-    contiguous; arrays are LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py.
+    [slots, k], normals [slots, block, k]: of all rows, beside pairs of those that enter (static/chosen_rows.py);
+    response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row without friction, else [block, k]: right
+    side less the forces from the neighbours; for MPRGP see node_places.py. Behind `increment` stand two vectors of
+    earlier sweeps. The node is the last index, so that the lanes of a pack are contiguous; arrays are LANES - 1 nodes
+    longer than needed. settings, stats [islands, ..]: static/control.py.
     """
 
     lane_start: Index = None

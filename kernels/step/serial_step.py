@@ -93,7 +93,7 @@ def make_serial_step(
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
-    fill_pair_rows = hand_over_pairs = is_stale = None
+    fill_pair_rows = hand_over_pairs = is_stale = find_squeezed = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
