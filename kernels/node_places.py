@@ -11,7 +11,8 @@ class Places(NamedTuple):
 
     basis: T row by row; inverse: T^-t; bound: lower bound of z_1; position: z; gradient: K z - b; direction: p;
     product: K z or K p. With pairs of bodies also diagonal: the diagonal blocks of K_KK; `coupled_end` is then the
-    number of components.
+    number of components. Nodes with several rows have more bounds behind these, and the rows of all bounds;
+    `several_end` is then the number of components.
     """
 
     basis: int
@@ -23,6 +24,7 @@ class Places(NamedTuple):
     product: int
     end: int
     coupled_end: int
+    several_end: int
 
     @property
     def trial(self) -> int:
@@ -34,6 +36,18 @@ class Places(NamedTuple):
         """Return the first component of the diagonal blocks."""
         return self.end
 
+    @property
+    def bounds(self) -> tuple[int, ...]:
+        """Return the components of the lower bounds of z_1, z_2, z_3."""
+        rows = self.rows[0]
+        return self.bound, *range(self.coupled_end, rows)
+
+    @property
+    def rows(self) -> range:
+        """Return the components that hold the row of the node to which each bound belongs."""
+        block = (self.several_end - self.coupled_end + 1) // 2
+        return range(self.several_end - block, self.several_end)
+
 
 def places(block: int) -> Places:
     """Return the places of nodes with `block` components, behind those of the sweeps."""
@@ -41,7 +55,9 @@ def places(block: int) -> Places:
     inverse = basis + block * block
     bound = inverse + block * block
     end = bound + 1 + 4 * block
-    return Places(basis, inverse, bound, *(bound + 1 + i * block for i in range(4)), end, end + block * block)
+    coupled_end = end + block * block
+    vectors = (bound + 1 + i * block for i in range(4))
+    return Places(basis, inverse, bound, *vectors, end, coupled_end, coupled_end + 2 * block - 1)
 
 
 PLACES = {block: places(block) for block in (1, 3)}

@@ -16,8 +16,8 @@ PAIRS = 14  # number of pairs
 VELOCITIES = 15
 LISTS_HEADER = 16
 # `values` begins with a point near the surfaces (3) [m], to which positions are relative; the displacement [m] at which
-# the search must be repeated; 1 if the rows must be built anew; the largest slip [m]; 1 + row of a slave that is deep
-# in an obstacle, 0 without any
+# the search must be repeated; 1 if the rows must be built anew; the largest slip [m]; which contact
+# node is deep in which of its constraint rows while another one presses it (static/chosen_rows.py), 0 without any
 CENTRE, MARGIN, STALE, SLIP, SQUEEZED = 0, 3, 4, 5, 6
 VALUES_HEADER = 7
 # numbers of a row: vector from the masters to the slave when it was built (3) [m]; its normal (3) if it is the same in

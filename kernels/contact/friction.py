@@ -29,14 +29,14 @@ ROUNDS = 60  # iterations of the root search, at most
 
 @ti.func
 def tangents(normal):
-    """Return two unit vectors [2, 3] perpendicular to a unit normal and to each other."""
+    """Return two unit vectors [2, 3] perpendicular to a unit normal and to each other; zeros where it is 0."""
     smallest = 0
     for j in ti.static(range(1, 3)):
         if normal[j] * normal[j] < normal[smallest] * normal[smallest]:
             smallest = j
     axis = ti.Vector([ti.select(smallest == j, 1.0, 0.0) for j in range(3)])
     first = axis.cross(normal)
-    first = first / first.norm()
+    first = first / ti.max(first.norm(), 1e-300)
     second = normal.cross(first)
     return ti.Matrix([[first[j] for j in range(3)], [second[j] for j in range(3)]])
 

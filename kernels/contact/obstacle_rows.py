@@ -1,7 +1,7 @@
 """Constraint rows of rigid obstacles: gap, normal and surface velocity at contact nodes, and loads on the obstacles.
 
-Row r = k * slots + p of node k stands for obstacle candidates[r]. Where there are more than MAXIMUM_SLOTS obstacles,
-the candidates are the nearest ones.
+Row r = k * slots + p of node k stands for obstacle candidates[r], the last one of a node in pairs of bodies for these.
+Where there are more than MAXIMUM_SLOTS obstacles, the candidates are the nearest ones.
 """
 
 import taichi as ti
@@ -12,7 +12,6 @@ from ..language.entries import row, three
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
-from .pair_rows import is_slave
 
 
 @ti.func
@@ -43,7 +42,7 @@ def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
     x = position(contact.reference, k, u, contact.nodes[k])
     slots = ti.static(rows.options.slots)
     if ti.static(len(contact.options.shapes) > 0):
-        for p in range(slots):
+        for p in range(ti.static(rows.options.obstacle_slots)):
             fill_row(obstacles, rows, k * slots + p, x)
 
 
@@ -69,6 +68,7 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
     They are kept in the order of the scene, so that distant obstacles do not change the arithmetic of the others. As
     long as the set is the same, its order stays, and with it the data of the rows (such as friction).
     """
+    slots = ti.static(contact.options.slots)
     x = position(contact.reference, k, u, contact.nodes[k])
     found = ti.Vector([-1 for _ in range(MAXIMUM_SLOTS)])
     missing = 0
@@ -85,7 +85,7 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
                 found[slot] = p
         known = 0
         for other in ti.static(range(MAXIMUM_SLOTS)):
-            if obstacles.candidates[MAXIMUM_SLOTS * k + other] == found[slot]:
+            if obstacles.candidates[slots * k + other] == found[slot]:
                 known = 1
         missing += 1 - known
     for _, slot in ti.static(ti.ndrange(MAXIMUM_SLOTS - 1, MAXIMUM_SLOTS - 1)):
@@ -94,7 +94,7 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
         found[slot + 1] = ti.max(first, second)
     if missing > 0:
         for slot in ti.static(range(MAXIMUM_SLOTS)):
-            obstacles.candidates[MAXIMUM_SLOTS * k + slot] = found[slot]
+            obstacles.candidates[slots * k + slot] = found[slot]
 
 
 @ti.func
@@ -114,28 +114,23 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
 
 
 @ti.func
-def obstacle_loads(
-    obstacles: ti.template(), rows: ti.template(), coupling: ti.template(), contact: ti.template(), u: ti.template()
-):
+def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
     """Sum up force and moment on every obstacle, and the power of all obstacles on the bodies.
 
-    The rows of slaves are those of pairs of bodies (pair_loads.py) and do not count here. The force on an obstacle is
-    opposite to that on the node and acts at the node.
+    The force on an obstacle is opposite to that on the node and acts at the node.
     """
-    slots = ti.static(rows.options.slots)
+    slots, own = ti.static(rows.options.slots, rows.options.obstacle_slots)
     power = ti.static(loads_place(contact.options.friction != ""))
     for j in range(power, power + 1 + obstacles.records.shape[0] // RECORD * OBSTACLE_LOADS):
         contact.sums[j] = 0.0
     power_of_all = 0.0
     for k in range(node_count(contact)):
         x = position(contact.reference, k, u, contact.nodes[k])
-        for r in range(k * slots, (k + 1) * slots):
+        for r in range(k * slots, k * slots + own):
             p = obstacles.candidates[r]
             force = vector_of(rows, r, rows.at.force)
             if ti.static(rows.at.kick_friction >= 0):
                 force += vector_of(rows, r, rows.at.kick_friction)
-            if ti.static(contact.options.coupled):
-                force = ti.select(is_slave(coupling, k), 0.0, 1.0) * force
             moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)
             first = power + 1 + OBSTACLE_LOADS * p
             force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment

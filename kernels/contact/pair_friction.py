@@ -19,7 +19,7 @@ from .constraint_rows import normal_of, number_of, set_vector, vector_of, veloci
 from .friction import SLIP_SPEED, friction_force, tangents
 from .islands import node_count
 from .kick_friction import velocity_without_friction
-from .pair_rows import entry, press_masters, weight
+from .pair_rows import entry, pair_row, press_masters, weight
 
 SWEEPS = 100  # over all rows, at most
 CHANGE = 1e-10  # change of a force over the largest friction that a row can transmit, at which they end
@@ -50,17 +50,18 @@ def mobility_of(body: ti.template(), boundary: ti.template(), damped: ti.templat
 
 
 @ti.func
-def push(
-    body: ti.template(),
-    boundary: ti.template(),
-    coupling: ti.template(),
-    damped: ti.template(),
-    k,
-    impulse,
-):
-    """Let an impulse [3] [N s] act in the row of contact node k: on the node, and backward on the masters."""
+def partner(coupling: ti.template(), rows: ti.template(), k, p):
+    """Return the row of pairs to which row p of contact node k belongs, -1 for an obstacle."""
+    found = -1
+    if p == ti.static(rows.options.slots) - 1:
+        found = entry(coupling, NODE_ROW, k)
+    return found
+
+
+@ti.func
+def push(body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k, r, impulse):
+    """Let an impulse [3] [N s] act on contact node k, and backward on the masters of row r of pairs (-1: none)."""
     accelerate(coupling, k, mobility_of(body, boundary, damped, k) @ impulse)
-    r = entry(coupling, NODE_ROW, k)
     if r >= 0:
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
@@ -69,41 +70,45 @@ def push(
 
 
 @ti.func
-def slip_speed(coupling: ti.template(), rows: ti.template(), k):
-    """Return the velocity [3] of contact node k relative to the partner of its row after the kick."""
-    relative = velocity_after(coupling, k) - velocity_of(rows, k, rows.at.velocity)
-    r = entry(coupling, NODE_ROW, k)
+def slip_speed(coupling: ti.template(), rows: ti.template(), k, p, r):
+    """Return the velocity [3] after the kick of contact node k relative to the partner of its row p (pairs: r)."""
+    relative = velocity_after(coupling, k)
     if r >= 0:
-        relative = velocity_after(coupling, k)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             relative = relative - weight(coupling, i) * velocity_after(coupling, entry(coupling, MASTERS, i))
+    else:
+        relative = relative - velocity_of(rows, k * ti.static(rows.options.slots) + p, rows.at.velocity)
     return relative
 
 
 @ti.func
-def slip_before(body: ti.template(), boundary: ti.template(), coupling: ti.template(), rows: ti.template(), k):
-    """Return the velocity [3] of contact node k relative to the partner of its row before the kick."""
-    own = row(body.v, boundary.nodes[k])
-    relative = own - velocity_of(rows, k, rows.at.velocity)
-    r = entry(coupling, NODE_ROW, k)
+def slip_before(body: ti.template(), boundary: ti.template(), coupling: ti.template(), rows: ti.template(), k, p, r):
+    """Return the velocity [3] before the kick of contact node k relative to the partner of its row p (pairs: r)."""
+    relative = row(body.v, boundary.nodes[k])
     if r >= 0:
-        relative = own
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             there = row(body.v, boundary.nodes[entry(coupling, MASTERS, i)])
             relative = relative - weight(coupling, i) * there
+    else:
+        relative = relative - velocity_of(rows, k * ti.static(rows.options.slots) + p, rows.at.velocity)
     return relative
 
 
 @ti.func
-def row_mobility(body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k):
+def row_mobility(body: ti.template(), boundary: ti.template(), coupling: ti.template(), damped: ti.template(), k, r):
     """Return the acceleration [3, 3] [1/kg] of contact node k relative to its partner by a unit force in its row."""
     total = mobility_of(body, boundary, damped, k)
-    r = entry(coupling, NODE_ROW, k)
     if r >= 0:
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             square = weight(coupling, i) * weight(coupling, i)
             total += square * mobility_of(body, boundary, damped, entry(coupling, MASTERS, i))
     return total
+
+
+@ti.func
+def limit_of(rows: ti.template(), row_number):
+    """Return the largest friction [N] that a row can transmit."""
+    return number_of(rows, row_number, rows.at.coefficient) * number_of(rows, row_number, rows.at.pressing)
 
 
 @ti.func
@@ -116,6 +121,7 @@ def kick_pair_friction(
     damped: ti.template(),
 ):
     """Set the friction of the kick in all rows, and sum up its work."""
+    slots = ti.static(contact.options.slots)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = before + after
     for s in range(boundary.nodes.shape[0]):
@@ -125,44 +131,48 @@ def kick_pair_friction(
         for j in ti.static(range(3)):
             coupling.values[first + j] = last[j]
     largest = 0.0
-    for k in range(node_count(contact)):
-        limit = number_of(rows, k, rows.at.coefficient) * number_of(rows, k, rows.at.pressing)
-        largest = ti.max(largest, limit)
-        start = vector_of(rows, k, rows.at.kick_friction)
-        if limit <= 0.0 or span <= 0.0:
+    for number in range(slots * node_count(contact)):
+        k, p = number // slots, number % slots
+        largest = ti.max(largest, limit_of(rows, number))
+        start = vector_of(rows, number, rows.at.kick_friction)
+        if limit_of(rows, number) <= 0.0 or span <= 0.0:
             start = ti.Vector.zero(ti.f64, 3)
-            set_vector(rows, k, rows.at.kick_friction, start)
+            set_vector(rows, number, rows.at.kick_friction, start)
         if start.norm_sqr() > 0.0:
-            push(body, boundary, coupling, damped, k, span * start)
+            push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * start)
     change = 2.0 * CHANGE * largest
-    for sweep in range(SWEEPS):
+    for _sweep in range(SWEEPS):
         if change > CHANGE * largest and span > 0.0:
             change = 0.0
-            for k in range(node_count(contact)):
-                limit = number_of(rows, k, rows.at.coefficient) * number_of(rows, k, rows.at.pressing)
+            for number in range(slots * node_count(contact)):
+                limit = limit_of(rows, number)
                 if limit > 0.0:
-                    old = vector_of(rows, k, rows.at.kick_friction)
-                    across = tangents(normal_of(rows, k))
-                    mobility = span * (across @ row_mobility(body, boundary, coupling, damped, k) @ across.transpose())
-                    slip = across @ slip_speed(coupling, rows, k) - mobility @ (across @ old)
+                    k, p = number // slots, number % slots
+                    r = partner(coupling, rows, k, p)
+                    old = vector_of(rows, number, rows.at.kick_friction)
+                    across = tangents(normal_of(rows, number))
+                    flexible = row_mobility(body, boundary, coupling, damped, k, r)
+                    mobility = span * (across @ flexible @ across.transpose())
+                    slip = across @ slip_speed(coupling, rows, k, p, r) - mobility @ (across @ old)
                     force = across.transpose() @ friction_force(
                         contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
                     )
-                    difference = force - old
-                    change = ti.max(change, difference.norm())
-                    set_vector(rows, k, rows.at.kick_friction, force)
-                    push(body, boundary, coupling, damped, k, span * difference)
+                    change = ti.max(change, (force - old).norm())
+                    set_vector(rows, number, rows.at.kick_friction, force)
+                    push(body, boundary, coupling, damped, k, r, span * (force - old))
     early, late = 0.0, 0.0
-    for k in range(node_count(contact)):
-        force = vector_of(rows, k, rows.at.kick_friction)
+    for number in range(slots * node_count(contact)):
+        force = vector_of(rows, number, rows.at.kick_friction)
         if force.norm_sqr() > 0.0:
-            first = slip_before(body, boundary, coupling, rows, k)
-            last = slip_speed(coupling, rows, k)
+            k, p = number // slots, number % slots
+            r = partner(coupling, rows, k, p)
+            first = slip_before(body, boundary, coupling, rows, k, p, r)
+            last = slip_speed(coupling, rows, k, p, r)
             middle = first + before / span * (last - first)
             early = early - 0.5 * before * force.dot(first + middle)
             late = late - 0.5 * after * force.dot(middle + last)
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
     contact.sums[SUMS.friction_after] = late
     for r in range(coupling.lists[ROWS]):
-        friction = vector_of(rows, entry(coupling, SLAVES, r), rows.at.kick_friction)
+        friction = vector_of(rows, pair_row(rows, entry(coupling, SLAVES, r)), rows.at.kick_friction)
         press_masters(coupling, body.special_force, r, friction)

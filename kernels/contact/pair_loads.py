@@ -11,7 +11,7 @@ from ..language.entries import row
 from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
 from .constraint_rows import number_of, vector_of
 from .islands import node_count
-from .pair_rows import UNREACHED, entry, weight
+from .pair_rows import UNREACHED, entry, pair_row, weight
 
 
 @ti.func
@@ -25,7 +25,8 @@ def count_pairs(coupling: ti.template(), contact: ti.template(), rows: ti.templa
         contact.sums[start + p * PAIR_LOADS + PAIR_LOAD.pair_gap_min] = UNREACHED
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        gap, pressed = number_of(rows, k, rows.at.gap), vector_of(rows, k, rows.at.force).norm() > 0.0
+        own = pair_row(rows, k)
+        gap, pressed = number_of(rows, own, rows.at.gap), vector_of(rows, own, rows.at.force).norm() > 0.0
         last = -1
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             side = entry(coupling, SIDES, i)
@@ -57,7 +58,7 @@ def hand_over_pairs(
     on_masters = ti.Vector.zero(ti.f64, 3)
     for r in range(coupling.lists[ROWS]):
         k = entry(coupling, SLAVES, r)
-        force = vector_of(rows, k, place)
+        force = vector_of(rows, pair_row(rows, k), place)
         slave = row(body.position, boundary.nodes[k]) + row(body.u, boundary.nodes[k])
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m, side = entry(coupling, MASTERS, i), entry(coupling, SIDES, i)

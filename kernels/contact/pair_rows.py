@@ -2,10 +2,11 @@
 
     g = nu . (x_s - sum_m P_sm x_m) >= 0,   lambda >= 0,   force lambda nu on s, -P_sm lambda nu on m
 
-The rows stand in the slot of their slave, where an obstacle has none. A change of basis in the normal component makes
-the constraint a bound on one number of the slave, y_s = d_s - nu nu.(P d): `spread` is d = T y, `collect` is T^t f. A
-slave may be a master of softer bodies: the rows stand in the order of their slaves, the masters of a row before it, so
-that one pass through them, or one backward, is T or T^t.
+The rows stand in the last slot of their slaves, behind those of obstacles. A change of basis makes the constraint a
+bound on one number of the slave, y_s = d_s - l nu.(P d): `spread` is d = T y, `collect` is T^t f. The lift l is nu
+where the slave has no other row, else l.nu = 1 and l.n = 0 for the normals n of its other rows, which then bound y_s as
+they bound d_s (static/chosen_rows.py). A slave may be a master of softer bodies: the rows stand in the order of their
+slaves, the masters of a row before it, so that one pass through them, or one backward, is T or T^t.
 
 nu is the mean normal of the faces of a row, renewed with every gap; weights and faces are kept until the slip is too
 large (`is_stale`). Places of the data: pair_places.py.
@@ -103,33 +104,59 @@ def present_normal(coupling: ti.template(), body: ti.template(), r):
 def fill_pair_rows(
     coupling: ti.template(), contact: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template()
 ):
-    """Fill the rows of all slaves at the present displacement; without obstacles the other nodes have empty ones."""
-    if ti.static(len(contact.options.shapes) == 0):
-        clear_rows(contact, rows)
+    """Fill the rows of all slaves at the present displacement; the other nodes have empty ones."""
+    clear_rows(contact, rows)
     for r in range(coupling.lists[ROWS]):
         fill_pair_row(coupling, boundary, rows, body, r)
 
 
 @ti.func
 def fill_pair_row(coupling: ti.template(), boundary: ti.template(), rows: ti.template(), body: ti.template(), r):
-    """Fill row r; note a slave that is deep in an obstacle, to which its only row does not belong."""
+    """Fill row r."""
     k = entry(coupling, SLAVES, r)
-    if ti.static(len(rows.options.shapes) > 0):  # the row of the obstacle, which this one replaces
-        if number_of(rows, k, rows.at.gap) < 0.0 - row_number(coupling, r, SLIP_LIMIT):
-            coupling.values[SQUEEZED] = 1.0 + r
+    own = pair_row(rows, k)
     between, normal = apart(coupling, boundary, body, r), present_normal(coupling, body, r)
-    set_number(rows, k, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
-    set_vector(rows, k, rows.at.normal, normal)
+    set_number(rows, own, rows.at.gap, normal.dot(between) - row_number(coupling, r, CLOSED))
+    set_vector(rows, own, rows.at.normal, normal)
     if ti.static(rows.at.size_squared >= 0):
-        set_number(rows, k, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
+        set_number(rows, own, rows.at.size_squared, position(coupling, body, boundary.nodes[k]).norm_sqr())
+    if ti.static(rows.options.static_friction and rows.options.slots > 1):
+        leave_obstacles(coupling, rows, r, k)
+
+
+@ti.func
+def leave_obstacles(coupling: ti.template(), rows: ti.template(), r, k):
+    """Empty the rows of obstacles of a slave, which friction in the static solve leaves out; note where it is deep.
+
+    The number is that of static/chosen_rows.find_squeezed.
+    """
+    slots = ti.static(rows.options.slots)
+    for p in range(slots - 1):
+        row_of_obstacle = k * slots + p
+        if number_of(rows, row_of_obstacle, rows.at.gap) < 0.0 - row_number(coupling, r, SLIP_LIMIT):
+            coupling.values[SQUEEZED] = 1.0 + row_of_obstacle * slots + (slots - 1)
+        clear_row(rows, row_of_obstacle)
+
+
+@ti.func
+def pair_row(rows: ti.template(), k):
+    """Return the constraint row of contact node k that belongs to pairs: its last one."""
+    slots = ti.static(rows.options.slots)
+    return k * slots + (slots - 1)
 
 
 @ti.func
 def clear_rows(contact: ti.template(), rows: ti.template()):
-    """Empty the rows of all contact nodes."""
+    """Empty the rows of pairs of all contact nodes."""
     for k in range(node_count(contact)):
-        set_number(rows, k, rows.at.gap, UNREACHED)
-        set_vector(rows, k, rows.at.normal, ti.Vector.zero(ti.f64, 3))
+        clear_row(rows, pair_row(rows, k))
+
+
+@ti.func
+def clear_row(rows: ti.template(), r):
+    """Empty constraint row r."""
+    set_number(rows, r, rows.at.gap, UNREACHED)
+    set_vector(rows, r, rows.at.normal, ti.Vector.zero(ti.f64, 3))
 
 
 @ti.func
@@ -141,7 +168,7 @@ def is_stale(coupling: ti.template(), boundary: ti.template(), rows: ti.template
     stale = ti.select(coupling.values[STALE] != 0.0, 1, 0)
     largest = 0.0
     for r in range(coupling.lists[ROWS]):
-        normal = normal_of(rows, entry(coupling, SLAVES, r))
+        normal = normal_of(rows, pair_row(rows, entry(coupling, SLAVES, r)))
         slip = apart(coupling, boundary, body, r) - row_vector(coupling, r, ORIGIN)
         slip = slip - normal.dot(slip) * normal
         largest = ti.max(largest, slip.norm())
@@ -200,13 +227,34 @@ def add_along(contact: ti.template(), k, values: ti.template(), first, stride, v
 
 
 @ti.func
-def share(contact: ti.template(), rows: ti.template(), k, vector, block: ti.template()):
-    """Return the part of a motion of its masters that a slave follows: along its normal, all of it with friction."""
-    result = vector
+def lift_of(contact: ti.template(), rows: ti.template(), k, block: ti.template()):
+    """Return the motion [3] of slave k, in its massless components, for a unit normal motion of its masters."""
+    lift = normal_of(rows, pair_row(rows, k))
+    if ti.static(rows.at.lift >= 0):
+        found = vector_of(rows, pair_row(rows, k), rows.at.lift)
+        lift = ti.Vector.zero(ti.f64, 3)
+        for i, j in ti.static(ti.ndrange(3, block)):
+            lift[i] += contact.basis[(3 * k + i) * block + j] * found[j]
+    else:
+        lift = lift / along(contact, k, lift, block).norm_sqr()
+    return lift
+
+
+@ti.func
+def followed(contact: ti.template(), rows: ti.template(), k, motion, block: ti.template()):
+    """Return how slave k follows a motion [3] of its masters: along its lift, with friction as a whole."""
+    result = motion
     if ti.static(not contact.options.static_friction):
-        normal = normal_of(rows, k)
-        length = along(contact, k, normal, block).norm_sqr()
-        result = normal.dot(vector) / length * normal
+        result = normal_of(rows, pair_row(rows, k)).dot(motion) * lift_of(contact, rows, k, block)
+    return result
+
+
+@ti.func
+def handed_over(contact: ti.template(), rows: ti.template(), k, force, block: ti.template()):
+    """Return what slave k hands over to its masters of a force [3] on it; the transpose of `followed`."""
+    result = force
+    if ti.static(not contact.options.static_friction):
+        result = lift_of(contact, rows, k, block).dot(force) * normal_of(rows, pair_row(rows, k))
     return result
 
 
@@ -232,7 +280,7 @@ def spread(
             m = entry(coupling, MASTERS, i)
             if m < count:
                 total += weight(coupling, i) * whole(contact, m, values, first, stride, block)
-        add_along(contact, k, values, first, stride, share(contact, rows, k, total, block), block)
+        add_along(contact, k, values, first, stride, followed(contact, rows, k, total, block), block)
 
 
 @ti.func
@@ -250,7 +298,7 @@ def collect(
     for back in range(rest):
         r = rest - 1 - back
         k = entry(coupling, SLAVES, r)
-        force = share(contact, rows, k, whole(contact, k, values, first, stride, block), block)
+        force = handed_over(contact, rows, k, whole(contact, k, values, first, stride, block), block)
         for i in range(entry(coupling, FIRST_ENTRY, r), entry(coupling, FIRST_ENTRY, r + 1)):
             m = entry(coupling, MASTERS, i)
             if m < count:
@@ -261,7 +309,8 @@ def collect(
 def press_all_masters(coupling: ti.template(), body: ti.template(), rows: ti.template()):
     """Apply the forces of all rows to the masters."""
     for r in range(coupling.lists[ROWS]):
-        press_masters(coupling, body.special_force, r, vector_of(rows, entry(coupling, SLAVES, r), rows.at.force))
+        force = vector_of(rows, pair_row(rows, entry(coupling, SLAVES, r)), rows.at.force)
+        press_masters(coupling, body.special_force, r, force)
 
 
 @ti.func

@@ -101,7 +101,8 @@ class RowPlaces(NamedTuple):
     (3) [m/s]: of the partner at the node, now; mean_velocity (3): over the last step; force (3) [N]: on the node,
     without kick_friction (3) [N], the friction of the kick. With friction: coefficient; pressing [N]: lambda. With
     friction in the static solve: traction (3) [N]: friction force now; traction_before (3): one step before; slip (3)
-    [m]: since then.
+    [m]: since then. Rows of pairs beside those of obstacles: lift (3), motion of the slave for a unit normal motion of
+    its masters, in its massless components.
     """
 
     gap: int
@@ -116,6 +117,7 @@ class RowPlaces(NamedTuple):
     traction: int
     traction_before: int
     slip: int
+    lift: int
     width: int
 
 
@@ -167,6 +169,16 @@ class ContactOptions(NamedTuple):
     coupled: bool = False
 
     @property
+    def obstacle_slots(self) -> int:
+        """Return how many rows of a node are those of obstacles; the last one of a body in pairs belongs to these."""
+        return self.slots - 1 if self.coupled else self.slots
+
+    @property
+    def bounds(self) -> int:
+        """Return the largest number of rows that bound a node in one linear problem."""
+        return 1 if self.static_friction else min(self.slots, self.block)
+
+    @property
     def static_friction(self) -> bool:
         """Return whether friction is part of the static solve."""
         return bool(self.friction) and self.block > 1
@@ -189,6 +201,7 @@ class ContactOptions(NamedTuple):
             "traction": 3 * solved,
             "traction_before": 3 * solved,
             "slip": 3 * solved,
+            "lift": 3 * (self.coupled and self.slots > 1 and not solved and self.model == "massless"),
         }
         places, width = {}, 0
         for name, size in sizes.items():
@@ -203,10 +216,11 @@ class System(NamedTuple):
     A pack is up to LANES nodes of one colour, one per lane. pack_start [packs+1]: its first node; lane_start [packs+1]:
     its first entry off the diagonal of K_KK; column [entries, lanes], values [entries, block, block, lanes];
     inverse [block, block, k]: of the diagonal blocks, stiffness [k]: their trace; right, increment [block, k]; gaps
-    [slots, k], normals [slots, block, k]; response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row
-    without friction, else [block, k]: right side less the forces from the neighbours; for MPRGP see node_places.py.
-    Behind `increment` stand two vectors of earlier sweeps. The node is the last index, so that the lanes of a pack are
-    contiguous; arrays are LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py.
+    [slots, k], normals [slots, block, k]: of all rows, beside pairs of those that enter (static/chosen_rows.py);
+    response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row without friction, else [block, k]: right
+    side less the forces from the neighbours; for MPRGP see node_places.py. Behind `increment` stand two vectors of
+    earlier sweeps. The node is the last index, so that the lanes of a pack are contiguous; arrays are LANES - 1 nodes
+    longer than needed. settings, stats [islands, ..]: static/control.py.
     """
 
     lane_start: Index = None

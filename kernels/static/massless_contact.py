@@ -14,7 +14,7 @@ from ..columns import SUMS
 from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
 from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
-from ..contact.pair_rows import entry, is_slave, press_masters
+from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..language.entries import row
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, STATS, SWEEPS
@@ -89,21 +89,24 @@ def massless_load(
     energy, worst, sweeps = 0.0, 0.0, 0.0
     for island in range(island_count(contact)):
         residual = 0.0
+        slaves = 0
         if ti.static(contact.options.coupled):
-            for back in range(coupling.lists[ROWS]):
-                r = coupling.lists[ROWS] - 1 - back
-                k = entry(coupling, SLAVES, r)
-                _stored, left = massless_load_node(body, boundary, contact, rows, system, k)
-                residual = ti.max(residual, left)
-                press_masters(coupling, body.special_force, r, vector_of(rows, k, rows.at.force))
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            alone = 1
+            slaves = coupling.lists[ROWS]
+        for turn in range(first_node(contact, island) - slaves, first_node(contact, island + 1)):
+            k, r, comes = turn, first_node(contact, island) - 1 - turn, 1
             if ti.static(contact.options.coupled):
-                alone = ti.select(is_slave(coupling, k), 0, 1)
-            if alone == 1:
+                if r >= 0:
+                    k = entry(coupling, SLAVES, r)
+                else:
+                    comes = ti.select(is_slave(coupling, k), 0, 1)
+            if comes == 1:
                 stored, left = massless_load_node(body, boundary, contact, rows, system, k)
                 energy += stored
                 residual = ti.max(residual, left)
+                if ti.static(contact.options.coupled):
+                    if r >= 0:
+                        force = vector_of(rows, pair_row(rows, k), rows.at.force)
+                        press_masters(coupling, body.special_force, r, force)
         worst = ti.max(worst, residual / ti.max(system.stats[island * STATS + F_REF], 1e-300))
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
     contact.sums[SUMS.contact] = energy

@@ -1,11 +1,12 @@
-"""MPRGP: modified proportioning with reduced gradient projections, for contact nodes with one row each (METHOD 2).
+"""MPRGP: modified proportioning with reduced gradient projections, for contact nodes with constraint rows (METHOD 2).
 
     min 1/2 d.K d - r.d   with   g_k + n_k.d_k >= 0
 
 Dostal and Schoberl, Comput. Optim. Appl. 30 (2005) 23-43. In the bases of node_basis.py, d_k = T z_k, every diagonal
-block of K is the identity and the constraint is a bound on one component, z_k1 >= bound. The gradient K z - b has a
-free part (components above their bounds) and a chopped part (components at their bounds that pull away from the
-obstacle). Each iteration takes one of three steps along a direction p:
+block of K is the identity and the constraint is a bound on one component, z_k1 >= bound; several rows of a node bound
+one component each (several_bounds.py). The gradient K z - b has a free part (components above their bounds) and a
+chopped part (components at their bounds that pull away from the obstacle). Each iteration takes one of three steps
+along a direction p:
 
 - conjugate gradient: minimise along p, the free gradient made conjugate to the last direction.
 - expansion: if that step would cross a bound, stop at the bound, then take a projected step along the free gradient.
@@ -43,6 +44,7 @@ from .control import (
 from .neighbours import neighbour_forces
 from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
 from .pair_step import MANY, multiply_in_bases, pair_step, precondition
+from .several_bounds import row_of
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
@@ -55,39 +57,47 @@ def put_motion(system: ti.template(), node, count, vector, block: ti.template())
 
 
 @ti.func
-def bound_of(system: ti.template(), node, block: ti.template()):
-    """Return the lower bounds of z_1 in a pack."""
-    return load(system.response, node + ti.static(PLACES[block]).bound * system.stiffness.shape[0], LANES)
+def bounds_of(system: ti.template(), node, block: ti.template(), bounds: ti.template()):
+    """Return the lower bounds of the first components [bounds] of z in a pack."""
+    places = ti.static(PLACES[block].bounds)
+    return [load(system.response, node + places[i] * system.stiffness.shape[0], LANES) for i in range(bounds)]
 
 
 @ti.func
-def slack_of(system: ti.template(), node, block: ti.template()):
-    """Return the distance of z_1 from its bound in a pack."""
-    place = node + ti.static(PLACES[block]).position * system.stiffness.shape[0]
-    return load(system.response, place, LANES) - bound_of(system, node, block)
+def slack_of(system: ti.template(), node, block: ti.template(), bounds: ti.template()):
+    """Return the distances [bounds] of the first components of z from their bounds in a pack."""
+    slack = part(system, system.response, node, ti.static(PLACES[block]).position, bounds)
+    lowest = bounds_of(system, node, block, bounds)
+    for i in ti.static(range(bounds)):
+        slack[i] = slack[i] - lowest[i]
+    return slack
 
 
 @ti.func
-def split(system: ti.template(), node, block: ti.template()):
-    """Return the free gradient of a pack and its chopped gradient, which has first components only."""
+def split(system: ti.template(), node, block: ti.template(), bounds: ti.template()):
+    """Return the free gradient [block] of a pack and its chopped gradient [bounds]."""
     zero = ti.Vector([0.0 for _ in range(LANES)])
     free = part(system, system.response, node, ti.static(PLACES[block]).gradient, block)
-    is_free = slack_of(system, node, block) > 0.0
-    chopped = ti.select(is_free, zero, ti.min(free[0], zero))
-    free[0] = ti.select(is_free, free[0], zero)
+    slack = slack_of(system, node, block, bounds)
+    chopped = [zero for _ in range(bounds)]
+    for i in ti.static(range(bounds)):
+        chopped[i] = ti.select(slack[i] > 0.0, zero, ti.min(free[i], zero))
+        free[i] = ti.select(slack[i] > 0.0, free[i], zero)
     return free, chopped
 
 
 @ti.func
-def begin(system: ti.template(), node, count, step, block: ti.template()):
+def begin(system: ti.template(), node, count, step, block: ti.template(), bounds: ti.template()):
     """Set the bases of a pack, and z to a projected gradient step from d = 0."""
     at = ti.static(PLACES[block])
     zero = ti.Vector([0.0 for _ in range(LANES)])
-    set_basis(system, node, count, block)
+    set_basis(system, node, count, block, bounds)
     position = into_basis(system, node, part(system, system.right, node, 0, block), block)
     for i in ti.static(range(block)):
         position[i] = step * position[i]
-    position[0] = ti.max(position[0], bound_of(system, node, block))
+    lowest = bounds_of(system, node, block, bounds)
+    for i in ti.static(range(bounds)):
+        position[i] = ti.max(position[i], lowest[i])
     put(system, system.response, node, count, at.position, block, position)
     put(system, system.response, node, count, at.direction, block, [zero for _ in range(block)])
     put_motion(system, node, count, position, block)
@@ -138,7 +148,9 @@ def set_gradient(contact: ti.template(), system: ti.template(), node, count, blo
 
 
 @ti.func
-def measure_direction(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
+def measure_direction(
+    contact: ti.template(), system: ti.template(), node, count, block: ti.template(), bounds: ti.template()
+):
     """Complete K p of a pack after the product with p; return p.K p, gradient.p and the step along -p to the bound.
 
     Each result is a vector over the lanes.
@@ -155,18 +167,17 @@ def measure_direction(contact: ti.template(), system: ti.template(), node, count
         curvature += direction[i] * product[i]
         slope += direction[i] * gradient[i]
     put(system, system.response, node, count, at.product, block, product)
-    reach = slack_of(system, node, block) / ti.max(direction[0], 1e-300)
+    slack = slack_of(system, node, block, bounds)
     inside = ti.Vector(LANE_NUMBERS) < count
-    towards = inside and direction[0] > 0.0
-    return [
-        ti.select(inside, curvature, zero),
-        ti.select(inside, slope, zero),
-        ti.select(towards, reach, zero + UNLIMITED),
-    ]
+    reach = zero + UNLIMITED
+    for i in ti.static(range(bounds)):
+        towards = inside and direction[i] > 0.0
+        reach = ti.min(reach, ti.select(towards, slack[i] / ti.max(direction[i], 1e-300), zero + UNLIMITED))
+    return [ti.select(inside, curvature, zero), ti.select(inside, slope, zero), reach]
 
 
 @ti.func
-def advance(system: ti.template(), node, count, length, block: ti.template()):
+def advance(system: ti.template(), node, count, length, block: ti.template(), bounds: ti.template()):
     """Take a step of this length along -p: update z of a pack and its gradient."""
     at = ti.static(PLACES[block])
     position = part(system, system.response, node, at.position, block)
@@ -176,26 +187,30 @@ def advance(system: ti.template(), node, count, length, block: ti.template()):
     for i in ti.static(range(block)):
         position[i] = position[i] - length * direction[i]
         gradient[i] = gradient[i] - length * product[i]
-    position[0] = ti.max(position[0], bound_of(system, node, block))
+    lowest = bounds_of(system, node, block, bounds)
+    for i in ti.static(range(bounds)):
+        position[i] = ti.max(position[i], lowest[i])
     put(system, system.response, node, count, at.position, block, position)
     put(system, system.response, node, count, at.gradient, block, gradient)
 
 
 @ti.func
-def expand(system: ti.template(), node, count, step, block: ti.template()):
+def expand(system: ti.template(), node, count, step, block: ti.template(), bounds: ti.template()):
     """Take a projected step of a pack along its free gradient, from where the last step has met a bound."""
     at = ti.static(PLACES[block])
-    free, _chopped = split(system, node, block)
+    free, _chopped = split(system, node, block, bounds)
     position = part(system, system.response, node, at.position, block)
     for i in ti.static(range(block)):
         position[i] = position[i] - step * free[i]
-    position[0] = ti.max(position[0], bound_of(system, node, block))
+    lowest = bounds_of(system, node, block, bounds)
+    for i in ti.static(range(bounds)):
+        position[i] = ti.max(position[i], lowest[i])
     put(system, system.response, node, count, at.position, block, position)
     put_motion(system, node, count, position, block)
 
 
 @ti.func
-def measure_gradient(system: ti.template(), node, count, step, block: ti.template()):
+def measure_gradient(system: ti.template(), node, count, step, block: ti.template(), bounds: ti.template()):
     """Return what decides on the next step, each a vector over the lanes of a pack.
 
     The reduced free gradient times the free one, the square of the chopped gradient, the free gradient times K p, and
@@ -203,45 +218,59 @@ def measure_gradient(system: ti.template(), node, count, step, block: ti.templat
     """
     zero = ti.Vector([0.0 for _ in range(LANES)])
     product = part(system, system.response, node, ti.static(PLACES[block]).product, block)
-    free, chopped = split(system, node, block)
-    reduced = ti.min(slack_of(system, node, block) / step, free[0]) * free[0]
+    free, chopped = split(system, node, block, bounds)
+    slack = slack_of(system, node, block, bounds)
+    reduced = ti.min(slack[0] / step, free[0]) * free[0]
     conjugate = free[0] * product[0]
+    pulling = chopped[0] * chopped[0]
     for i in ti.static(range(1, block)):
-        reduced += free[i] * free[i]
+        if ti.static(i < bounds):
+            reduced += ti.min(slack[i] / step, free[i]) * free[i]
+            pulling += chopped[i] * chopped[i]
+        else:
+            reduced += free[i] * free[i]
         conjugate += free[i] * product[i]
-    free[0] = free[0] + chopped
+    for i in ti.static(range(bounds)):
+        free[i] = free[i] + chopped[i]
     force = into_force(system, node, free, block)
     residual = zero
     for i in ti.static(range(block)):
         residual = ti.max(residual, force[i], zero - force[i])
     inside = ti.Vector(LANE_NUMBERS) < count
-    results = [reduced, chopped * chopped, conjugate, residual]
+    results = [reduced, pulling, conjugate, residual]
     return [ti.select(inside, result, zero) for result in results]
 
 
 @ti.func
-def set_direction(system: ti.template(), node, count, proportional, factor, block: ti.template()):
+def set_direction(
+    system: ti.template(), node, count, proportional, factor, block: ti.template(), bounds: ti.template()
+):
     """Set the next direction: free gradient less factor times the last one, or (proportional = 0) chopped gradient."""
     at = ti.static(PLACES[block])
     direction = part(system, system.response, node, at.direction, block)
-    free, chopped = split(system, node, block)
+    free, chopped = split(system, node, block, bounds)
     for i in ti.static(range(block)):
         direction[i] = proportional * (free[i] - factor * direction[i])
-    direction[0] = direction[0] + (1.0 - proportional) * chopped
+    for i in ti.static(range(bounds)):
+        direction[i] = direction[i] + (1.0 - proportional) * chopped[i]
     put(system, system.response, node, count, at.direction, block, direction)
     put_motion(system, node, count, direction, block)
 
 
 @ti.func
-def finish(contact: ti.template(), system: ti.template(), node, count, block: ti.template()):
-    """Set the increments of a pack, and as active the nodes at their bound that press on the obstacle."""
+def finish(contact: ti.template(), system: ti.template(), node, count, block: ti.template(), bounds: ti.template()):
+    """Set the increments of a pack, and as active the rows of nodes at their bounds that press on their partners."""
     at = ti.static(PLACES[block])
     put_motion(system, node, count, part(system, system.response, node, at.position, block), block)
-    slack = slack_of(system, node, block)
-    pressing = load(system.response, node + at.gradient * system.stiffness.shape[0], LANES)
+    slack = slack_of(system, node, block, bounds)
+    pressing = part(system, system.response, node, at.gradient, bounds)
     for lane in ti.static(range(LANES)):
         if lane < count:
-            contact.active[node + lane] = ti.select(slack[lane] <= 0.0 and pressing[lane] > 0.0, 1, 0)
+            active = 0
+            for i in ti.static(range(bounds)):
+                if slack[i][lane] <= 0.0 and pressing[i][lane] > 0.0:
+                    active += 1 << row_of(contact, system, node + lane, i, block)
+            contact.active[node + lane] = active
 
 
 @ti.func
@@ -258,6 +287,7 @@ def mprgp(
     Returns 1, or 0 if K_KK is indefinite and the increments must not be used.
     """
     stats, settings, starts = ti.static(system.stats, system.settings, system.pack_start)
+    bounds = ti.static(contact.options.bounds)
     zero = ti.Vector([0.0 for _ in range(LANES)])
     first, end = first_pack(contact, island), first_pack(contact, island + 1)
     at, its = island * STATS, island * SETTINGS
@@ -269,7 +299,7 @@ def mprgp(
     definite = ti.select(stats[at + PIVOT] > 0.0, 1, 0)
     if definite == 1:
         for pack in range(first, end):
-            begin(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+            begin(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
     running, projected = definite, 1  # projected: z comes from a projected step, so the next product is with z, not p
     done, proportional, factor, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
     while running == 1:
@@ -283,7 +313,7 @@ def mprgp(
         else:
             sums = [zero, zero, zero + UNLIMITED]
             for pack in range(first, end):
-                found = measure_direction(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+                found = measure_direction(contact, system, starts[pack], starts[pack + 1] - starts[pack], block, bounds)
                 sums[0] += found[0]
                 sums[1] += found[1]
                 sums[2] = ti.min(sums[2], found[2])
@@ -293,16 +323,17 @@ def mprgp(
                 definite, running = 0, 0
             else:
                 for pack in range(first, end):
-                    advance(system, starts[pack], starts[pack + 1] - starts[pack], ti.min(length, reach), block)
+                    shorter = ti.min(length, reach)
+                    advance(system, starts[pack], starts[pack + 1] - starts[pack], shorter, block, bounds)
                 if length > reach:
                     expands = 1
                     for pack in range(first, end):
-                        expand(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+                        expand(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
         projected = expands
         if running == 1 and expands == 0:
             sums = [zero, zero, zero, zero]
             for pack in range(first, end):
-                found = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block)
+                found = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
                 for i in ti.static(range(3)):
                     sums[i] += found[i]
                 sums[3] = ti.max(sums[3], found[3])
@@ -319,13 +350,14 @@ def mprgp(
                 definite, running = 0, 0
             if running == 1:
                 for pack in range(first, end):
-                    set_direction(system, starts[pack], starts[pack + 1] - starts[pack], proportional, factor, block)
+                    count = starts[pack + 1] - starts[pack]
+                    set_direction(system, starts[pack], count, proportional, factor, block, bounds)
     stats[at + SWEEPS] = stats[at + SWEEPS] + done
     if done > MANY:
         stats[at + PAIR_STEP] = 0.0
     if definite == 1:
         for pack in range(first, end):
-            finish(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+            finish(contact, system, starts[pack], starts[pack + 1] - starts[pack], block, bounds)
         if ti.static(contact.options.coupled):
             spread(coupling, contact, rows, system.increment, 0, system.stiffness.shape[0], block)
         if settings[its + LINEAR] == 1.0:

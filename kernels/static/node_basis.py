@@ -6,7 +6,8 @@
 
 M is lower triangular (Cholesky), 1 - w w^t with |w|^2 = 2 a Householder reflection. The sign of the first column of M
 is chosen so that the first component of M^t n is at most 0: w then does not suffer from cancellation. A node whose row
-exerts no force in its massless components (n = 0) has no bound. All functions work on the nodes of one pack: values are
+exerts no force in its massless components (n = 0) has no bound. Nodes with several rows have other bases
+(several_bounds.py). All functions work on the nodes of one pack: values are
 vectors over the lanes; lanes beyond the pack are computed but neither stored nor summed.
 """
 
@@ -16,9 +17,9 @@ from ..lanes import SWEEP_LANES as LANES
 from ..language.tensor3 import cofactor, determinant
 from ..language.vectors import load, store
 from ..node_places import PLACES
+from .several_bounds import UNBOUNDED, set_several_bounds
 
 LANE_NUMBERS = list(range(LANES))
-UNBOUNDED = -1e300
 
 
 @ti.func
@@ -103,8 +104,8 @@ def inverse_transposed(a, block: ti.template()):
 
 
 @ti.func
-def set_basis(system: ti.template(), node, count, block: ti.template()):
-    """Set T, T^-t and the bounds of a pack of nodes from D_k^-1, n and g."""
+def set_basis(system: ti.template(), node, count, block: ti.template(), bounds: ti.template()):
+    """Set T, T^-t and the bounds of a pack of nodes from D_k^-1, n and g; bounds: the most that a node has."""
     at = ti.static(PLACES[block])
     zero = ti.Vector([0.0 for _ in range(LANES)])
     basis = lower_triangle(part(system, system.inverse, node, 0, block * block), block)
@@ -128,3 +129,6 @@ def set_basis(system: ti.template(), node, count, block: ti.template()):
     put(system, system.response, node, count, at.basis, block * block, basis)
     put(system, system.response, node, count, at.inverse, block * block, inverse_transposed(basis, block))
     put(system, system.response, node, count, at.bound, 1, bound)
+    if ti.static(bounds > 1):
+        for k in range(node, node + count):
+            set_several_bounds(system, k, bounds)

@@ -3,7 +3,7 @@
 d = T y gives every slave the normal motion of its masters (contact/pair_rows.py). The diagonal block of T^t K T at a
 master is K_mm and what its slaves hand over,
 
-    D_m = K_mm + sum_s P_sm^2 (n_s . D_s n_s / |n_s|^4) b b^t,   b = B_m^t nu_s,  n_s = B_s^t nu_s,
+    D_m = K_mm + sum_s P_sm^2 (l_s . D_s l_s) b b^t,   b = B_m^t nu_s,   l_s: lift of the slave (contact/pair_rows.py),
 
 or, with friction, K_mm + sum_s P_sm^2 B_m^t B_s D_s B_s^t B_m, without the terms between two slaves. It is the block
 from which node_basis.py makes the basis of the node. These blocks do not bound the eigenvalues; the length of a
@@ -14,7 +14,7 @@ import taichi as ti
 
 from ..contact.constraint_rows import normal_of
 from ..contact.islands import first_node, first_pack, node_count
-from ..contact.pair_rows import collect, entry, spread, weight
+from ..contact.pair_rows import collect, entry, lift_of, pair_row, spread, weight
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES
@@ -83,10 +83,9 @@ def shared_stiffness(contact: ti.template(), rows: ti.template(), system: ti.tem
     basis = basis_of(contact.basis, k, block)
     result = basis @ own @ basis.transpose()
     if ti.static(not contact.options.static_friction):
-        normal = normal_of(rows, k)
-        along = basis.transpose() @ normal
-        length = along.norm_sqr()
-        result = along.dot(own @ along) / (length * length) * normal.outer_product(normal)
+        normal = normal_of(rows, pair_row(rows, k))
+        lift = basis.transpose() @ lift_of(contact, rows, k, block)
+        result = lift.dot(own @ lift) * normal.outer_product(normal)
     return result
 
 
@@ -138,7 +137,7 @@ def pair_step(
         if stats[place + PAIR_STEP] == 0.0:
             first, end = first_pack(contact, island), first_pack(contact, island + 1)
             for pack in range(first, end):
-                set_basis(system, starts[pack], starts[pack + 1] - starts[pack], block)
+                set_basis(system, starts[pack], starts[pack + 1] - starts[pack], block, contact.options.bounds)
             for k in range(first_node(contact, island), first_node(contact, island + 1)):
                 for j in ti.static(range(block)):  # any vector that no symmetry makes special
                     system.response[(at.direction + j) * stride + k] = ti.sin(1.0 + 7.0 * k + 3.0 * j)

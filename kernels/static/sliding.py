@@ -23,7 +23,7 @@ from ..contact.friction import (
 )
 from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
-from ..contact.pair_rows import entry, is_slave, weight
+from ..contact.pair_rows import entry, is_slave, pair_row, weight
 from ..language.entries import put_three, row, three
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW
 from .massless_node import basis_of, entries, largest, settle, square, violated
@@ -55,7 +55,7 @@ def slip_of(
     """Return the displacement [3] [m] of node k relative to the obstacle or the masters of its row r."""
     slip = slip_since_last_row(body, contact, rows, k, r)
     if ti.static(contact.options.coupled):
-        if is_slave(coupling, k):
+        if is_slave(coupling, k) and r == pair_row(rows, k):
             slip = slip_on_masters(body, boundary, contact, coupling, k)
     return slip
 

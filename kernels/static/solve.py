@@ -23,6 +23,7 @@ from ..lanes import CONTACT_BLOCK, KIND
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
 from ..node_places import PLACES
+from .chosen_rows import choose_rows
 from .control import (
     BEFORE,
     CONVERGED,
@@ -33,6 +34,7 @@ from .control import (
     MINIMUM_FORCE,
     NEXT,
     PIVOT,
+    REACH,
     REFUSES,
     RESIDUAL,
     ROUNDING,
@@ -91,6 +93,10 @@ def assemble(
         if ti.static(not contact.options.coupled):
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
     if ti.static(contact.options.coupled):
+        if ti.static(rows.at.lift >= 0):
+            reach = system.settings[island * SETTINGS + REACH]
+            for k in range(first_node(contact, island), first_node(contact, island + 1)):
+                choose_rows(contact, rows, system, k, reach)
         collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
@@ -147,10 +153,11 @@ def assemble_node(
     # a linearised gap is not the gap, and a wall may have moved away from a node that was predicted to move with it
     closed = ti.Vector([(contact.active[k] >> p) & 1 for p in ti.static(range(slots))])
     residual = ti.max(residual, system.stiffness[k] * constraint_violation(contact, rows, k, gaps, closed, slots))
-    for p in ti.static(range(slots)):
-        system.gaps[p * stride + k] = gaps[p]
-        for j in ti.static(range(block)):
-            system.normals[(p * block + j) * stride + k] = normals[p, j]
+    if ti.static(rows.at.lift < 0):  # else choose_rows has set them
+        for p in ti.static(range(slots)):
+            system.gaps[p * stride + k] = gaps[p]
+            for j in ti.static(range(block)):
+                system.normals[(p * block + j) * stride + k] = normals[p, j]
     return residual
 
 

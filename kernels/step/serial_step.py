@@ -94,6 +94,7 @@ def make_serial_step(
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
+    find_squeezed = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
@@ -124,6 +125,7 @@ def make_serial_step(
 
         viscous_phase = make_viscous_phase(cells) if passes or measures else None
     if contact_model == "massless":
+        from ..static.chosen_rows import find_squeezed
         from ..static.control import CONVERGED, MEASURE, NEXT, any_island
         from ..static.massless_contact import massless_load, move_out, predict
         from ..static.solve import make_resolve
@@ -134,12 +136,14 @@ def make_serial_step(
     def contact_load(body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
                      coupling: ti.template(), contact: ti.template(), system: ti.template(),
                      control: ti.template()):  # fmt: skip
-        if ti.static(contact_model in ("penalty", "impulse") and slots == MAXIMUM_SLOTS):
+        if ti.static(contact_model in ("penalty", "impulse") and options.obstacle_slots == MAXIMUM_SLOTS):
             choose_candidates(obstacles, contact, body.u)
         if ti.static(has_load):
             fill_rows(obstacles, rows, contact, body.u)
         if ti.static(coupled):
             fill_pair_rows(coupling, contact, boundary, rows, body)
+            if ti.static(rows.at.lift >= 0):
+                find_squeezed(coupling, contact, rows, system)
         if ti.static(has_contact):
             smallest_gap(obstacles, rows, contact, body.u)
         if ti.static(contact_model == "massless"):
@@ -183,7 +187,7 @@ def make_serial_step(
             if ti.static(coupled):
                 hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)
         if ti.static(has_contact and options.tracked):
-            obstacle_loads(obstacles, rows, coupling, contact, body.u)
+            obstacle_loads(obstacles, rows, contact, body.u)
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
         if ti.static(has_supports):
@@ -201,7 +205,7 @@ def make_serial_step(
         control: ti.template(),
         start,
     ):
-        if ti.static(slots == MAXIMUM_SLOTS):
+        if ti.static(options.obstacle_slots == MAXIMUM_SLOTS):
             choose_candidates(obstacles, contact, body.u)
         before, after = control[BEFORE], control[AFTER]
         ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)

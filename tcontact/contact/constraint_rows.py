@@ -27,10 +27,10 @@ class ConstraintRows:
         self.values = arrays.put(values)
 
     def set_coefficients(self, coefficient: float, nodes: np.ndarray, special: np.ndarray) -> None:
-        """Set the coefficient of friction of all rows, and special ones of the rows of contact nodes [k]."""
+        """Set the coefficient of friction of all rows, and special ones of the last rows of contact nodes [k]."""
         values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
         values[:, :, self.places.coefficient] = coefficient
-        values[nodes, :, self.places.coefficient] = special[:, None]
+        values[nodes, -1, self.places.coefficient] = special
         arrays.set_values(self.values, values.reshape(-1))
 
     def pressing(self) -> np.ndarray:

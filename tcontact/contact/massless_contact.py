@@ -49,6 +49,7 @@ class MasslessContactTerm(ContactTerm):
         order = sweep_order(contact.graph, self.block)
         self.starts = arrays.put(island_starts(self.islands, self.others, order))
         self.pairs = PairContact(domain) if domain.pairs else None
+        self.labels = [scene.obstacle_label(number) for number in range(len(scene.obstacles))]
         self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
         self.projected = self.static_solve.projected
         self.viscous = domain.viscous_cells
@@ -57,7 +58,11 @@ class MasslessContactTerm(ContactTerm):
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:
         """The first body whose last static solve did not converge, and the reason; or None."""
-        return self.static_solve.trouble or super().trouble
+        found = self.static_solve.trouble
+        if found is not None or self.pairs is None or self.slots == 1:
+            return found
+        obstacles = [self.labels[number % len(self.labels)] for number in arrays.get(self.candidates)]
+        return self.pairs.squeezed(self.slots, obstacles)
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the velocity [k, 3] [m/s] of the contact nodes for the first prediction; dt [s]: first step."""

@@ -65,6 +65,8 @@ class StaticSolve:
         self.coupled = bool(domain.pairs)
         self.projected = self.coupled or projected(scene, domain.bodies)
         components = PLACES[block].coupled_end if self.coupled else PLACES[block].end
+        if self.coupled and slots > 1:
+            components = PLACES[block].several_end
         room = len(contact.nodes) + SWEEP_LANES - 1
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,

@@ -47,7 +47,7 @@ class ContactTerm:
         assert domain.contact is not None
         contact: ContactPlan = domain.contact
         count = len(contact.nodes)
-        self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS))
+        self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS) + bool(domain.pairs))
         centre = domain.reference[contact.all_nodes].mean(axis=0)
         self.obstacles = Obstacles(scene, centre, MAXIMUM_ROWS if domain.small else 1)
         self.islands = islands_of(domain)
@@ -102,7 +102,7 @@ class ContactTerm:
     @property
     def trouble(self) -> tuple[BodyPlan, str] | None:
         """The body whose last step failed, and the reason; or None."""
-        return None if self.pairs is None else self.pairs.trouble
+        return None
 
     def start_velocity(self, u: arrays.Array, velocity: np.ndarray, dt: float) -> None:
         """Set the start velocity [k, 3] [m/s] of the contact nodes; dt [s]: the first step."""

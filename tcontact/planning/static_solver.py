@@ -1,10 +1,11 @@
 """Choose the solver of the static solve of a body: Gauss-Seidel sweeps, or MPRGP where they stall (METHOD 2).
 
-MPRGP needs at most one obstacle, no friction in the massless components and no penalty. Measured on one face of 32^3
-hexahedra, one product takes as long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full
-removal (16 products, 21 sweeps); above it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one
-volume change per cell this happens with normal removal too, at a larger poisson. Contact cells much taller than wide
-have soft modes (sweeps at a ratio of 3, 10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
+MPRGP needs at most one obstacle, no friction in the massless components and no penalty; it solves alone, with any
+number of obstacles, for bodies in contact with each other. Measured on one face of 32^3 hexahedra, one product takes as
+long as 1.0 to 1.3 sweeps, so that both cost the same at poisson .45 with full removal (16 products, 21 sweeps); above
+it the sweeps grow like 1/(1 - 2 poisson), the products like its root. With one volume change per cell this happens with
+normal removal too, at a larger poisson. Contact cells much taller than wide have soft modes (sweeps at a ratio of 3,
+10, 30, 100: 24, 93, 195, 559; products: 11 to 21).
 """
 
 from __future__ import annotations
@@ -42,11 +43,12 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     model, contact = scene.contact, body.contact
     assert isinstance(model, MasslessContact)
     assert contact is not None
-    hindrance = _hindrance(scene, contact.block)
+    paired = any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs)
+    hindrance = _hindrance(scene, contact.block, paired)
     if model.solver == "projected-gradient" and hindrance:
         remedy = f"it does not solve for {hindrance}; leave it at 'auto'"
         raise InputError("MasslessContact.solver", model.solver, remedy)
-    if any(body.label in (scene.label(pair.first), scene.label(pair.second)) for pair in scene.body_pairs):
+    if paired:
         rubs = scene.friction is not None and contact.block > 1
         return StaticSolver(True, "bodies in contact with each other", "accelerated projections" if rubs else "")
     if model.solver != "auto":
@@ -72,9 +74,9 @@ def projected(scene: Scene, bodies: Iterable[BodyPlan]) -> bool:
     return any(static_solver(scene, body).projected for body in massless)
 
 
-def _hindrance(scene: Scene, block: int) -> str:
-    """Return what rules out MPRGP, or ""."""
-    if len(scene.obstacles) > 1:
+def _hindrance(scene: Scene, block: int, paired: bool) -> str:
+    """Return what rules out MPRGP, or ""; paired: for a body in contact with others."""
+    if len(scene.obstacles) > 1 and not paired:
         return "more than one obstacle"
     if scene.friction is not None and block > 1:
         return "friction in the static solve"

@@ -18,13 +18,13 @@ class MasslessContact:
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
     solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
-    for one obstacle, without friction in the massless components and without penalty; `sweeps` then counts products
-    with the stiffness) or "auto" (the second where the first needs many sweeps; `Plan.describe` names it with the
-    reason). cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact cells, with the elastic stiffness
-    C, the strain rate D and eta = beta h/c (h: shortest height of a hex, those of other cells times 1.41; c: wave
-    speed). Without it, sliding nodes with tangential mass flutter at the scale of the mesh. None means
-    `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere there is none, and a
-    number is refused. History: `viscous_work` [J], dissipated so far.
+    for one obstacle, or several beside pairs of bodies, without friction in the massless components and without
+    penalty; `sweeps` then counts products with the stiffness) or "auto" (the second where the first needs many sweeps;
+    `Plan.describe` names it with the reason). cell_viscosity: beta >= 0 of a Kelvin-Voigt stress eta C D in the contact
+    cells, with the elastic stiffness C, the strain rate D and eta = beta h/c (h: shortest height of a hex, those of
+    other cells times 1.41; c: wave speed). Without it, sliding nodes with tangential mass flutter at the scale of the
+    mesh. None means `friction_models.CELL_VISCOSITY` where friction meets normal removal; 0 turns it off. Elsewhere
+    there is none, and a number is refused. History: `viscous_work` [J], dissipated so far.
     """
 
     removal: str = "auto"

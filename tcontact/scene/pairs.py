@@ -126,8 +126,6 @@ def hindrance(scene: Any) -> str:
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
     if isinstance(scene.friction, FrictionLayer):
         return "contact between bodies goes with Coulomb or RegularizedCoulomb friction only"
-    if len(scene.obstacles) > 1:
-        return "contact between bodies goes with at most one obstacle"
     if any(body.images is not None for body in scene.bodies):
         return "contact between bodies is not available for periodic bodies"
     return ""

@@ -172,8 +172,9 @@ def _normals(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return faces, their weights and the first face of every row.
 
-    The normal of a row is the inward one of the slave's faces around the node, unless the node is sharp and the master
-    is flat where it covers them: then it is the outward one of the master's faces.
+    The normal of a row is the inward one of the slave's faces around the node, unless the node is sharp. Then it is the
+    outward one of the master's faces that cover these, if the master is flatter there, and else the mean of both, the
+    slave's faces weighted by their covered area: the free sides of edges that lie flush on each other do not count.
     """
     slave, masters = facing.slave.faces, facing.master_faces
     count = len(positions)
@@ -190,7 +191,9 @@ def _normals(
     for a in range(4):
         some = (covered[:, a] >= 0) & (shares[:, a] != 0.0)
         np.minimum.at(least, covered[some, a], flat[masters[f[some]]].min(axis=1))
-    sharp = (own_flat[slaves] < SHARP) & (least > own_flat[slaves] + FLATTER) & np.isfinite(least)
+    edge = own_flat[slaves] < SHARP
+    sharp = edge & (least > own_flat[slaves] + FLATTER) & np.isfinite(least)
+    areas = np.bincount(e, shares.sum(axis=1), len(slave))
 
     rows, faces, weights = [], [], []
     corners = np.where(slave[:, 3] == slave[:, 2], 3, 4)
@@ -199,9 +202,9 @@ def _normals(
         some = some[~sharp[row[slave[some, a]]]]
         rows.append(row[slave[some, a]])
         faces.append(slave[some])
-        weights.append(-sizes[some])
+        weights.append(-np.where(edge[row[slave[some, a]]], areas[some], sizes[some]))
         some = np.flatnonzero((covered[:, a] >= 0) & (shares[:, a] != 0.0))
-        some = some[sharp[covered[some, a]]]
+        some = some[edge[covered[some, a]]]
         rows.append(covered[some, a])
         faces.append(masters[f[some]])
         weights.append(shares[some, a])

@@ -58,7 +58,8 @@ class PairContact:
         self._obstacle_coefficient = 0.0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
-        self.margin = min(facing.margin for facing in self.facings) / 4.0
+        # two faces that are as far apart as the reach may then touch at most when the rows are built anew
+        self.margin = min(min(facing.margin / 4.0, facing.reach / 2.0) for facing in self.facings)
         self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
@@ -175,7 +176,7 @@ class PairContact:
             for section, content in sections.items():
                 header[section] = place
                 place += len(content)
-        front = np.array([*centre, self.margin, stale, 0.0, 0.0])
+        front = np.array([*centre, self.margin, stale, 0.0, arrays.get(self.values)[at.SQUEEZED]])
         self.lists = self._written(self.lists, np.concatenate([header, *whole.values()]))
         self.values = self._written(self.values, np.concatenate([front, *real.values()]))
 
@@ -219,18 +220,34 @@ class PairContact:
             small = np.abs(gap) <= facing.closed
             self._closed[self._slot[one.slaves[small]]] = gap[small]
 
-    @property
-    def trouble(self) -> tuple[BodyPlan, str] | None:
-        """The body of a contact node that an obstacle presses too, and the reason; or None."""
-        row = int(arrays.get(self.values)[at.SQUEEZED]) - 1
-        if row < 0:
+    def squeezed(self, slots: int, obstacles: Sequence[str]) -> tuple[BodyPlan, str] | None:
+        """Return the body of a contact node that is squeezed between partners, and the reason; None without any.
+
+        slots: rows of a node; obstacles [k * slots]: names of the obstacles of all rows.
+        """
+        noted = int(arrays.get(self.values)[at.SQUEEZED]) - 1
+        if noted < 0:
             return None
-        lists = arrays.get(self.lists)
-        node = int(self._boundary[lists[lists[at.SLAVES] + row]])
+        row, pressing = divmod(noted, slots)
+        k, deep = divmod(row, slots)
+        names = [self._masters_of(k) if p == slots - 1 else f"obstacle {obstacles[k * slots + p]}"
+                 for p in (pressing, deep)]  # fmt: skip
+        node = int(self._boundary[k])
         body = int(np.searchsorted(self._node_start, node, side="right")) - 1
         place = ", ".join(f"{part:.4g}" for part in self._reference[node])
-        text = f"the contact node at ({place}) at rest is squeezed between another body and an obstacle, which is not"
-        return self._bodies[body], f"{text} modelled: leave it out of one of the contact sets, or refine the mesh there"
+        text = f"the contact node at ({place}) at rest is squeezed between {' and '.join(names)}, whose normals are"
+        text += " nearly parallel there, or it has more than three partners, or two of them with friction and"
+        text += " removal='full': leave it out of a contact set, or refine the mesh there (the body is one cell thick)"
+        return self._bodies[body], text
+
+    def _masters_of(self, k: int) -> str:
+        """Return the names of the bodies whose nodes are masters of contact node k."""
+        lists = arrays.get(self.lists)
+        row = lists[lists[at.NODE_ROW] + k]
+        first, end = lists[lists[at.FIRST_ENTRY] + row : lists[at.FIRST_ENTRY] + row + 2] if row >= 0 else (0, 0)
+        nodes = self._boundary[lists[lists[at.MASTERS] + first : lists[at.MASTERS] + end]]
+        bodies = np.unique(np.searchsorted(self._node_start, nodes, side="right")) - 1
+        return " or ".join(f"body {self.labels[body]}" for body in bodies) or "another body"
 
     def checkpoint(self) -> dict[str, Any]:
         """Return what the next steps need."""
