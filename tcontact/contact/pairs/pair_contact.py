@@ -17,6 +17,7 @@ from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
+TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
 SPARE = 1.5  # room of the arrays over what they hold, when they grow
@@ -26,10 +27,11 @@ class PairContact:
     """Rows of the pairs of a domain, and the candidates of their search.
 
     lists (int32), values (float64): as in kernels/pair_places.py; larger ones take their place where rows need it.
-    rebuilds, searches: how often rows were built and faces searched.
+    tolerance: of the static solve, None for the default; rebuilds, searches: how often rows were built and faces
+    searched.
     """
 
-    def __init__(self, domain: Domain) -> None:
+    def __init__(self, domain: Domain, tolerance: float | None = None) -> None:
         contact = domain.contact
         assert contact is not None
         self._boundary, self._bodies, self._node_start = domain.boundary, domain.bodies, domain.node_start
@@ -49,6 +51,7 @@ class PairContact:
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
+        self._slip = SLIP if tolerance is None else SLIP * min(1.0, tolerance / TIGHT)
         self.margin = min(facing.margin for facing in self.facings) / 4.0
         self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
@@ -122,7 +125,7 @@ class PairContact:
             numbers[:, at.ORIGIN : at.ORIGIN + 3] = apart
             numbers[:, at.CLOSED] = self._closed[slaves]
             numbers[:, at.AREA] = np.concatenate([one.area for one in couplings])
-            sizes = [np.full(len(one.slaves), SLIP * facing.slave.size)
+            sizes = [np.full(len(one.slaves), self._slip * facing.slave.size)
                      for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
             numbers[:, at.SLIP_LIMIT] = np.concatenate(sizes)
         faces = [one.faces for one in couplings]

@@ -137,15 +137,13 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
-        if control[names.WANTS_ROWS] == 1.0:
-            self._build_rows(u)
-            if control[names.WANTS_MEASURE] == 0.0:
-                control[names.START] = names.MEASURED
-                control = self._go(control, u, v)
-        while control[names.WANTS_MEASURE] == 1.0:
-            self.force.measure_surface(u, v)
-            if self.cells is not None and self.cells.launch is not None:
-                self.cells.measure(u, v)
+        while control[names.WANTS_ROWS] == 1.0 or control[names.WANTS_MEASURE] == 1.0:
+            if control[names.WANTS_ROWS] == 1.0:
+                self._build_rows(u)
+            if control[names.WANTS_MEASURE] == 1.0:
+                self.force.measure_surface(u, v)
+                if self.cells is not None and self.cells.launch is not None:
+                    self.cells.measure(u, v)
             control[names.START] = names.MEASURED
             control = self._go(control, u, v)
         return done
