@@ -176,8 +176,11 @@ def is_slave(coupling: ti.template(), k):
 def along(contact: ti.template(), k, vector, block: ti.template()):
     """Return a vector [3] in the massless components [block] of contact node k."""
     result = ti.Vector.zero(ti.f64, block)
-    for i, j in ti.static(ti.ndrange(3, block)):
-        result[j] += contact.basis[(3 * k + i) * block + j] * vector[i]
+    if ti.static(contact.options.plain):
+        result = vector
+    else:
+        for i, j in ti.static(ti.ndrange(3, block)):
+            result[j] += contact.basis[(3 * k + i) * block + j] * vector[i]
     return result
 
 
