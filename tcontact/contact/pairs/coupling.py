@@ -55,8 +55,16 @@ def integrals(slaves: np.ndarray, masters: np.ndarray, pairs: np.ndarray) -> np.
     return arrays.get(given[3]).reshape(-1, at.INTEGRALS)
 
 
+def empty() -> Coupling:
+    """Return no rows."""
+    none, start = np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    return Coupling(none, np.zeros(0), start, none, np.zeros(0), none, start, none.reshape(0, 4), np.zeros(0))
+
+
 def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
     """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet."""
+    if not len(pairs):
+        return empty()
     nodes, local = facing.local
     found = _coupled(local, positions[nodes], pairs)
     return replace(found, slaves=nodes[found.slaves], masters=nodes[found.masters], faces=nodes[found.faces])

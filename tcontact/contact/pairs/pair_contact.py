@@ -12,7 +12,7 @@ from ...device import arrays
 from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
-from .coupling import Coupling, couple, deepest_point
+from .coupling import Coupling, couple, deepest_point, empty
 from .search import close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
@@ -56,13 +56,7 @@ class PairContact:
         self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
-        self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
-
-    @staticmethod
-    def _empty(facing: Facing) -> Coupling:
-        none = np.zeros(0, dtype=np.int64)
-        return Coupling(none, np.zeros(0), np.zeros(1, int), none, np.zeros(0), none, np.zeros(1, int),
-                        np.zeros((0, 4), dtype=np.int64), np.zeros(0))  # fmt: skip
+        self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def rebuild(self, u: np.ndarray) -> None:
         """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far.
@@ -75,9 +69,8 @@ class PairContact:
         moved = u[self._nodes] - self._searched
         moved = moved - moved.mean(axis=0)
         if not (np.linalg.norm(moved, axis=1) <= self.margin).all():  # nan before the first search
-            self._candidates = [close_faces(facing, positions) for facing in self.facings]
+            self.search(positions)
             self._searched = u[self._nodes].copy()
-            self.searches += 1
         pairs = zip(self.facings, self._candidates, strict=True)
         couplings = [couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
@@ -85,6 +78,16 @@ class PairContact:
             self._close(couplings, positions)
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
+
+    def search(self, positions: np.ndarray) -> None:
+        """Find the pairs of faces that may meet at positions [n, 3] [m]."""
+        self._candidates = [close_faces(facing, positions) for facing in self.facings]
+        self.searches += 1
+
+    @property
+    def face_pairs(self) -> int:
+        """Number of pairs of faces that may meet."""
+        return sum(map(len, self._candidates))
 
     def _movable(self, coupling: Coupling) -> Coupling:
         """Return the rows whose slaves have no mass; the others are held."""
