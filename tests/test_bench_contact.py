@@ -54,12 +54,14 @@ def test_queries_compare_a_sampled_sphere_with_the_exact_one(monkeypatch):
 def test_the_cost_of_pairs_is_shared_out(monkeypatch):
     monkeypatch.setattr(pairs, "ROUNDS", 2)
     found = pairs.pairs("cpu", THREADS, 4, steps=6)
-    assert found["energy_error"] < 0.1
-    assert 0.0 < found["rebuilds_per_step"] <= 2.0
-    assert found["products_mean"] > 0.0
-    assert sum(share["median"] for share in found["shares"].values()) <= 1.0
-    assert found["shares"]["coupling"]["low"] > 0.0
-    assert pairs.face_pairs(pairs.scene(4)) > 16  # every slave face meets several
+    assert [row["motion"] for row in found["rows"]] == ["falling", "sheared"]
+    for row in found["rows"]:
+        assert row["energy_error"] < 0.1
+        assert 0.0 < row["rebuilds_per_step"] <= 2.0
+        assert row["products_mean"] > 0.0
+        assert sum(share["median"] for share in row["shares"].values()) <= 1.0
+        assert row["shares"]["coupling"]["low"] > 0.0
+    assert pairs.face_pairs(pairs.scene(4, "falling")) > 16  # every slave face meets several
     text = pairs.lines([found | {"ok": True, "threads": THREADS}, {"ok": False, "threads": 1, "reason": "why"}])
-    assert len(text) == 4
+    assert len(text) == 5
     assert "why" in text[-1]

@@ -8,6 +8,7 @@ from pair_scenes import oblique_cubes, soft, total
 from pair_statics import Statics
 
 import tcontact as tc
+from tcontact.results.files.vtkhdf import ResultData
 
 
 def pressed_blocks(ratio, cells, kind):
@@ -127,3 +128,32 @@ def test_the_order_of_bodies_sets_and_faces_changes_nothing():
     assert np.abs(one.position - swapped).max() <= 1e-9
     force = one.pair_force["up-low"]
     assert np.abs(force + two.pair_force["low-up"]).max() <= 1e-9 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("slave", ["up", "low"])
+def test_a_uniform_pressure_is_uniform_on_both_bodies(slave, tmp_path):
+    """A block in uniaxial compression slides on a stiff base; the nodes at its edge are partly covered."""
+    block = tc.box_mesh((1, 1, 0.5), (4, 4, 2), origin=(-0.5, -0.5, 0.0)).rotated(((0, 0, 1), np.radians(17.0)))
+    base = tc.box_mesh((2, 2, 0.5), (5, 5, 2), origin=(-1, -1, -0.5))
+    bodies = [
+        tc.Body(block.translated((0.13, -0.2, 0.0)), soft(tc.LinearElastic, 1.0, 0.0), (0.3, 0.0, 0.0), "zmin",
+                tc.Support("zmax", "z"), "up", displacement=lambda nodes: -1e-3 * nodes * (0, 0, 1)),
+        tc.Body(base, soft(tc.LinearElastic, 100.0, 0.0), contact="zmax", supports=tc.Support("zmin", "xyz"),
+                name="low"),
+    ]  # fmt: skip
+    pairs = [tc.Pair("up", "low", slave=slave)]
+    scene = tc.Scene(bodies, duration=0.2, pairs=pairs, contact=tc.MasslessContact("full"))
+    result = tc.simulate(scene, out=tmp_path / "run", frames=5)
+    assert result.ok
+    assert result.history["pair_rebuilds"][-1] > 3
+    data = ResultData.open(tmp_path / "run" / "result.vtkhdf")
+    count = bodies[0].mesh.node_count
+    for number in range(5):
+        fields = data.frame(number).point_data
+        pressure, force = fields["contact_pressure"], np.linalg.norm(fields["contact_force"], axis=1)
+        sure = force > 0.05 * 1e-3 * 0.16  # the others have less than a twentieth of their area covered
+        assert sure[:count].sum() == 25
+        assert sure[count:].sum() >= 12
+        assert np.abs(pressure[sure] / pressure[sure].mean() - 1.0).max() <= 2e-2
+        assert np.abs(pressure[sure].mean() / 1e-3 - 1.0) <= 3e-2
+        assert pressure.max() <= 1.05 * pressure[sure].mean()

@@ -54,6 +54,7 @@ class PairContact:
         self._slip = SLIP if tolerance is None else SLIP * min(1.0, tolerance / TIGHT)
         self.margin = min(facing.margin for facing in self.facings) / 4.0
         self.rebuilds = self.searches = 0
+        self._acting: tuple[np.ndarray, np.ndarray] | None = None  # rows of the present forces, if others replaced them
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
         self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
@@ -76,8 +77,30 @@ class PairContact:
         couplings = [self._movable(coupling) for coupling in couplings]
         if self.rebuilds == 0:
             self._close(couplings, positions)
+        if self._acting is None:
+            self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
+
+    def begin_step(self) -> None:
+        """Take the present rows for those of the forces to come."""
+        self._acting = None
+
+    def covered_areas(self) -> np.ndarray:
+        """Return the area [k] [m^2] of every contact node that its forces of the last row act on; 0 without a row.
+
+        The area D of a row belongs to its slave, and P_sm D to its masters: a uniform pressure is uniform on both.
+        """
+        lists, values = (arrays.get(self.lists), arrays.get(self.values)) if self._acting is None else self._acting
+        rows, entries = int(lists[at.ROWS]), int(lists[lists[at.FIRST_ENTRY] + lists[at.ROWS]])
+        slaves, masters, first = (
+            lists[lists[section] : lists[section] + count]
+            for section, count in ((at.SLAVES, rows), (at.MASTERS, entries), (at.FIRST_ENTRY, rows + 1))
+        )
+        areas = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(rows, -1)[:, at.AREA]
+        shares = values[lists[at.WEIGHTS] :][:entries] * np.repeat(areas, np.diff(first))
+        found = np.bincount(slaves, areas, self._count) + np.bincount(masters, shares, self._count)[: self._count]
+        return np.asarray(found)
 
     def search(self, positions: np.ndarray) -> None:
         """Find the pairs of faces that may meet at positions [n, 3] [m]."""

@@ -25,10 +25,15 @@ SHARES = {
 }
 
 
-def scene(size: int, kind: str = "hex8", law: str = "neo-hookean") -> Scene:
-    """Return the cube of the benchmark and one below it at rest that it touches, its mesh turned about the normal."""
-    falling = blocks.block(kind, law, size, "full")
+def scene(size: int, motion: str) -> Scene:
+    """Return the cube of the benchmark and one below it at rest that it touches, its mesh turned about the normal.
+
+    motion: "falling" without a slip but that of the impact, or "sheared" by standing waves too.
+    """
+    falling = blocks.block("hex8", "neo-hookean", size, "full")
     upper = replace(falling.bodies[0], name="upper")
+    if motion == "falling":
+        upper = replace(upper, velocity=(0.0, 0.0, -blocks.SPEED))
     half = blocks.LENGTH / 2
     mesh = upper.mesh.translated((0.0, 0.0, -blocks.LENGTH))
     mesh = mesh.rotated(((0.0, 0.0, 1.0), np.radians(TURN)), about=(half, half, 0.0))
@@ -37,16 +42,22 @@ def scene(size: int, kind: str = "hex8", law: str = "neo-hookean") -> Scene:
 
 
 def pairs(arch: str, threads: int, size: int, steps: int = STEPS) -> dict[str, Any]:
-    """Return seconds of a step and the shares of its parts over `steps` steps in contact, by round.
+    """Return a row for each motion: seconds of a step and the shares of its parts over `steps` steps in contact.
 
     Each round is a run from the start; the first step, which compiles, is not in it. `us_per_face_pair`: time of the
     coupling of a pair of faces that may meet.
     """
     runtime.start(arch, threads)
-    load, given = timing.load(), scene(size)
-    dt = simulate(given, threads=threads, arch=arch).dt
+    load = timing.load()
+    rows = [_row(scene(size, motion), steps, {"threads": threads, "arch": arch}) | {"motion": motion}
+            for motion in ("falling", "sheared")]  # fmt: skip
+    return {"size": size, "rows": rows, "load": [load, timing.load()]}
+
+
+def _row(given: Scene, steps: int, options: dict[str, Any]) -> dict[str, Any]:
+    dt = simulate(given, **options).dt
     given = replace(given, duration=(steps - 0.5) * dt)
-    result = simulate(given, threads=threads, arch=arch)
+    result = simulate(given, **options)
     if not result.ok:
         raise RuntimeError(f"{result.reason}: {result.message}")
     history = result.history
@@ -56,17 +67,14 @@ def pairs(arch: str, threads: int, size: int, steps: int = STEPS) -> dict[str, A
                for name, own in SHARES.items()}  # fmt: skip
     built = float(history["pair_rebuilds"][-1]) / result.steps
     return {
-        "size": size,
         "steps": result.steps,
         "step_s": timing.spread(whole),
         "shares": {name: timing.spread(part / whole) for name, part in seconds.items()},
         "rebuilds_per_step": built,
         "us_per_face_pair": timing.spread(1e6 * seconds["coupling"] / built / face_pairs(given)),
-        "rows": float(history["pair_rows:upper-lower"].max()),
         "products_mean": float(history["solver_products"][1:].mean()),
         "products_max": float(history["solver_products"].max()),
         "energy_error": float(np.abs(history["energy_error"]).max()),
-        "load": [load, timing.load()],
     }
 
 
@@ -88,14 +96,15 @@ def lines(found: Sequence[dict[str, Any]]) -> list[str]:
         " products: mean, most | energy error |",
         "|" + 11 * "---|",
     ]
-    for row in found:
-        if not row["ok"]:
-            text.append(f"two cubes, {row['threads']} threads: FAILED: {row['reason']}")
+    for part in found:
+        if not part["ok"]:
+            text.append(f"two cubes, {part['threads']} threads: FAILED: {part['reason']}")
             continue
-        shares = " | ".join(f"{100.0 * row['shares'][name]['median']:.1f} %" for name in SHARES)
-        text.append(
-            f"| {row['size']}^3 | {row['threads']} | {1e3 * row['step_s']['median']:.1f} | {shares} |"
-            f" {row['rebuilds_per_step']:.2f} | {row['us_per_face_pair']['median']:.1f} | {row['products_mean']:.0f},"
-            f" {row['products_max']:.0f} | {row['energy_error']:.1e} |"
-        )
+        for row in part["rows"]:
+            shares = " | ".join(f"{100.0 * row['shares'][name]['median']:.1f} %" for name in SHARES)
+            text.append(
+                f"| {part['size']}^3, {row['motion']} | {part['threads']} | {1e3 * row['step_s']['median']:.1f} |"
+                f" {shares} | {row['rebuilds_per_step']:.2f} | {row['us_per_face_pair']['median']:.1f} |"
+                f" {row['products_mean']:.0f}, {row['products_max']:.0f} | {row['energy_error']:.1e} |"
+            )
     return text

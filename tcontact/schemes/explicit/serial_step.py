@@ -121,6 +121,8 @@ class SerialStep:
         """
         names = self.names
         contact = self.contact
+        if self.pairs is not None:
+            self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
