@@ -170,11 +170,13 @@ def _rows(
     first = np.searchsorted(r, np.arange(len(slaves) + 1))
 
     faces, face_weights, first_face = _normals(facing, positions, slaves, row, e, f, shares, vectors, sizes)
-    return Coupling(slaves, area[slaves], first, node, total / area[slaves][r], owner[node], first_face, faces, face_weights)
+    return Coupling(
+        slaves, area[slaves], first, node, total / area[slaves][r], owner[node], first_face, faces, face_weights
+    )
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `np.unique` does, and the place of every key in it [k]; keys below 2^63 / k, sorted with their places."""
+    """Return the keys [k], below 2^63 / k, in order and each once, and the place of every key there."""
     order = np.sort(keys * len(keys) + np.arange(len(keys)))
     sorted_keys, places = np.divmod(order, max(1, len(keys)))
     new = np.concatenate([[True], sorted_keys[1:] != sorted_keys[:-1]])[: len(keys)]
