@@ -53,7 +53,7 @@ def test_queries_compare_a_sampled_sphere_with_the_exact_one(monkeypatch):
 
 def test_the_cost_of_pairs_is_shared_out(monkeypatch):
     monkeypatch.setattr(pairs, "ROUNDS", 2)
-    found = pairs.pairs("cpu", THREADS, 4, steps=6)
+    found = pairs.pairs("cpu", THREADS, 4, steps=30)
     assert [row["motion"] for row in found["rows"]] == ["falling", "sheared"]
     for row in found["rows"]:
         assert row["energy_error"] < 0.1

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...contact.pairs.pair_contact import PairContact
 from ...device import runtime
+from ...planning.planning import plan
 from ...run.simulation import simulate
 from ...scene.contact_models import MasslessContact
 from ...scene.scene import Scene
@@ -80,9 +82,6 @@ def _row(given: Scene, steps: int, options: dict[str, Any]) -> dict[str, Any]:
 
 def face_pairs(given: Scene) -> int:
     """Return how many pairs of faces may meet at the start."""
-    from ...contact.pairs.pair_contact import PairContact
-    from ...planning.planning import plan
-
     domain = plan(given).domains[0]
     coupling = PairContact(domain)
     coupling.search(domain.reference)

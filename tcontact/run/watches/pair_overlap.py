@@ -20,9 +20,7 @@ DEEP = 1.0  # depth over the mean edge of the finer surface that contact does no
 RARELY = 32  # most rows between two looks
 AHEAD = 2.0  # speed until the next look over the present speed
 SAMPLES = 64  # largest number of nodes whose depth is measured at a look
-SLABS = (
-    48  # pairs of parallel planes around a body, evenly spread over all directions; nodes outside of any are not deep
-)
+SLABS = 48  # pairs of parallel planes around a body, in directions spread evenly; what is outside of any is not deep
 
 
 class PairOverlap:
