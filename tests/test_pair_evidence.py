@@ -130,6 +130,28 @@ def test_the_order_of_bodies_sets_and_faces_changes_nothing():
     assert np.abs(force + two.pair_force["low-up"]).max() <= 1e-9 * np.abs(force).max()
 
 
+def waves(nodes):
+    """Velocities that differ from node to node."""
+    return 0.05 * np.sin(3.0 * nodes[:, [1, 2, 0]])
+
+
+def test_a_body_does_not_feel_one_that_it_may_meet_and_does_not():
+    """Both vibrate apart from each other: what the other one does changes nothing but for rounding."""
+    contact = tc.MasslessContact("full", tolerance=1e-13)
+    scene = oblique_cubes(duration=3.0, pairs=[tc.Pair("up", "low")], contact=contact)
+    up, low = scene.bodies
+    up = replace(up, mesh=up.mesh.translated((0.0, 0.0, 0.8)), velocity=waves)
+    places = []
+    for offset, velocity in (((0.0, 0.0, 0.0), waves), ((0.4, -0.3, -0.5), (0.0, 0.0, 0.0))):
+        other = replace(low, mesh=low.mesh.translated(offset), velocity=velocity)
+        result = tc.simulate(replace(scene, bodies=[up, other]), tc.CentralDifference(dt=0.13))
+        assert result.ok
+        assert not result.history["pair_rows:up-low"].any()
+        assert result.history["pair_rebuilds"][-1] < result.steps / 2
+        places.append(result.position[: up.mesh.node_count])
+    assert np.abs(places[0] - places[1]).max() <= 1e-12
+
+
 @pytest.mark.parametrize("slave", ["up", "low"])
 def test_a_uniform_pressure_is_uniform_on_both_bodies(slave, tmp_path):
     """A block in uniaxial compression slides on a stiff base; the nodes at its edge are partly covered."""
