@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pair_scenes import oblique_cubes, soft
-from test_pair_runs import rings
+from test_pair_runs import ring, rings
 from test_resume import split
 
 import tcontact as tc
 from tcontact.contact.pairs.pair_contact import PairContact
+from tcontact.run.watches.pair_overlap import _deep_node
 
 
 @pytest.mark.parametrize("path", ["serial", "parallel"])
@@ -165,6 +166,18 @@ def test_bodies_that_pass_the_faces_of_each_other_in_one_step_stop_the_run():
     scene = replace(CUBES, bodies=[replace(CUBES.bodies[0], velocity=(0.0, 0.0, -6.0)), CUBES.bodies[1]], duration=1.0)
     result = tc.simulate(scene, tc.CentralDifference(dt=0.1))
     assert not result.ok
+
+
+def test_a_node_in_the_hole_of_a_body_is_not_deep_in_it():
+    """It is far from the surface and within the hull; one in the middle of the material is deep."""
+    mesh = ring(0.5, 1.5, 24, 0.0)
+    mesh = tc.Mesh(mesh.nodes * (1, 1, 6), mesh.cells, "hex8")
+    faces = mesh.boundary_faces()
+    closed = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    hole, inside, outside = np.array([[0.0, 0.1, 0.6], [0.97, 0.1, 0.63], [2.0, 0.0, 0.6]])
+    assert _deep_node(np.stack([hole, outside]), mesh.nodes, closed, 0.3) is None
+    assert (_deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.3) == inside).all()
+    assert _deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.6) is None
 
 
 def test_rows_are_not_built_where_the_run_has_diverged():
