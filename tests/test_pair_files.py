@@ -36,13 +36,17 @@ def test_many_rows_a_launch_and_one_row_a_launch_are_the_same_run(request):
     assert np.abs(one.position - other.position).max() <= 1e-9
 
 
-def test_frames_hold_the_contact_force_of_both_bodies(tmp_path):
-    scene = oblique_cubes(duration=1.0)
+@pytest.mark.parametrize("slave", ["up", "low"])
+def test_frames_hold_the_contact_force_of_both_bodies(tmp_path, slave):
+    """Force and moment of the pair are those of the nodes of its first body, slave or master."""
+    scene = oblique_cubes(duration=1.0, pairs=[tc.Pair("up", "low", slave=slave)])
     result = tc.simulate(scene, out=tmp_path / "run", frames=3)
     force = result.contact_node_force
     up = scene.bodies[0].mesh.node_count
     assert np.abs(force[:up].sum(axis=0) - result.pair_force["up-low"][-1]).max() <= 1e-15
     assert np.abs(force.sum(axis=0)).max() <= 1e-15
+    moment = np.cross(result.position[:up], force[:up]).sum(axis=0)
+    assert np.abs(moment - result.pair_moment["up-low"][-1]).max() <= 1e-15
     assert (tmp_path / "run" / "result.vtkhdf").is_file()
 
 

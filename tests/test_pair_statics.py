@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracle import meshes
-from pair_scenes import soft
+from pair_scenes import soft, total
 from pair_statics import Statics
 
 import tcontact as tc
@@ -83,12 +83,35 @@ def chain(seed, kind):
     return tc.Scene(bodies, [plane], 1.0, pairs=pairs, contact=tc.MasslessContact("full", tolerance=1e-8))
 
 
-@pytest.mark.parametrize("kind", ["hex8", pytest.param("tet4", marks=pytest.mark.slow)])
-def test_a_chain_of_bodies_above_a_plane_is_solved_as_by_a_dense_active_set(kind, monkeypatch):
-    """The body in the middle is slave and master; some rows of every pair press and some do not."""
+def shoulder(seed, kind):
+    """Two blocks side by side on a third one, which is master of the left and slave of the right, on one face too."""
+    random, bodies = np.random.default_rng(seed), []
+    parts = (
+        ("a", 1.0, (2, 3, 2), -0.5, "zmin"),
+        ("b", 4.0, (4, 4, 3), -0.5, "zmax"),
+        ("c", 16.0, (3, 5, 2), 0.06, "zmin"),
+    )
+    for name, young, cells, start, side in parts:
+        size, origin = ((1.1, 1.0, 0.8), (start, -0.5, -0.8)) if name == "b" else ((0.54, 1.0, 0.5), (start, -0.5, 0.0))
+        mesh = tc.box_mesh(size, cells, kind, origin=origin)
+        u = 1e-3 * random.uniform(-1.0, 1.0, mesh.nodes.shape)
+        u[:, 2] += {"a": -5e-4, "b": 0.0, "c": -5e-4}[name]
+        velocity = (0.0, 0.0, 0.0) if name == "b" else (0.01, 0.0, -0.02)
+        bodies.append(tc.Body(mesh, soft(tc.LinearElastic, young), velocity, side, name=name, displacement=u))
+    pairs = [tc.Pair("a", "b"), tc.Pair("b", "c")]
+    contact = tc.MasslessContact("full", tolerance=1e-8)
+    return tc.Scene(bodies, [tc.Plane((0.0, 0.0, -5.0))], 1.0, pairs=pairs, contact=contact)
+
+
+SCENES = [(chain, "hex8"), (shoulder, "hex8"), pytest.param(chain, "tet4", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("make", "kind"), SCENES)
+def test_three_bodies_above_a_plane_are_solved_as_by_a_dense_active_set(make, kind, monkeypatch):
+    """One body, or one node, is slave and master; some rows of every pair press and some do not."""
     monkeypatch.setattr(pair_contact, "SLIP", 1e3)  # the weights stay those of the start
     for seed in range(3):
-        scene = chain(seed, kind)
+        scene = make(seed, kind)
         at_rest = [0.0 * body.mesh.nodes for body in scene.bodies]
         moved = [body.initial_displacement for body in scene.bodies]
         state = tc.CentralDifference().states(scene, tc.plan(scene), moved, at_rest)[0]
@@ -109,7 +132,24 @@ def test_a_chain_of_bodies_above_a_plane_is_solved_as_by_a_dense_active_set(kind
             gradient[np.arange(len(below)), below] = normal
             return gradient.reshape(len(below), -1), (positions[below] + u[below] - plane.point) @ normal
 
-        wanted, pressing = statics.equilibrium(before, moving, wall)
-        for part in np.split(pressing, np.cumsum([len(one.slaves) for one in statics.rows])):
+        both = np.intersect1d(statics.slaves, np.concatenate([one.masters for one in statics.rows]))
+        assert (len(both) > 0) == (make is shoulder)
+        wanted, pressing = statics.equilibrium(before, moving, wall if len(below) else ())
+        ends = np.cumsum([len(one.slaves) for one in statics.rows])
+        for part in np.split(pressing, ends if len(below) else ends[:-1]):
             assert 0 < (part > 0.0).sum() < len(part)
         assert np.abs(found - wanted).max() <= 1e-6 * np.abs(wanted - before).max()
+
+
+def test_forces_of_a_node_that_is_slave_and_master_are_in_balance():
+    scene = shoulder(1, "hex8")
+    result = tc.simulate(scene)
+    assert result.ok
+    assert all((force[:, 2] != 0.0).any() for force in result.pair_force.values())
+    assert total(result, "momentum") <= 1e-12
+    assert np.abs(result.history["contact_force"]).max() <= 1e-14
+    ends = np.cumsum([body.mesh.node_count for body in scene.bodies])[:-1]
+    left, middle, right = (part.sum(axis=0) for part in np.split(result.contact_node_force, ends))
+    assert np.abs(left - result.pair_force["a-b"][-1]).max() <= 1e-15
+    assert np.abs(right + result.pair_force["b-c"][-1]).max() <= 1e-15
+    assert np.abs(middle + left + right).max() <= 1e-15

@@ -13,11 +13,12 @@ from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from .coupling import Coupling, couple, deepest_point, empty
-from .search import close_faces
+from .search import apart, close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
 TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
+SEARCHED = 4.0  # room of a search over the way of a node, against the mean one, after which it is repeated
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
 SPARE = 1.5  # room of the arrays over what they hold, when they grow
@@ -52,7 +53,7 @@ class PairContact:
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
         self._slip = SLIP if tolerance is None else SLIP * min(1.0, tolerance / TIGHT)
-        self.margin = min(facing.margin for facing in self.facings) / 4.0
+        self.margin = min(facing.margin for facing in self.facings) / SEARCHED
         self.rebuilds = self.searches = 0
         self._acting: tuple[np.ndarray, np.ndarray] | None = None  # rows of the present forces, if others replaced them
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
@@ -105,6 +106,10 @@ class PairContact:
     def search(self, positions: np.ndarray) -> None:
         """Find the pairs of faces that may meet at positions [n, 3] [m]."""
         self._candidates = [close_faces(facing, positions) for facing in self.facings]
+        self.margin = min(facing.margin for facing in self.facings) / SEARCHED
+        if not self.face_pairs:
+            room = min(apart(facing, positions) - facing.reach for facing in self.facings)
+            self.margin = max(self.margin, room / SEARCHED)
         self.searches += 1
 
     @property
@@ -260,6 +265,7 @@ class PairContact:
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])
+        self.margin = float(saved["values"][at.MARGIN])
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the rows."""

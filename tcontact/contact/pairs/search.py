@@ -2,7 +2,7 @@
 
 The boxes of the masters' faces, larger by reach and margin, are entered into the cells of the grid that they touch;
 every face of the slave looks into the cells of its own box. The list stays valid until the surfaces have moved by half
-the margin against each other.
+the margin against each other; an empty one longer, where the surfaces are further apart.
 """
 
 from __future__ import annotations
@@ -36,6 +36,13 @@ def close_faces(facing: Facing, positions: np.ndarray) -> np.ndarray:
     sizes = [np.linalg.norm(part, axis=1) for part in normals]
     cosine = np.einsum("ij,ij->i", normals[0][first], normals[1][second]) / (sizes[0][first] * sizes[1][second])
     return np.stack([first, second], axis=1)[cosine < FACING]
+
+
+def apart(facing: Facing, positions: np.ndarray) -> float:
+    """Return the largest distance [m] along an axis of the boxes of both surfaces; below 0: they overlap."""
+    slave, masters = positions[facing.slave.nodes], positions[facing.master_faces].reshape(-1, 3)
+    between = masters.min(axis=0) - slave.max(axis=0), slave.min(axis=0) - masters.max(axis=0)
+    return float(np.max(between))
 
 
 def _same_cell(

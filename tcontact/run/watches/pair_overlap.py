@@ -46,14 +46,16 @@ class PairOverlap:
         rows, wait = max(1, row - self._seen), float(RARELY)
         for pair in run.scene.body_pairs:
             deep = DEEP * min(self._surfaces[number].mean_edge for number in (pair.first, pair.second))
-            for one, other in ((pair.first, pair.second), (pair.second, pair.first)):
+            both = [(now[number].min(axis=0), now[number].max(axis=0)) for number in (pair.first, pair.second)]
+            apart = max(0.0, float(np.max([both[1][0] - both[0][1], both[0][0] - both[1][1]])))
+            for one, other in ((pair.first, pair.second), (pair.second, pair.first)) if apart == 0.0 else ():
                 place = _deep_node(now[one], now[other], self._surfaces[other].closed, deep)
                 if place is not None:
                     return _overlap(run.scene.label(one), run.scene.label(other), place, time + step)
             moved = [now[number] - self._before[number] for number in (pair.first, pair.second)]
             speed = float(np.linalg.norm(moved[0].mean(axis=0) - moved[1].mean(axis=0))) / rows
             speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved) / rows
-            wait = min(wait, deep / (AHEAD * speed) if speed > 0.0 else wait)
+            wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
         self.due = row + int(np.clip(wait, 1, RARELY))
         self._before, self._seen = now, row
         return None
