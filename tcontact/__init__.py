@@ -36,7 +36,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
 from .base.errors import InputError, OutputError  # noqa: E402
-from .base.warning_kinds import EnergyWarning, LayerWarning, LockingWarning, RotationWarning  # noqa: E402
+from .base.warning_kinds import EnergyWarning, LayerWarning, LockingWarning, RotationWarning, SlaveWarning  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
 from .mesh.files.reading import read_mesh  # noqa: E402
 from .mesh.mesh import Mesh  # noqa: E402
@@ -106,6 +106,7 @@ __all__ = [
     "RotationWarning",
     "Scene",
     "Sdf",
+    "SlaveWarning",
     "Sphere",
     "StVenantKirchhoff",
     "StressAveraging",

@@ -253,6 +253,14 @@ def test_the_comparison_of_solvers_refuses_options_that_it_would_ignore(options,
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.parametrize("options", [["--kinds", "tet4"], ["--steps", "5"], ["--arch", "cpu"], ["--sizes", "4,8"]])
+def test_the_cost_of_pairs_refuses_options_that_it_would_ignore(options, tmp_path, capsys):
+    assert main(["bench", "--pairs", *options, "--out", str(tmp_path / "new")]) == 2
+    assert f"{options[0]} = " in capsys.readouterr().err
+    assert main(["bench", "--pairs", "--solvers", "--out", str(tmp_path / "new")]) == 2
+    assert not (tmp_path / "new").exists()
+
+
 def test_a_gpu_refuses_several_threads(tmp_path, capsys):
     assert main(["bench", "--arch", "cuda", "--threads", "1,2", "--out", str(tmp_path / "new")]) == 2
     assert "--arch cuda takes one number" in capsys.readouterr().err

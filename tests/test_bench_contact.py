@@ -5,7 +5,7 @@ import pytest
 from conftest import THREADS
 
 import tcontact as tc
-from tcontact.lab.bench import queries, rubbing
+from tcontact.lab.bench import pairs, queries, rubbing
 
 
 def test_friction_rows_carry_errors_and_slide(monkeypatch):
@@ -49,3 +49,19 @@ def test_queries_compare_a_sampled_sphere_with_the_exact_one(monkeypatch):
     assert exact["gap_error"] < 1e-15
     assert 1e-6 < sampled["gap_error"] < 1e-2
     assert len(queries.lines([found | {"ok": True, "threads": 1}])) == 2
+
+
+def test_the_cost_of_pairs_is_shared_out(monkeypatch):
+    monkeypatch.setattr(pairs, "ROUNDS", 2)
+    found = pairs.pairs("cpu", THREADS, 4, steps=30)
+    assert [row["motion"] for row in found["rows"]] == ["falling", "sheared"]
+    for row in found["rows"]:
+        assert row["energy_error"] < 0.1
+        assert 0.0 < row["rebuilds_per_step"] <= 2.0
+        assert row["products_mean"] > 0.0
+        assert sum(share["median"] for share in row["shares"].values()) <= 1.0
+        assert row["shares"]["coupling"]["low"] > 0.0
+    assert pairs.face_pairs(pairs.scene(4, "falling")) > 16  # every slave face meets several
+    text = pairs.lines([found | {"ok": True, "threads": THREADS}, {"ok": False, "threads": 1, "reason": "why"}])
+    assert len(text) == 5
+    assert "why" in text[-1]

@@ -117,9 +117,30 @@ def test_a_run_that_is_resumed_keeps_its_warnings(monkeypatch, tmp_path):
     assert len(whole.warnings) == 1
 
 
+def test_a_slave_much_stiffer_than_its_master_is_named():
+    """Only where it was chosen, and where the other body can be the slave."""
+    from pair_scenes import oblique_cubes
+
+    def kinds(ratio, low=None, **options):
+        scene = oblique_cubes(young=ratio, duration=1e-9, **options)
+        bodies = [scene.bodies[0], replace(scene.bodies[1], supports=low or ())]
+        return warned(replace(scene, bodies=bodies))
+
+    chosen = [tc.Pair("up", "low", slave="up")]
+    result, found = kinds(10.0, pairs=chosen)
+    assert found == [tc.SlaveWarning]
+    assert "the slave up of the pair up-low is 10 times stiffer than its master low" in result.warnings[0]
+    assert "about 59 products" in result.warnings[0]
+    assert "make low the slave" in result.warnings[0]
+    assert kinds(4.0, pairs=chosen)[1] == []
+    assert kinds(10.0)[1] == []
+    assert kinds(0.1, pairs=chosen)[1] == []
+    assert kinds(10.0, tc.Support("zmax", "xyz"), pairs=chosen)[1] == []
+
+
 def test_a_wall_far_away_does_not_hide_the_kinds(recwarn):
     """Named warnings are RuntimeWarnings, as all others of a run: scripts that ask for these still get them."""
-    for kind in (tc.RotationWarning, tc.LockingWarning, tc.EnergyWarning, tc.LayerWarning):
+    for kind in (tc.RotationWarning, tc.LockingWarning, tc.EnergyWarning, tc.LayerWarning, tc.SlaveWarning):
         assert issubclass(kind, RuntimeWarning)
     body = tc.Body(block("tet4", 2), material("neo", poisson=0.45), contact="zmin")
     tc.simulate(tc.Scene([body], [wall(body.mesh, (0, 0, 1.0), 1.0)], 1e-6))

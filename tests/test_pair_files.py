@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pair_scenes import oblique_cubes, soft
-from test_pair_runs import rings
+from test_pair_runs import ring, rings
 from test_resume import split
 
 import tcontact as tc
 from tcontact.contact.pairs.pair_contact import PairContact
+from tcontact.run.watches.pair_overlap import _deep_node
 
 
 @pytest.mark.parametrize("path", ["serial", "parallel"])
@@ -35,13 +36,17 @@ def test_many_rows_a_launch_and_one_row_a_launch_are_the_same_run(request):
     assert np.abs(one.position - other.position).max() <= 1e-9
 
 
-def test_frames_hold_the_contact_force_of_both_bodies(tmp_path):
-    scene = oblique_cubes(duration=1.0)
+@pytest.mark.parametrize("slave", ["up", "low"])
+def test_frames_hold_the_contact_force_of_both_bodies(tmp_path, slave):
+    """Force and moment of the pair are those of the nodes of its first body, slave or master."""
+    scene = oblique_cubes(duration=1.0, pairs=[tc.Pair("up", "low", slave=slave)])
     result = tc.simulate(scene, out=tmp_path / "run", frames=3)
     force = result.contact_node_force
     up = scene.bodies[0].mesh.node_count
     assert np.abs(force[:up].sum(axis=0) - result.pair_force["up-low"][-1]).max() <= 1e-15
     assert np.abs(force.sum(axis=0)).max() <= 1e-15
+    moment = np.cross(result.position[:up], force[:up]).sum(axis=0)
+    assert np.abs(moment - result.pair_moment["up-low"][-1]).max() <= 1e-15
     assert (tmp_path / "run" / "result.vtkhdf").is_file()
 
 
@@ -181,6 +186,18 @@ def test_bodies_that_pass_the_faces_of_each_other_in_one_step_stop_the_run():
     scene = replace(CUBES, bodies=[replace(CUBES.bodies[0], velocity=(0.0, 0.0, -6.0)), CUBES.bodies[1]], duration=1.0)
     result = tc.simulate(scene, tc.CentralDifference(dt=0.1))
     assert not result.ok
+
+
+def test_a_node_in_the_hole_of_a_body_is_not_deep_in_it():
+    """It is far from the surface and within the hull; one in the middle of the material is deep."""
+    mesh = ring(0.5, 1.5, 24, 0.0)
+    mesh = tc.Mesh(mesh.nodes * (1, 1, 6), mesh.cells, "hex8")
+    faces = mesh.boundary_faces()
+    closed = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    hole, inside, outside = np.array([[0.0, 0.1, 0.6], [0.97, 0.1, 0.63], [2.0, 0.0, 0.6]])
+    assert _deep_node(np.stack([hole, outside]), mesh.nodes, closed, 0.3) is None
+    assert (_deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.3) == inside).all()
+    assert _deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.6) is None
 
 
 def test_rows_are_not_built_where_the_run_has_diverged():

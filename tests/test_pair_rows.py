@@ -8,7 +8,8 @@ from oracle import meshes
 from pair_scenes import soft
 
 import tcontact as tc
-from tcontact.contact.pairs.coupling import _dual, couple, integrals
+from tcontact.contact.pairs import coupling
+from tcontact.contact.pairs.coupling import DROPPED, _dual, couple, integrals
 from tcontact.contact.pairs.search import close_faces
 from tcontact.contact.pairs.surfaces import area_vectors, facings_of, surfaces_of
 from tcontact.kernels import pair_places as at
@@ -62,6 +63,73 @@ def test_rows_reproduce_linear_fields_where_the_slave_is_partly_covered(kind, ot
             assert np.abs(summed(rows, np.ones(len(positions))) - 1.0).max() <= 1e-9
             field = positions @ np.array([1.3, -0.7, 0.2]) + 0.4
             assert np.abs(summed(rows, field) - field[rows.slaves]).max() <= 1e-8
+
+
+def test_rows_reproduce_linear_fields_on_distorted_faces(taichi):
+    """The shape functions at a point of a face that is no parallelogram come from Newton's method."""
+    facing, positions = facing_of("hex8", "hex8", 17.0, (0.0, 0.0), np.eye(3))
+    random = np.random.default_rng(4)
+    shaken = positions + random.uniform(-0.06, 0.06, positions.shape) * (1.0, 1.0, 0.0)
+    rows = rows_of(facing, shaken)
+    assert len(rows.slaves) == 25
+    field = shaken @ np.array([1.3, -0.7, 0.2]) + 0.4
+    assert np.abs(summed(rows, field) - field[rows.slaves]).max() <= 1e-12
+    covered = np.linalg.norm(area_vectors(shaken, facing.slave.faces), axis=1).sum()
+    assert abs(rows.area.sum() - covered) <= 1e-12
+
+
+def test_nodes_with_hardly_any_cover_have_no_row(taichi):
+    """A strip of 1e-4 of the upper block is over the lower one: the nodes at its far side would get 1e-8 of a face."""
+    facing, positions = facing_of("hex8", "hex8", 0.0, (1.4999, 0.0), np.eye(3))
+    rows = rows_of(facing, positions)
+    assert len(rows.slaves) == 5
+    whole = np.array([0.5, 1.0, 1.0, 1.0, 0.5]) * 0.25 * 0.125
+    assert (np.sort(rows.area) >= DROPPED * np.sort(whole)).all()
+
+
+def stack_of(gap, layers=5, beside=None):
+    """Return the facing of a block above one of so many layers, with this gap; beside: lower by that under x > .1."""
+    above = tc.box_mesh((1, 1, 1), (4, 4, 4), origin=(-0.5, -0.5, gap))
+    parts = [(above, "zmin", "up"), (tc.box_mesh((2, 2, 1), (5, 5, layers), origin=(-1.9, -1.0, -1.0)), "zmax", "low")]
+    if beside is not None:
+        parts.append((tc.box_mesh((2, 2, 1), (5, 5, layers), origin=(0.1, -1.0, -1.0 - beside)), "zmax", "beside"))
+    bodies = [tc.Body(mesh, soft(), contact=side, name=name) for mesh, side, name in parts]
+    pairs = [tc.Pair("up", name, slave="up") for _, _, name in parts[1:]]
+    domain = tc.plan(tc.Scene(bodies, duration=1.0, pairs=pairs)).domains[0]
+    return facings_of(domain, surfaces_of(domain))[0], domain.reference
+
+
+@pytest.mark.parametrize(("layers", "reach"), [(5, 0.0625), (10, 0.04)])
+def test_rows_reach_a_quarter_of_a_face_and_less_above_thin_cells(layers, reach, taichi):
+    for gap, there in ((0.95 * reach, True), (1.05 * reach, False)):
+        rows = rows_of(*stack_of(gap, layers))
+        assert (len(rows.slaves) > 0) == there
+
+
+def test_a_face_is_not_coupled_with_one_far_below_beside_a_near_one(taichi):
+    """The faces over the edge of the near block cover the far one too, which the search finds."""
+    facing, positions = stack_of(0.02, 10, beside=0.12)
+    pairs = close_faces(facing, positions)
+    assert (positions[facing.master_faces[pairs[:, 1]], 2] < -0.1).any()
+    rows = couple(facing, positions, pairs)
+    assert len(rows.slaves) == 20  # those of the faces over x < .1
+    assert np.abs(positions[rows.masters, 2]).max() <= 1e-12
+
+
+def test_beyond_the_largest_weight_a_face_has_ordinary_shape_functions(monkeypatch, taichi):
+    monkeypatch.setattr(coupling, "LARGEST_WEIGHT", 0.0)
+    facing, positions = facing_of("hex8", "hex8", 17.0, (0.0, 0.0), np.eye(3))
+    rows = rows_of(facing, positions)
+    assert rows.weights.min() > -1e-15
+    assert np.abs(summed(rows, np.ones(len(positions))) - 1.0).max() <= 1e-13
+
+
+def test_the_normal_of_a_row_weighs_the_faces_by_their_area(taichi):
+    facing, positions = facing_of("tet4", "hex8", 17.0, (0.0, 0.0), meshes.rotation(2))
+    random = np.random.default_rng(1)
+    positions = positions + 0.02 * random.uniform(-1.0, 1.0, positions.shape)
+    rows = rows_of(facing, positions)
+    assert np.abs(rows.face_weights + np.linalg.norm(area_vectors(positions, rows.faces), axis=1)).max() <= 1e-15
 
 
 def test_a_part_of_a_face_with_three_corners_has_independent_shape_functions(taichi):

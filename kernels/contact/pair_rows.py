@@ -204,8 +204,11 @@ def is_slave(coupling: ti.template(), k):
 def along(contact: ti.template(), k, vector, block: ti.template()):
     """Return a vector [3] in the massless components [block] of contact node k."""
     result = ti.Vector.zero(ti.f64, block)
-    for i, j in ti.static(ti.ndrange(3, block)):
-        result[j] += contact.basis[(3 * k + i) * block + j] * vector[i]
+    if ti.static(contact.options.plain):
+        result = vector
+    else:
+        for i, j in ti.static(ti.ndrange(3, block)):
+            result[j] += contact.basis[(3 * k + i) * block + j] * vector[i]
     return result
 
 
@@ -213,8 +216,11 @@ def along(contact: ti.template(), k, vector, block: ti.template()):
 def whole(contact: ti.template(), k, values: ti.template(), first, stride, block: ti.template()):
     """Return the vector [3] of contact node k out of its massless components values[first + j stride + k]."""
     result = ti.Vector.zero(ti.f64, 3)
-    for i, j in ti.static(ti.ndrange(3, block)):
-        result[i] += contact.basis[(3 * k + i) * block + j] * values[first + j * stride + k]
+    if ti.static(contact.options.plain):
+        result = ti.Vector([values[first + j * stride + k] for j in ti.static(range(3))])
+    else:
+        for i, j in ti.static(ti.ndrange(3, block)):
+            result[i] += contact.basis[(3 * k + i) * block + j] * values[first + j * stride + k]
     return result
 
 

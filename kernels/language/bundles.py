@@ -152,7 +152,7 @@ class ContactOptions(NamedTuple):
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
-    other.
+    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only).
     """
 
     model: str = ""
@@ -167,6 +167,7 @@ class ContactOptions(NamedTuple):
     viscous: bool = False
     projected: bool = False
     coupled: bool = False
+    plain: bool = False
 
     @property
     def obstacle_slots(self) -> int:

@@ -307,10 +307,11 @@ def make_serial_step(
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         place(body, obstacles, rows, contact, viscous_cells, control, state)
                         again, first = 1, 1
-                        if ti.static(coupled):
-                            fill_pair_rows(coupling, contact, boundary, rows, body)
-                            if is_stale(coupling, boundary, rows, body) == 1:
-                                control[WANTS_ROWS] = 1.0
+                if ti.static(coupled and contact_model == "massless"):
+                    if again == 1:  # the nodes have moved: rows that slipped too far are built before the measure
+                        fill_pair_rows(coupling, contact, boundary, rows, body)
+                        if is_stale(coupling, boundary, rows, body) == 1:
+                            control[WANTS_ROWS] = 1.0
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
                         follow(body.u, body.v, boundary.nodes, images)

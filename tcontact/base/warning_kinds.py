@@ -15,3 +15,7 @@ class EnergyWarning(RuntimeWarning):
 
 class LayerWarning(RuntimeWarning):
     """The friction layers ended with an error far above their tolerance."""
+
+
+class SlaveWarning(RuntimeWarning):
+    """The chosen slave of a pair of bodies is much stiffer than its master, which makes the static solve slow."""

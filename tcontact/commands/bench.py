@@ -16,7 +16,10 @@ from .doctor import cores
 from .folder import writable
 
 QUICK: dict[str, Any] = {"laws": ["neo-hookean"], "sizes": [8], "threads": [1], "seconds": 1.0}
-LINEAR = "only compares both removals of linear hex8 cubes on the CPU: leave it out"
+ONLY = {
+    "--solvers": "only compares both removals of linear hex8 cubes on the CPU: leave it out",
+    "--pairs": "only measures neo-Hookean hex8 cubes with full removal on the CPU: leave it out",
+}
 
 
 def add(subparsers: Any) -> None:
@@ -53,13 +56,18 @@ def add(subparsers: Any) -> None:
         action="store_true",
         help="only compare the solvers of the static solve, for one of --sizes and --threads; leaves solvers.json",
     )
+    parser.add_argument(
+        "--pairs",
+        action="store_true",
+        help="only measure two cubes in contact: search, coupling and solve, for one of --sizes; leaves pairs.json",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, write the files, print the table; return 1 if a configuration failed."""
-    from ..lab.bench import static_solvers, table
-    from ..lab.bench.collect import collect
+    from ..lab.bench import pairs, static_solvers, table
+    from ..lab.bench.collect import collect, pairs_of_bodies
 
     _check(arguments)
     for name, value in (_defaults() | (QUICK if arguments.quick else {})).items():
@@ -73,6 +81,11 @@ def run(arguments: argparse.Namespace) -> int:
         rows = static_solvers.compare(sizes[0], threads[0])
         write_json(out / "solvers.json", {"rows": rows})
         print(*static_solvers.lines(rows), sep="\n")
+        return 0 if all(row["ok"] for row in rows) else 1
+    if arguments.pairs:
+        rows = pairs_of_bodies(sizes[0], threads, arguments.arch, lambda text: print(f"  {text}", flush=True))
+        write_json(out / "pairs.json", {"rows": rows})
+        print(*pairs.lines(rows), sep="\n")
         return 0 if all(row["ok"] for row in rows) else 1
     configurations = grid(
         arguments.kinds,
@@ -111,12 +124,16 @@ def _defaults() -> dict[str, Any]:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would be ignored. Raises `InputError`."""
-    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch") if arguments.solvers else ():
+    if arguments.solvers and arguments.pairs:
+        raise InputError("--pairs", True, "--solvers measures something else: give one of them")
+    alone = "--solvers" if arguments.solvers else "--pairs" if arguments.pairs else ""
+    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch") if alone else ():
         if getattr(arguments, name) is not None:
-            raise InputError(f"--{name}", getattr(arguments, name), f"--solvers {LINEAR}")
-    for name in ("sizes", "threads") if arguments.solvers else ("threads",) if arguments.arch == "cuda" else ():
+            raise InputError(f"--{name}", getattr(arguments, name), f"{alone} {ONLY[alone]}")
+    one = {"--solvers": ("sizes", "threads"), "--pairs": ("sizes",)}.get(alone, ())
+    for name in one or (("threads",) if arguments.arch == "cuda" else ()):
         if len(getattr(arguments, name) or ()) > 1:
-            reason = "--solvers" if arguments.solvers else "--arch cuda"
+            reason = alone or "--arch cuda"
             raise InputError(f"--{name}", getattr(arguments, name), f"{reason} takes one number: give it alone")
 
 

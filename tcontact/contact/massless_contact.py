@@ -48,7 +48,7 @@ class MasslessContactTerm(ContactTerm):
         self.residual_receivers = arrays.put(np.concatenate([start + len(start), rows]))
         order = sweep_order(contact.graph, self.block)
         self.starts = arrays.put(island_starts(self.islands, self.others, order))
-        self.pairs = PairContact(domain) if domain.pairs else None
+        self.pairs = PairContact(domain, model.tolerance) if domain.pairs else None
         self.labels = [scene.obstacle_label(number) for number in range(len(scene.obstacles))]
         self.static_solve = StaticSolve(scene, domain, force, order, self.islands, self.slots)
         self.projected = self.static_solve.projected

@@ -97,6 +97,7 @@ class ContactTerm:
             self.viscous,
             self.projected,
             self.pairs is not None,
+            self.plain and self.pairs is not None,
         )
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
-from ..base.warning_kinds import LockingWarning
+from ..base.warning_kinds import LockingWarning, SlaveWarning
 from ..device import arrays
 from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
@@ -20,6 +20,7 @@ from ..planning.planning import Plan
 from ..results.result import Result
 from ..scene.contact_models import MasslessContact, PenaltyContact
 from ..scene.friction_models import FLUTTERS
+from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
@@ -85,6 +86,8 @@ class Run:
             text = locking(body.body, body.label)
             if text is not None:
                 self.warn(text, LockingWarning)
+        for text in stiff_slaves(scene):
+            self.warn(text, SlaveWarning)
         stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
         stiffness = None if scheme.implicit else stiffness
         self.limits = [

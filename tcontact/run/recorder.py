@@ -81,6 +81,7 @@ class Recorder:
             start += body.mesh.node_count
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]
+        self._paired = bool(scene.body_pairs)
         self.stress: list[VonMises] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         try:
@@ -115,6 +116,8 @@ class Recorder:
             if "contact_force" in self.fields:
                 nodal["contact_force"] = force
             if "contact_pressure" in self.fields:
+                if self._paired:
+                    self._area = _joined([state.contact_areas() for state in self.states])[self._contact_nodes]
                 nodal["contact_pressure"] = pressure = np.zeros(len(force))
                 pressure[self._contact_nodes] = np.linalg.norm(force[self._contact_nodes], axis=1) / self._area
         if not LAYERS.keys().isdisjoint(self.fields):

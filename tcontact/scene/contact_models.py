@@ -16,7 +16,8 @@ class MasslessContact:
     with a spin that turns it by more than 0.05 rad in the duration; else full).
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps a step.
-    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can.
+    tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can;
+    below 1e-6 rows of pairs of bodies are built anew after less slip, too, which keeps the angular momentum.
     solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
     for one obstacle, or several beside pairs of bodies, without friction in the massless components and without
     penalty; `sweeps` then counts products with the stiffness) or "auto" (the second where the first needs many sweeps;

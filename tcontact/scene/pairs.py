@@ -23,6 +23,8 @@ from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedC
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
 DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
+STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
+PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
 
 
@@ -214,9 +216,30 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
     """
     keys = []
     for index, body in enumerate(bodies):
-        stiffness = max(material.lame_lambda + 2.0 * material.lame_mu for material in body.materials)
-        keys.append((_held(body), round(float(np.log2(stiffness))), mean_area(body), index))
+        keys.append((_held(body), round(float(np.log2(_stiffness(body)))), mean_area(body), index))
     return keys
+
+
+def _stiffness(body: Body) -> float:
+    """Return the largest lambda + 2 mu [Pa] of the materials of a body."""
+    return max(material.lame_lambda + 2.0 * material.lame_mu for material in body.materials)
+
+
+def stiff_slaves(scene: Any) -> list[str]:
+    """Return a warning for every pair whose slave was chosen and is much stiffer than its master, which is none."""
+    found = []
+    if isinstance(scene.contact, MasslessContact):
+        for pair in scene.body_pairs:
+            ratio = _stiffness(scene.bodies[pair.slave]) / _stiffness(scene.bodies[pair.master])
+            if ratio > STIFF and not _held(scene.bodies[pair.master]):
+                slave, master = scene.label(pair.slave), scene.label(pair.master)
+                products = PRODUCTS + MORE * np.log10(ratio)
+                found.append(
+                    f"the slave {slave} of the pair {pair.name} is {ratio:.3g} times stiffer than its master {master}:"
+                    f" expect about {products:.0f} products a step in the static solve instead of {PRODUCTS:.0f}; leave"
+                    f" Pair.slave at None or make {master} the slave"
+                )
+    return found
 
 
 def _held(body: Body) -> bool:

@@ -8,7 +8,7 @@ fields are reproduced exactly, so the gap is that at the node itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,8 +55,23 @@ def integrals(slaves: np.ndarray, masters: np.ndarray, pairs: np.ndarray) -> np.
     return arrays.get(given[3]).reshape(-1, at.INTEGRALS)
 
 
+def empty() -> Coupling:
+    """Return no rows."""
+    none, start = np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    return Coupling(none, np.zeros(0), start, none, np.zeros(0), none, start, none.reshape(0, 4), np.zeros(0))
+
+
 def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
     """Return the rows of a slave surface at positions [n, 3] [m]; pairs [p, 2]: faces that may meet."""
+    if not len(pairs):
+        return empty()
+    nodes, local = facing.local
+    found = _coupled(local, positions[nodes], pairs)
+    return replace(found, slaves=nodes[found.slaves], masters=nodes[found.masters], faces=nodes[found.faces])
+
+
+def _coupled(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling:
+    """Return the rows of `couple` where all nodes are those of the faces."""
     slave, masters = facing.slave.faces, facing.master_faces
     centre = positions[facing.slave.nodes].mean(axis=0)
     corners = [positions[faces] - centre for faces in (slave, masters)]
@@ -78,9 +93,9 @@ def couple(facing: Facing, positions: np.ndarray, pairs: np.ndarray) -> Coupling
     blocks = dual[e] @ mixed
     area, of_node = _node_areas(facing, positions, areas)
     kept = area >= DROPPED * np.where(of_node > 0.0, of_node, np.inf)
-    weights = np.abs(blocks).max(axis=2, initial=0.0) / np.where(kept, area, np.inf)[slave[e]]
+    weights = np.abs(blocks) / np.where(kept, area, np.inf)[slave[e]][:, :, None]
     wild = np.zeros(len(slave), dtype=bool)
-    wild[e[weights.max(axis=1, initial=0.0) > LARGEST_WEIGHT]] = True
+    wild[e[weights.reshape(-1, 16).max(axis=1, initial=0.0) > LARGEST_WEIGHT]] = True
     blocks[wild[e]] = mixed[wild[e]]
     return _rows(facing, positions, e, f, blocks, np.where(kept, area, 0.0), own.sum(axis=2))
 
@@ -145,18 +160,29 @@ def _rows(
 
     rows = np.broadcast_to(row[slave[e]][:, :, None], blocks.shape).reshape(-1)
     nodes = np.broadcast_to(masters[f][:, None, :], blocks.shape).reshape(-1)
-    bodies = np.broadcast_to(facing.master_bodies[f][:, None, None], blocks.shape).reshape(-1)
     values = blocks.reshape(-1)
     there = (rows >= 0) & (values != 0.0)
-    key, place = np.unique(rows[there] * count + nodes[there], return_inverse=True)
-    total = np.bincount(place.reshape(-1), values[there], len(key))
-    owner = np.zeros(len(key), dtype=np.int64)
-    owner[place.reshape(-1)] = bodies[there]
+    key, place = _unique(rows[there] * count + nodes[there])
+    total = np.bincount(place, values[there], len(key))
+    owner = np.zeros(count, dtype=np.int64)
+    owner[masters] = facing.master_bodies[:, None]
     r, node = np.divmod(key, count)
     first = np.searchsorted(r, np.arange(len(slaves) + 1))
 
     faces, face_weights, first_face = _normals(facing, positions, slaves, row, e, f, shares, vectors, sizes)
-    return Coupling(slaves, area[slaves], first, node, total / area[slaves][r], owner, first_face, faces, face_weights)
+    return Coupling(
+        slaves, area[slaves], first, node, total / area[slaves][r], owner[node], first_face, faces, face_weights
+    )
+
+
+def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys [k], below 2^63 / k, in order and each once, and the place of every key there."""
+    order = np.sort(keys * len(keys) + np.arange(len(keys)))
+    sorted_keys, places = np.divmod(order, max(1, len(keys)))
+    new = np.concatenate([[True], sorted_keys[1:] != sorted_keys[:-1]])[: len(keys)]
+    result = np.empty(len(keys), dtype=np.int64)
+    result[places] = np.cumsum(new) - 1
+    return sorted_keys[new], result
 
 
 def _normals(
@@ -181,11 +207,7 @@ def _normals(
     own_flat = flatness(slave, vectors, sizes, count)
     master_vectors = area_vectors(positions, masters)
     master_sizes = np.linalg.norm(master_vectors, axis=1)
-    flat = np.ones(count)
-    for body in np.unique(facing.master_bodies):
-        mine = facing.master_bodies == body
-        there = np.unique(masters[mine])
-        flat[there] = flatness(masters[mine], master_vectors[mine], master_sizes[mine], count)[there]
+    flat = flatness(masters, master_vectors, master_sizes, count)
     least = np.full(len(slaves), np.inf)
     covered = row[slave[e]]
     for a in range(4):

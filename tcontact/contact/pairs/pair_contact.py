@@ -13,12 +13,14 @@ from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
 from ...planning.domain import Domain
 from ..constraint_rows import ConstraintRows
-from .coupling import Coupling, couple, deepest_point
+from .coupling import Coupling, couple, deepest_point, empty
 from .node_to_surface import couple_nodes
-from .search import close_faces
+from .search import apart, close_faces
 from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
+TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
+SEARCHED = 4.0  # room of a search over the way of a node, against the mean one, after which it is repeated
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
 YIELDS = 1.0  # the same with a penalty
@@ -29,10 +31,11 @@ class PairContact:
     """Rows of the pairs of a domain, and the candidates of their search.
 
     lists (int32), values (float64): as in kernels/pair_places.py; larger ones take their place where rows need it.
-    rebuilds, searches: how often rows were built and faces searched.
+    tolerance: of the static solve, None for the default; rebuilds, searches: how often rows were built and faces
+    searched.
     """
 
-    def __init__(self, domain: Domain) -> None:
+    def __init__(self, domain: Domain, tolerance: float | None = None) -> None:
         contact = domain.contact
         assert contact is not None
         self._boundary, self._bodies, self._node_start = domain.boundary, domain.bodies, domain.node_start
@@ -58,23 +61,18 @@ class PairContact:
         self._obstacle_coefficient = 0.0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
-        # two faces that are as far apart as the reach may then touch at most when the rows are built anew
-        self.margin = min(min(facing.margin / 4.0, facing.reach / 2.0) for facing in self.facings)
+        self._slip = SLIP if tolerance is None else SLIP * min(1.0, tolerance / TIGHT)
+        self.margin = self._least_margin
         self.rebuilds = self.searches = 0
+        self._acting: tuple[np.ndarray, np.ndarray] | None = None  # rows of the present forces, if others replaced them
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
-        self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
-
-    @staticmethod
-    def _empty(facing: Facing) -> Coupling:
-        none = np.zeros(0, dtype=np.int64)
-        return Coupling(none, np.zeros(0), np.zeros(1, int), none, np.zeros(0), none, np.zeros(1, int),
-                        np.zeros((0, 4), dtype=np.int64), np.zeros(0))  # fmt: skip
+        self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def set_friction(self, rows: ConstraintRows, coefficient: float) -> None:
         """Take over the constraint rows, to which every rebuild gives their coefficient; coefficient: of obstacles."""
         self._rows, self._obstacle_coefficient = rows, coefficient
-        self._store([self._empty(facing) for facing in self.facings], np.zeros_like(self._reference), stale=1.0)
+        self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def rebuild(self, u: np.ndarray) -> None:
         """Build the rows at the displacement u [n, 3] [m]; search faces again if the surfaces have moved too far.
@@ -87,16 +85,59 @@ class PairContact:
         moved = u[self._nodes] - self._searched
         moved = moved - moved.mean(axis=0)
         if not (np.linalg.norm(moved, axis=1) <= self.margin).all():  # nan before the first search
-            self._candidates = [close_faces(facing, positions) for facing in self.facings]
+            self.search(positions)
             self._searched = u[self._nodes].copy()
-            self.searches += 1
         pairs = zip(self.facings, self._candidates, strict=True)
         couplings = [self._couple(facing, positions, found) for facing, found in pairs]
         couplings = [self._movable(coupling) for coupling in couplings]
         if self.rebuilds == 0:
             self._close(couplings, positions)
+        if self._acting is None:
+            self._acting = np.array(arrays.get(self.lists)), np.array(arrays.get(self.values))
         self._store(couplings, positions, stale=0.0)
         self.rebuilds += 1
+
+    def begin_step(self) -> None:
+        """Take the present rows for those of the forces to come."""
+        self._acting = None
+
+    def covered_areas(self) -> np.ndarray:
+        """Return the area [k] [m^2] of every contact node that its forces of the last row act on; 0 without a row.
+
+        The area D of a row belongs to its slave, and P_sm D to its masters: a uniform pressure is uniform on both.
+        """
+        lists, values = (arrays.get(self.lists), arrays.get(self.values)) if self._acting is None else self._acting
+        rows, entries = int(lists[at.ROWS]), int(lists[lists[at.FIRST_ENTRY] + lists[at.ROWS]])
+        slaves, masters, first = (
+            lists[lists[section] : lists[section] + count]
+            for section, count in ((at.SLAVES, rows), (at.MASTERS, entries), (at.FIRST_ENTRY, rows + 1))
+        )
+        areas = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(rows, -1)[:, at.AREA]
+        shares = values[lists[at.WEIGHTS] :][:entries] * np.repeat(areas, np.diff(first))
+        found = np.bincount(slaves, areas, self._count) + np.bincount(masters, shares, self._count)[: self._count]
+        return np.asarray(found)
+
+    def search(self, positions: np.ndarray) -> None:
+        """Find the pairs of faces that may meet at positions [n, 3] [m]."""
+        self._candidates = [close_faces(facing, positions) for facing in self.facings]
+        self.margin = self._least_margin
+        if not self.face_pairs:
+            room = min(apart(facing, positions) - facing.reach for facing in self.facings)
+            self.margin = max(self.margin, room / SEARCHED)
+        self.searches += 1
+
+    @property
+    def _least_margin(self) -> float:
+        """Way [m] of a node, against the mean one, after which the search is repeated.
+
+        Two faces that are as far apart as the reach may then touch at most when the rows are built anew.
+        """
+        return min(min(facing.margin / SEARCHED, facing.reach / 2.0) for facing in self.facings)
+
+    @property
+    def face_pairs(self) -> int:
+        """Number of pairs of faces that may meet."""
+        return sum(map(len, self._candidates))
 
     def _movable(self, coupling: Coupling) -> Coupling:
         """Return the rows whose slaves have no mass; the others are held."""
@@ -137,7 +178,7 @@ class PairContact:
             numbers[:, at.ORIGIN : at.ORIGIN + 3] = apart
             numbers[:, at.CLOSED] = self._closed[slaves]
             numbers[:, at.AREA] = np.concatenate([one.area for one in couplings])
-            sizes = [np.full(len(one.slaves), SLIP * facing.slave.size)
+            sizes = [np.full(len(one.slaves), self._slip * facing.slave.size)
                      for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
             numbers[:, at.SLIP_LIMIT] = np.concatenate(sizes)
         faces = [one.faces for one in couplings]
@@ -263,6 +304,7 @@ class PairContact:
         self._candidates = [np.array(saved[f"candidates{number}"]) for number in range(len(self.facings))]
         self.lists = self._written(self.lists, saved["lists"])
         self.values = self._written(self.values, saved["values"])
+        self.margin = float(saved["values"][at.MARGIN])
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of the rows."""

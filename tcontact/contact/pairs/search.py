@@ -2,7 +2,7 @@
 
 The boxes of the masters' faces, larger by reach and margin, are entered into the cells of the grid that they touch;
 every face of the slave looks into the cells of its own box. The list stays valid until the surfaces have moved by half
-the margin against each other.
+the margin against each other; an empty one longer, where the surfaces are further apart.
 """
 
 from __future__ import annotations
@@ -27,18 +27,28 @@ def close_faces(facing: Facing, positions: np.ndarray) -> np.ndarray:
     mine, theirs = np.flatnonzero(near), np.flatnonzero(there)
     if not len(mine) or not len(theirs):
         return np.zeros((0, 2), dtype=np.int64)
-    pairs = _same_cell(own_low[mine], own_high[mine], low[theirs], high[theirs])
-    pairs = np.stack([mine[pairs[:, 0]], theirs[pairs[:, 1]]], axis=1)
-    first, second = pairs.T
-    keep = ((own_high[first] >= low[second]) & (own_low[first] <= high[second])).all(axis=1)
+    first, second = _same_cell(own_low[mine], own_high[mine], low[theirs], high[theirs])
+    first, second = mine[first], theirs[second]
+    meet = ((own_high[first] >= low[second]) & (own_low[first] <= high[second])).all(axis=1)
+    count = len(masters)
+    first, second = np.divmod(np.unique(first[meet] * count + second[meet]), count)
     normals = [area_vectors(positions, faces) for faces in (facing.slave.faces, facing.master_faces)]
     sizes = [np.linalg.norm(part, axis=1) for part in normals]
     cosine = np.einsum("ij,ij->i", normals[0][first], normals[1][second]) / (sizes[0][first] * sizes[1][second])
-    return np.asarray(pairs[keep & (cosine < FACING)])
+    return np.stack([first, second], axis=1)[cosine < FACING]
 
 
-def _same_cell(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray) -> np.ndarray:
-    """Return the pairs of boxes that share a cell of the grid, each pair once, in order."""
+def apart(facing: Facing, positions: np.ndarray) -> float:
+    """Return the largest distance [m] along an axis of the boxes of both surfaces; below 0: they overlap."""
+    slave, masters = positions[facing.slave.nodes], positions[facing.master_faces].reshape(-1, 3)
+    between = masters.min(axis=0) - slave.max(axis=0), slave.min(axis=0) - masters.max(axis=0)
+    return float(np.max(between))
+
+
+def _same_cell(
+    low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of boxes that share a cell of the grid, once for every cell."""
     edge = CELL * max(float((high - low).max()), float((other_high - other_low).max()), 1e-300)
     origin = np.minimum(low.min(axis=0), other_low.min(axis=0))
     boxes, cells = _cells(low - origin, high - origin, edge)
@@ -50,7 +60,7 @@ def _same_cell(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_h
     mine = np.repeat(boxes, counts)
     starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
     places = np.arange(counts.sum()) - np.repeat(starts, counts) + np.repeat(first, counts)
-    return np.unique(np.stack([mine, others[places]], axis=1), axis=0)
+    return mine, others[places]
 
 
 def _cells(low: np.ndarray, high: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -56,6 +57,15 @@ class Facing:
     def margin(self) -> float:
         """Way [m] that the surfaces may go towards each other before the next search."""
         return 0.5 * self.slave.size
+
+    @cached_property
+    def local(self) -> tuple[np.ndarray, Facing]:
+        """The nodes [k] of all faces, ascending, and the same facing in their numbering."""
+        own = self.slave.faces
+        nodes, numbers = np.unique(np.concatenate([own, self.master_faces]), return_inverse=True)
+        parts = np.split(numbers.reshape(-1, 4), [len(own)])
+        slave = replace(self.slave, faces=parts[0], nodes=np.unique(parts[0]))
+        return nodes, replace(self, slave=slave, master_faces=parts[1])
 
 
 def surfaces_of(domain: Domain) -> list[Surface]:

@@ -58,6 +58,16 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
     return report
 
 
+def pairs_of_bodies(size: int, threads: Sequence[int], arch: str, say: Say) -> list[dict[str, Any]]:
+    """Return a row of bench/pairs.py for every number of threads, each from a process of its own."""
+    rows = []
+    for count in threads:
+        say(f"two cubes of {size}^3 in contact, {count} threads")
+        found = run_worker("pairs", {"arch": arch, "threads": count, "size": size})
+        rows.append(_ok({"threads": count}, found))
+    return rows
+
+
 def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dict[str, Any]:
     """Return compile_cold_s and compile_warm_s: new processes, with an empty kernel cache and then with a full one."""
     options = {"kind": kind, "law": law, "contact": contact, "arch": at.arch, "threads": at.threads}

@@ -23,7 +23,10 @@ OF_A_BODY = {
     "contact cells": "internal_force.measure_surface",  # where they are few the static solve has them
     "boundary nodes and static solve": "serial.run",
     "history row": "rows",
+    "search of pairs": "contact.pairs.search",
+    "coupling of pairs": "contact.pairs.rebuild",
 }
+PAIR_PARTS = ("search of pairs", "coupling of pairs")
 WHOLE = "stable step"
 OF_THE_RUN = {"history": "history.add", "guards": "guards.check", WHOLE: "_watch"}
 
@@ -84,13 +87,12 @@ class FirstStep(ProgressBar):
 
 def parts_of_a_step(scene: Scene) -> dict[str, float]:
     """Return seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has."""
-    body = scene.bodies[0]
     run = Run(
         scene,
         plan(scene),
         CentralDifference(),
-        [np.zeros((body.mesh.node_count, 3))],
-        [np.array(body.initial_velocity)],
+        [np.zeros((body.mesh.node_count, 3)) for body in scene.bodies],
+        [np.array(body.initial_velocity) for body in scene.bodies],
         1,
     )
     parts = Parts()

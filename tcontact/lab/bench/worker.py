@@ -16,12 +16,12 @@ from .configuration import Configuration
 
 
 def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return what the named task finds: measure, compilation, bar, layer, rubbing or queries."""
+    """Return what the named task finds: measure, compilation, bar, layer, rubbing, queries or pairs."""
     if task == "measure":
         from .measure import measure
 
         return measure(Configuration.from_dict(options))
-    from . import rubbing, small
+    from . import pairs, rubbing, small
 
     tasks: dict[str, Callable[..., dict[str, Any]]] = {
         "compilation": small.compilation,
@@ -29,6 +29,7 @@ def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
         "layer": layer.layer,
         "rubbing": rubbing.rubbing,
         "queries": queries.queries,
+        "pairs": pairs.pairs,
     }
     return tasks[task](**options)
 

@@ -7,6 +7,8 @@ than an edge of the finer surface shows it.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ...mesh.triangle_distance import smallest_distance, winding_number
@@ -18,6 +20,7 @@ DEEP = 1.0  # depth over the mean edge of the finer surface that contact does no
 RARELY = 32  # most rows between two looks
 AHEAD = 2.0  # speed until the next look over the present speed
 SAMPLES = 64  # largest number of nodes whose depth is measured at a look
+SLABS = 48  # pairs of parallel planes around a body, in directions spread evenly; what is outside of any is not deep
 
 
 class PairOverlap:
@@ -43,14 +46,16 @@ class PairOverlap:
         rows, wait = max(1, row - self._seen), float(RARELY)
         for pair in run.scene.body_pairs:
             deep = DEEP * min(self._surfaces[number].mean_edge for number in (pair.first, pair.second))
-            for one, other in ((pair.first, pair.second), (pair.second, pair.first)):
+            both = [(now[number].min(axis=0), now[number].max(axis=0)) for number in (pair.first, pair.second)]
+            apart = max(0.0, float(np.max([both[1][0] - both[0][1], both[0][0] - both[1][1]])))
+            for one, other in ((pair.first, pair.second), (pair.second, pair.first)) if apart == 0.0 else ():
                 place = _deep_node(now[one], now[other], self._surfaces[other].closed, deep)
                 if place is not None:
                     return _overlap(run.scene.label(one), run.scene.label(other), place, time + step)
             moved = [now[number] - self._before[number] for number in (pair.first, pair.second)]
             speed = float(np.linalg.norm(moved[0].mean(axis=0) - moved[1].mean(axis=0))) / rows
             speed += sum(float(np.linalg.norm(part - part.mean(axis=0), axis=1).max()) for part in moved) / rows
-            wait = min(wait, deep / (AHEAD * speed) if speed > 0.0 else wait)
+            wait = min(wait, (apart + deep) / (AHEAD * speed) if speed > 0.0 else wait)
         self.due = row + int(np.clip(wait, 1, RARELY))
         self._before, self._seen = now, row
         return None
@@ -61,16 +66,33 @@ def _deep_node(nodes: np.ndarray, other: np.ndarray, closed: np.ndarray, deep: f
 
     other [k, 3]: positions of the surface nodes of that body; closed [m, 3]: its triangles.
     """
+    from scipy.spatial import cKDTree
+
     inside = ((nodes >= other.min(axis=0) + deep) & (nodes <= other.max(axis=0) - deep)).all(axis=1)
     near = nodes[inside]
     if not len(near):
         return None
+    spans, own = other @ _slabs().T, near @ _slabs().T
+    near = near[((own >= spans.min(axis=0) + deep) & (own <= spans.max(axis=0) - deep)).all(axis=1)]
+    if not len(near):
+        return None
+    near = near[:: -(-len(near) // SAMPLES)]
+    nearest, _ = cKDTree(other, balanced_tree=False, compact_nodes=False).query(near, distance_upper_bound=deep)
     triangles = other[closed]
-    for node in near[:: -(-len(near) // SAMPLES)]:
+    for node in near[~np.isfinite(nearest)]:  # no corner of the surface within that distance
         inside_other = winding_number(node, triangles) > 0.5
         if inside_other and smallest_distance(np.tile(node, (1, 3, 1)), triangles, deep) >= deep:
             return np.asarray(node)
     return None
+
+
+@functools.cache
+def _slabs() -> np.ndarray:
+    """Return the unit normals [SLABS, 3] of the slabs, on a spiral around half a sphere."""
+    height = (np.arange(SLABS) + 0.5) / SLABS
+    angle = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(SLABS)
+    radius = np.sqrt(1.0 - height**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
 
 
 def _overlap(one: str, other: str, place: np.ndarray, time: float) -> Stop:

@@ -14,6 +14,8 @@ from ...results.smoothness import PressureRecord
 from ...scene.friction_models import FrictionLayer
 from ...scene.scene import Scene
 
+COVERED = 0.05  # least area of a contact pressure between bodies over the weight of its node
+
 
 class Stepped(Protocol):
     """The parts of a domain's state that a view reads: displacement u, velocity v (flat [3n]) and terms."""
@@ -113,6 +115,20 @@ class BodyView:
             return result
         result[contact.nodes] = self.contact_node_force()
         return self.plan.to_user(self.plan.images.shared(result))
+
+    def contact_areas(self) -> np.ndarray:
+        """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0.
+
+        It is the weight of the node, or with other bodies the part that they cover, at least COVERED of the weight.
+        """
+        result, contact = self.plan.contact_areas(), self.plan.contact
+        pairs = None if self.state.contact is None else self.state.contact.pairs
+        if pairs is not None and contact is not None:
+            covered = pairs.covered_areas()[self._contact]
+            there = covered > 0.0
+            nodes = self.plan.node_order[contact.nodes[there]]
+            result[nodes] = np.maximum(covered[there], COVERED * result[nodes])
+        return result
 
     def contact_node_force(self) -> np.ndarray:
         """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""

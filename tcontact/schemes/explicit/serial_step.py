@@ -121,6 +121,8 @@ class SerialStep:
         """
         names = self.names
         contact = self.contact
+        if self.pairs is not None:
+            self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
@@ -137,15 +139,15 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
-        if control[names.WANTS_ROWS] == 1.0:
-            self.build_rows(u)
-            if self.kinds.model == "massless" and control[names.WANTS_MEASURE] == 0.0:
-                control[names.START] = names.MEASURED
-                control = self._go(control, u, v)
-        while control[names.WANTS_MEASURE] == 1.0:
-            self.force.measure_surface(u, v)
-            if self.cells is not None and self.cells.launch is not None:
-                self.cells.measure(u, v)
+        while control[names.WANTS_ROWS] == 1.0 or control[names.WANTS_MEASURE] == 1.0:
+            if control[names.WANTS_ROWS] == 1.0:
+                self.build_rows(u)
+                if self.kinds.model != "massless":
+                    break
+            if control[names.WANTS_MEASURE] == 1.0:
+                self.force.measure_surface(u, v)
+                if self.cells is not None and self.cells.launch is not None:
+                    self.cells.measure(u, v)
             control[names.START] = names.MEASURED
             control = self._go(control, u, v)
         return done
