@@ -211,11 +211,29 @@ def test_a_sharp_slave_node_takes_the_normal_of_a_flat_master(taichi):
     rows = rows_of(facing, positions)
     lowest = positions[rows.slaves, 2] < 1e-9
     assert lowest.any()
+    assert np.abs(normals_of(rows, positions)[lowest] - (0, 0, 1)).max() <= 1e-12
+
+
+def normals_of(rows, positions):
+    """Return the unit normals of the rows."""
     vectors = area_vectors(positions, rows.faces)
     vectors *= (rows.face_weights / np.linalg.norm(vectors, axis=1))[:, None]
     normals = np.add.reduceat(vectors, rows.first_face[:-1])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    assert np.abs(normals[lowest] - (0, 0, 1)).max() <= 1e-12
+    return normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
+def test_edges_that_lie_flush_press_along_the_faces_that_touch(taichi):
+    """The sides of two blocks, which touch nothing, do not tilt the normals of the edges that they share with them."""
+    sides = ("xmin", "xmax", "ymin", "ymax")
+    bodies = [
+        tc.Body(tc.box_mesh((1, 1, 1), (3, 3, 3), origin=(0, 0, 0.001)), soft(), contact=("zmin", *sides), name="up"),
+        tc.Body(tc.box_mesh((1, 1, 1), (4, 4, 3), origin=(0, 0, -1)), soft(), contact=("zmax", *sides), name="low"),
+    ]
+    scene = tc.Scene(bodies, duration=1.0, pairs=[tc.Pair("up", "low", slave="up")])
+    domain = tc.plan(scene).domains[0]
+    rows = rows_of(facings_of(domain, surfaces_of(domain))[0], domain.reference)
+    assert len(rows.slaves) == 16
+    assert np.abs(normals_of(rows, domain.reference) - (0, 0, 1)).max() <= 1e-12
 
 
 def test_a_face_whose_cover_is_singular_to_rounding_has_ordinary_shape_functions():

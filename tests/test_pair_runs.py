@@ -148,6 +148,23 @@ def test_a_pair_that_never_meets_moves_freely():
     assert np.abs(moved - result.time * OBLIQUE).max() <= 1e-14
 
 
+def test_a_body_of_flat_cells_is_met_where_it_lies():
+    """Rows exist within a reach that thin cells make small; they are built before a body has gone through it."""
+    low = tc.box_mesh((1, 1, 0.15), (4, 4, 10), origin=(0, 0, -0.15))
+    up = tc.box_mesh((1, 1, 0.5), (3, 3, 3), origin=(0.1, 0.05, 0.03))
+    bodies = [
+        tc.Body(up, soft(), (0, 0, -0.1), contact="zmin", name="up"),
+        tc.Body(low, soft(), contact="zmax", name="low"),
+    ]
+    contact = tc.MasslessContact("full")
+    result = tc.simulate(tc.Scene(bodies, duration=1.0, pairs=[tc.Pair("up", "low")], contact=contact))
+    assert result.ok
+    time, force = result.history["time"], result.pair_force["up-low"][:, 2]
+    assert abs(time[np.argmax(force > 0.0)] - 0.3) <= 0.02
+    assert result.history["pair_gap_min:up-low"].min() >= -1e-6
+    assert np.abs(result.history["energy_error"]).max() <= 2e-3
+
+
 def test_a_stack_on_a_floor_settles_with_its_weight_on_the_floor_and_between_the_blocks():
     gravity, bodies = 0.02, []
     for number in range(3):
