@@ -83,6 +83,8 @@ class Recorder:
         self.obstacles, self.times = scene.obstacles, [0.0]
         self.stress: list[VonMises] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
+        if len(scene.bodies) > 1:
+            self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
         try:
             if frames is None:
                 static = {"body": bodies} if len(scene.bodies) > 1 else None
