@@ -133,3 +133,62 @@ def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -
         },
         radius,
     )
+
+
+def ball(radius: float, cells: int, kind: str = "hex8") -> tc.Mesh:
+    """Return a ball about 0 with `cells` faces along a quarter of a great circle: a rounded cube in six shells.
+
+    kind: hex8, or tet4 for the same hexahedra cut into tetrahedra. Face sets low and high, the skin within 40 degrees
+    of the z axis on both sides.
+    """
+    line = np.linspace(-1.0, 1.0, cells + 1)
+    shares = np.linspace(0.0, 1.0, max(1, cells // 2) + 1)
+
+    def rounded(cube):
+        """Return the core's points for those of a cube from -1 to 1: half way between the cube and a ball."""
+        length = np.linalg.norm(cube, axis=-1, keepdims=True)
+        largest = np.abs(cube).max(axis=-1, keepdims=True)
+        return 0.5 * radius * cube * (0.5 + 0.6 * largest / np.where(length > 0.0, length, 1.0))
+
+    blocks = [rounded(np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1))]
+    along, across = np.meshgrid(line, line, indexing="ij")
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            flat = np.roll(np.stack([np.full_like(along, side), along, across], axis=-1), axis, axis=-1)
+            even = np.tan(np.pi / 4 * flat)  # equal angles
+            skin = radius * even / np.linalg.norm(even, axis=-1, keepdims=True)
+            blocks.append(block(rounded(flat), skin, shares))
+    slope = np.cos(np.radians(40.0))
+    mesh = join(
+        blocks,
+        {
+            "low": lambda c: c[:, 2] < -slope * np.linalg.norm(c, axis=1),
+            "high": lambda c: c[:, 2] > slope * np.linalg.norm(c, axis=1),
+        },
+        radius,
+    )
+    return mesh if kind == "hex8" else tetrahedra(mesh)
+
+
+def tetrahedra(mesh: tc.Mesh) -> tc.Mesh:
+    """Return a mesh of hexahedra cut into tetrahedra: two on each face, with a new node in the middle of the cell.
+
+    The diagonal of a face starts at its corner of the lowest number, so that the cells on both sides agree. Face sets
+    are those of the hexahedra.
+    """
+    count, cells = mesh.node_count, mesh.cells
+    middles = count + np.arange(len(cells))
+
+    def cut(faces):
+        """Return the two triangles [2, f, 3] of faces [f, 4]."""
+        first = faces.argmin(axis=1)[:, None]
+        a, b, c, d = np.take_along_axis(faces, (first + np.arange(4)) % 4, axis=1).T
+        return np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+    tets = []
+    for side in SIDES:
+        for triangle in cut(cells[:, side]):
+            tets.append(np.concatenate([triangle[:, ::-1], middles[:, None]], axis=1))
+    nodes = np.concatenate([mesh.nodes, mesh.nodes[cells].mean(axis=1)])
+    sets = {name: cut(faces).reshape(-1, 3) for name, faces in mesh.face_sets.items()}
+    return tc.Mesh(nodes, np.concatenate(tets), "tet4", face_sets=sets)

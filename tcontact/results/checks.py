@@ -109,6 +109,23 @@ def touched(result: Result) -> Check:
     return at_least("rows with contact", np.sum(largest > 0.0) if np.isfinite(largest).all() else np.nan, 1)
 
 
+def one_touch(result: Result, pair: str, normal: np.ndarray) -> list[Check]:
+    """Check that two bodies touch once and that their force, along the normal out of the second, never pulls."""
+    force = result.pair_force[pair] @ normal
+    largest = np.abs(force).max()
+    pressed = np.abs(force) > 1e-6 * largest
+    return [
+        equals("touches", np.sum(np.diff(pressed.astype(int)) > 0) + pressed[0] if np.isfinite(largest) else np.nan, 1),
+        at_most("pull / largest push", np.max([0.0, -force.min()]) / max(largest, np.finfo(float).tiny), 1e-12),
+    ]
+
+
+def pair_overlap(result: Result, size: float, bound: float) -> Check:
+    """Check the deepest overlap of bodies that touch each other, relative to the size of a face [m]."""
+    gaps = [column for name, column in result.history.items() if name.startswith("pair_gap_min:")]
+    return at_most("overlap / face", np.max([0.0, *(-np.min(column) for column in gaps)]) / size, bound)
+
+
 def mean_time(time: np.ndarray, impulse: np.ndarray) -> float:
     """Return the mean time [s] of a force with such a running impulse [N s] in rows: first moment over integral."""
     given = np.diff(impulse)
