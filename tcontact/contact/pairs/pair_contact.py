@@ -49,7 +49,8 @@ class PairContact:
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
-        self.margin = min(facing.margin for facing in self.facings) / 4.0
+        # two bodies may go twice as far towards each other: no gap beyond the reach closes before the next rows
+        self.margin = min(min(facing.margin / 4.0, facing.reach / 2.0) for facing in self.facings)
         self.rebuilds = self.searches = 0
         self.lists = arrays.put(np.zeros(at.LISTS_HEADER, dtype=np.int32))
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
