@@ -192,3 +192,19 @@ def tetrahedra(mesh: tc.Mesh) -> tc.Mesh:
     nodes = np.concatenate([mesh.nodes, mesh.nodes[cells].mean(axis=1)])
     sets = {name: cut(faces).reshape(-1, 3) for name, faces in mesh.face_sets.items()}
     return tc.Mesh(nodes, np.concatenate(tets), "tet4", face_sets=sets)
+
+
+def ring(
+    inside: float, outside: float, thickness: float, cells: int, start: float = 0.0, kind: str = "hex8"
+) -> tc.Mesh:
+    """Return a ring about the z axis with `cells` cells around it, one along z, and a corner at the angle `start`.
+
+    Across the ring there are as many cells as keep them about as long as wide, three at least. Face sets inner, outer.
+    """
+    across = max(3, round((outside - inside) * cells / (np.pi * (outside + inside))))
+    box = tc.box_mesh((1.0, 1.0, thickness), (cells, across, 1), kind, (0.0, 0.0, -thickness / 2))
+    angle, radius = start - 2.0 * np.pi * box.nodes[:, 0], inside + (outside - inside) * box.nodes[:, 1]
+    nodes = np.stack([radius * np.cos(angle), radius * np.sin(angle), box.nodes[:, 2]], axis=1)
+    _, first, number = np.unique(np.rint(nodes / (1e-9 * outside)), axis=0, return_index=True, return_inverse=True)
+    sets = {name: number.ravel()[box.face_sets[side]] for name, side in (("inner", "ymin"), ("outer", "ymax"))}
+    return tc.Mesh(nodes[first], number.ravel()[box.cells], kind, face_sets=sets)
