@@ -134,8 +134,8 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw the angular momenta of the rings, and the change of each."""
     time, (inner, outer) = result.history["time"], spins(result)
     panels = {
-        ("angular momentum", "kg m²/s"): {"inner ring": (time, inner), "outer ring": (time, outer)},
-        ("change of it", "kg m²/s"): {"inner ring": (time, inner - inner[0]), "outer ring": (time, outer)},
+        ("angular momentum", "N m s"): {"inner ring": (time, inner), "outer ring": (time, outer)},
+        ("change of it", "N m s"): {"inner ring": (time, inner - inner[0]), "outer ring": (time, outer)},
     }
     plots.panels(folder / "spin.png", panels, title)
 
