@@ -54,19 +54,19 @@ def join(blocks: list[np.ndarray], skin, size: float) -> tc.Mesh:
     return tc.Mesh(nodes, connected, "hex8", face_sets={name: outer[inside(centres)] for name, inside in skin.items()})
 
 
-def disc(radius: float, cells: int, thickness: float) -> tc.Mesh:
-    """Return a cylinder about the y axis from y = 0 to thickness: one cell thick, 4 times `cells` faces around its rim.
+def disc(radius: float, cells: int, thickness: float, layers: int = 1) -> tc.Mesh:
+    """Return a cylinder about the y axis from y = 0 to thickness with 4 times `cells` faces around its rim.
 
     A square core, rounded a little, and a shell from its sides to the rim. Face sets rim, ymin, ymax.
     """
     core = 0.5 * radius
     line = np.linspace(-1.0, 1.0, cells + 1)
-    layer = np.array([0.0, thickness])
+    layer = np.linspace(0.0, thickness, layers + 1)
 
     def at(x, z):
         return np.stack([x, np.zeros_like(x), z], axis=-1)
 
-    def thick(flat):  # [a, b, 3] to [a, b, 2, 3]
+    def thick(flat):  # [a, b, 3] to [a, b, layers + 1, 3]
         return flat[:, :, None] + layer[:, None] * np.array([0.0, 1.0, 0.0])
 
     bulge = 1.0 + 0.15 * (1.0 - line**2)  # the core is rounded a little: better corners
