@@ -7,8 +7,9 @@ plate (Kirchhoff) of radius R, thickness h, stiffness D = E h^3/(12 (1 - nu^2)) 
 
 between which and the ball stands Hertz's spring F = 4/3 E* sqrt(r) d^1.5 with 1/E* = 2 (1 - nu^2)/E (as Zener 1941 for
 an infinite plate). The plate gives way, swings back and hits the ball again. Shear, which the thin plate has not, makes
-the real one softer by some per cent, tetrahedra make it stiffer: by a tenth with four layers. The linear law takes it
-for one without stretching in its middle plane; that would add 10 % at a deflection of half the thickness.
+the real one softer by some per cent; tetrahedra make it stiffer, by 15 % with three layers, a tenth with four, more
+where Poisson's ratio is large. The force, of a contact half as wide as the plate is thick, is up to 15 % larger. The
+linear law leaves out the stretching of the middle plane, a tenth at a deflection of half the thickness.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ def scene(
     set of faces "top" can be hit and whose set "rim" is held; it takes the place of the sizes of the plate. mach: speed
     over sqrt(young/density).
     """
-    for name, count, least in (("cells", cells, 4), ("layers", layers, 2), ("ball_cells", ball_cells, 4)):
+    for name, count, least in (("cells", cells, 3), ("layers", layers, 2), ("ball_cells", ball_cells, 3)):
         if isinstance(count, bool) or not isinstance(count, int) or count < least:
             raise tc.InputError(name, count, f"give a whole number of at least {least}")
     choices.positive(mach=mach, young=young, density=density, radius=radius)
@@ -200,12 +201,14 @@ def checks(result: tc.Result) -> list[ck.Check]:
     scene, time = result.scene, result.history["time"]
     plate = scene.bodies[1].mesh
     edges = plate.nodes[plate.cells[:, [0, 0, 0, 1, 1, 2]]] - plate.nodes[plate.cells[:, [1, 2, 3, 2, 3, 3]]]
-    coarse = (np.median(np.linalg.norm(edges, axis=2)) / np.ptp(plate.nodes[:, 2])) ** 2
+    poisson = scene.bodies[1].material.poisson
+    locking = (1.0 - poisson) / (1.0 - 2.0 * poisson) / 1.75  # 1 at .3
+    coarse = locking * (np.median(np.linalg.norm(edges, axis=2)) / np.ptp(plate.nodes[:, 2])) ** 2
     found = [
         ck.finished(result),
         ck.thrown(result),
         ck.momentum_balance(result, 1e-10),
-        ck.energy(result, 4e-3),
+        ck.energy(result, 1e-2),
         ck.no_pull(result, "ball-plate", np.array((0.0, 0.0, 1.0))),
         ck.pair_overlap(result, scene.bodies[0].mesh.shortest_edge, 1e-6),
     ]
@@ -220,10 +223,10 @@ def checks(result: tc.Result) -> list[ck.Check]:
     rebound = (velocity[-1] - motion.speed) / -velocity[0]
     return [
         *found,
-        ck.between("largest force / thin plate", force.max() / motion.force.max(), 0.9, 1.05 + 0.3 * coarse),
+        ck.between("largest force / thin plate", force.max() / motion.force.max(), 0.9, 1.15 + 0.3 * coarse),
         ck.between("first to last touch / thin plate", lasted[0] / lasted[1], 0.95 - 0.3 * coarse, 1.05),
         ck.between("largest mean deflection / thin plate", sag, 0.95 - 0.4 * coarse, 1.1),
-        ck.between("rebound - thin plate / speed", rebound, -0.1, 0.1),
+        ck.between("rebound - thin plate / speed", rebound, -0.1 - 0.3 * coarse, 0.1 + 0.3 * coarse),
     ]
 
 

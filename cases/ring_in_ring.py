@@ -56,8 +56,8 @@ def scene(
     the outer one.
     """
     for name, count in (("cells", cells), ("outer_cells", outer_cells)):
-        if isinstance(count, bool) or not isinstance(count, int) or count < 8:
-            raise tc.InputError(name, count, "give a whole number of at least 8")
+        if isinstance(count, bool) or not isinstance(count, int) or count < 3:
+            raise tc.InputError(name, count, "give a whole number of at least 3")
     choices.positive(misfit=misfit, mach=mach, turn=turn, young=young, stiffness=stiffness, density=density)
     choices.positive(radius=radius)
     laws = [choices.material(law, modulus, poisson, density) for modulus in (stiffness * young, young)]
