@@ -21,7 +21,8 @@ def names_of(data: ResultData) -> list[str]:
     if "body" not in data.cell_fields or not len(data):
         return []
     count = int(data.frame(0).cell_data["body"].max()) + 1
-    known = data.attributes.get("bodies", ())
+    known = data.attributes.get("bodies")
+    known = known if isinstance(known, (list, tuple)) else ()
     return [str(known[number]) if number < len(known) else f"body-{number}" for number in range(count)]
 
 
