@@ -159,7 +159,7 @@ def measured(result: tc.Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Mean deflection: the integral of the momentum that the ball has not, over the mass of the plate.
     """
     ball, plate = result.scene.bodies
-    time, force = result.history["time"], result.pair_force["ball-plate"][:, 2]
+    time, force = result.history["time"], result.history["pair_force:ball-plate"][:, 2]
 
     def integral(values):
         return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])

@@ -124,7 +124,7 @@ def theory(scene: tc.Scene) -> tuple[float, float]:
 def spins(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
     """Return the angular momentum [rows] [kg m^2/s] of the inner and of the outer ring."""
     history = result.history
-    total, moment = history["angular_momentum"][:, 2], result.pair_moment["inner-outer"][:, 2]
+    total, moment = history["angular_momentum"][:, 2], history["pair_moment:inner-outer"][:, 2]
     steps = 0.5 * (moment[1:] + moment[:-1]) * np.diff(history["time"])
     inner = total[0] + np.concatenate([[0.0], np.cumsum(steps)])
     return inner, total - inner

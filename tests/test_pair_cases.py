@@ -1,6 +1,7 @@
 """Cases of bodies that touch each other: their checks hold at small size, and fail where the physics does."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,12 @@ def spoilt(result, **columns):
     return replace(
         result, history=result.history | {name: made(result.history[name].copy()) for name, made in columns.items()}
     )
+
+
+def drawn_again(case, result, folder):
+    """What a case draws from its stored history alone."""
+    case.draw(SimpleNamespace(history=result.history, scene=result.scene, time=result.time), folder, "again")
+    return [path.name for path in folder.iterdir()]
 
 
 def changed(row, value):
@@ -84,9 +91,10 @@ def test_balls_that_do_not_follow_hertz_fail(balls):
     assert "finished" in failed(two_spheres, replace(balls, ok=False, reason="diverged"))
 
 
-def test_a_ring_turns_in_a_press_fit():
+def test_a_ring_turns_in_a_press_fit(tmp_path):
     result = tc.simulate(ring_in_ring.scene(cells=12, outer_cells=24))
     assert not failed(ring_in_ring, result)
+    assert drawn_again(ring_in_ring, result, tmp_path) == ["spin.png"]
     force, pair = result.contact_node_force, "inner-outer"
     one = force.copy()
     one[result.scene.bodies[0].contact_nodes[0]] *= 1.1
@@ -135,6 +143,7 @@ def test_a_ball_falls_on_a_plate_out_of_a_file(tmp_path):
     scene = clamped_plate.scene(**small)
     result = tc.simulate(scene)
     assert not failed(clamped_plate, result)
+    assert drawn_again(clamped_plate, result, tmp_path) == ["deflection.png"]
     clamped_plate.write_plate(tmp_path / "own.msh", 0.1, 0.02, 6, 2)
     own = clamped_plate.scene(mesh=str(tmp_path / "own.msh"), ball_cells=6)
     for one, other in zip(scene.bodies, own.bodies, strict=True):
