@@ -106,7 +106,7 @@ def test_info_draws_a_curve_in_a_line():
         ([], "COMMAND"),
         (["fly"], "invalid choice"),
         (["run"], "CASE"),
-        (["run", "cube"], "use one of bar-impact, bouncing-bar, cube-impact"),
+        (["run", "cube"], f"use one of {', '.join(cases.names())}"),
         (["run", "cube-impact", "--set", "cell=4"], "it knows cells, kind"),
         (["run", "cube-impact", "--set", "cells"], "KEY=VALUE"),
         (["run", "cube-impact", "--set", "cells=four"], "a whole number"),

@@ -48,6 +48,8 @@ def test_the_end_in_memory_is_the_last_frame_of_the_file(bodies, tmp_path):
     last, there = stored.frame(-1), end.frame(0)
     assert last.time == there.time
     assert end.cell_fields == (("von_mises", "body") if bodies == 2 else ("von_mises",))
+    if bodies == 2:
+        assert end.attributes["bodies"] == stored.attributes["bodies"] == ["block 0", "block 1"]
     for name in end.cell_fields[1:]:
         np.testing.assert_array_equal(there.cell_data[name], last.cell_data[name])
     np.testing.assert_allclose(there.point_data["displacement"], last.point_data["displacement"], atol=1e-15)

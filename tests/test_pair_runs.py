@@ -8,6 +8,7 @@ from oracle import meshes
 from pair_scenes import OBLIQUE, bar, oblique_cubes, soft, total, touches, touching, variation
 
 import tcontact as tc
+from tcontact.cases._round_meshes import ring
 
 SPEED = 0.02
 
@@ -212,23 +213,13 @@ def test_damping_and_viscosity_keep_the_balance():
     assert np.abs(result.history["energy_error"]).max() <= 4e-3
 
 
-def ring(inside, outside, turns, start):
-    """Return the mesh of a ring of `turns` hexes about z, the first corner at the angle `start`."""
-    box = tc.box_mesh((1, 1, 0.2), (turns, 3, 1))
-    angle, radius = 2.0 * np.pi * box.nodes[:, 0] + start, inside + (outside - inside) * box.nodes[:, 1]
-    nodes = np.stack([radius * np.cos(angle), -radius * np.sin(angle), box.nodes[:, 2]], axis=1)
-    _, first, number = np.unique(np.round(nodes, 9), axis=0, return_index=True, return_inverse=True)
-    number = number.reshape(-1)
-    faces = {name: number[box.face_sets[name]] for name in ("ymin", "ymax")}
-    return tc.Mesh(nodes[first], number[box.cells], "hex8", face_sets=faces)
-
-
-def rings(initial_gap, inner=16, outer=24):
+def rings(initial_gap, inner=16, outer=24, thickness=0.2, kind="hex8"):
     """A ring that spins inside another one that it fits into but for the facets."""
+    meshes = ring(0.5, 1.0, thickness, inner, -0.1, kind), ring(1.0, 1.5, thickness, outer, 0.0, kind)
     spin = np.array((0.0, 0.0, 0.02))
     bodies = [
-        tc.Body(ring(0.5, 1.0, inner, 0.1), soft(), lambda nodes: np.cross(spin, nodes), contact="ymax", name="inner"),
-        tc.Body(ring(1.0, 1.5, outer, 0.0), soft(), contact="ymin", name="outer"),
+        tc.Body(meshes[0], soft(), lambda nodes: np.cross(spin, nodes), "outer", name="inner"),
+        tc.Body(meshes[1], soft(), contact="inner", name="outer"),
     ]
     pairs = [tc.Pair("inner", "outer", slave="inner", initial_gap=initial_gap)]
     return tc.Scene(bodies, duration=4.0, pairs=pairs, contact=tc.MasslessContact("full"))
@@ -243,6 +234,13 @@ def test_facets_of_fitting_rings_touch_all_around_if_their_gaps_count_as_closed(
     for result in (closed, meshed):
         spin = result.history["angular_momentum"][:, 2]
         assert np.abs(spin / spin[0] - 1.0).max() <= 3e-3
+
+
+@pytest.mark.parametrize(("kind", "thickness"), [("hex8", 0.05), ("tet4", 0.2)])
+def test_gaps_of_facets_count_as_closed_whatever_the_shape_of_the_faces(kind, thickness):
+    """The sagitta follows from the length of the facets around the ring, not from the area of their faces."""
+    result = tc.simulate(replace(rings("closed", 24, 72, thickness, kind), duration=0.5))
+    assert result.history["pair_gap_min:inner-outer"][0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_rings_that_overlap_by_their_facets_are_refused_with_the_remedy():

@@ -16,6 +16,7 @@ FREE = {"modulus": "energy and momenta are kept with every modulus"}
 SMALL = {
     "bar-impact": ({"cells": 20}, {}),
     "bouncing-bar": ({"cells": 20, "contacts": 2}, {}),
+    "clamped-plate": ({"cells": 12}, {"wall": "there is no wall"}),
     "cube-impact": ({"cells": 6}, {}),
     "hertz-impact": ({"cells": 3}, {}),
     "hot-slide": ({"cells": 2}, {}),
@@ -23,10 +24,13 @@ SMALL = {
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
     "penetration-energy": ({"cells": 4}, {}),
     "pressure-shear": ({"cells": 20}, {}),
+    "ring-in-ring": ({"cells": 16, "outer_cells": 48}, {"density": "the pressure is that of elastic rings"}),
     "rolling-cylinder": ({"cells": 12}, RIGID),
     "sliding-block": ({"cells": 4}, RIGID),
+    "stack": ({"cells": 2, "blocks": 3}, {"modulus": "every stack carries its weight"}),
     "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
     "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
+    "two-spheres": ({"cells": 8}, {"wall": "there is no wall"}),
     "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),
     "wall-shock": ({"cells": 40}, {}),
 }

@@ -7,6 +7,8 @@ points, on which the 4 shape functions of a quadrilateral are not independent. T
 
     integral of N_s N_s^t,  integral of N_s N_m^t,  area,  smallest distance |gap| and gap N_m . z_m - N_s . z_s
 
+The distance is also taken at the corners of the polygon: inclined faces come near each other there first.
+
 A face has 4 corners; a triangle has its last corner twice, and its shape functions are those of 3 corners. The local
 coordinates of a point in a quadrilateral come from Newton's method.
 """
@@ -129,6 +131,9 @@ def integrate(slaves: ti.template(), masters: ti.template(), results: ti.templat
         for i in range(count):
             j = ti.select(i + 1 == count, 0, i + 1)
             x1, y1, x2, y2 = px[i] - middle_x, py[i] - middle_y, px[j] - middle_x, py[j] - middle_y
+            at_slave = shape_values(sx, sy, px[i], py[i], slave_triangle)
+            at_master = shape_values(mx, my, px[i], py[i], master_triangle)
+            distance = ti.min(distance, ti.abs(at_master.dot(mz) - at_slave.dot(sz)))
             share = (x1 * y2 - x2 * y1) / 6.0
             for q in range(3):
                 first_part = ti.select(q == 1, 4.0, 1.0) / 6.0

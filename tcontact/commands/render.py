@@ -21,7 +21,11 @@ def add(subparsers: Any) -> None:
         "render", help="draw a stored run", description="Draw the frames of a stored run, and an animation of them."
     )
     shared.add(parser, "FILE")
-    parser.add_argument("--field", metavar="NAME", help="field that colours the surface (tcontact info lists them)")
+    parser.add_argument(
+        "--field",
+        metavar="NAME",
+        help="field that colours the surface (tcontact info lists them); body: a colour for each body",
+    )
     parser.add_argument("--colours", metavar="MAP", help="a colour map of matplotlib, for example coolwarm")
     parser.add_argument("--range", metavar="LOW,HIGH", type=_pair, help="values at the two ends of the colours")
     parser.add_argument("--size", metavar="WxH", type=_size, help="size of a picture in pixels, for example 960x720")

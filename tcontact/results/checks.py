@@ -109,6 +109,28 @@ def touched(result: Result) -> Check:
     return at_least("rows with contact", np.sum(largest > 0.0) if np.isfinite(largest).all() else np.nan, 1)
 
 
+def one_touch(result: Result, pair: str) -> Check:
+    """Check that two bodies touch once: how often their force rises from 0."""
+    force = np.linalg.norm(result.pair_force[pair], axis=1)
+    pressed = force > 1e-6 * force.max()
+    times = np.sum(np.diff(pressed.astype(int)) > 0) + pressed[0]
+    return equals("touches", float(times) if np.isfinite(force).all() else np.nan, 1)
+
+
+def no_pull(result: Result, pair: str, normal: np.ndarray) -> Check:
+    """Check that the force on the first body of a pair, along the normal out of the second, never pulls."""
+    force = result.pair_force[pair] @ normal
+    return at_most(
+        "pull / largest push", -np.min([0.0, *force]) / max(np.abs(force).max(), np.finfo(float).tiny), 1e-12
+    )
+
+
+def pair_overlap(result: Result, size: float, bound: float) -> Check:
+    """Check the deepest overlap of bodies that touch each other, relative to the size of a face [m]."""
+    gaps = [column for name, column in result.history.items() if name.startswith("pair_gap_min:")]
+    return at_most("overlap / face", np.max([0.0, *(-np.min(column) for column in gaps)]) / size, bound)
+
+
 def mean_time(time: np.ndarray, impulse: np.ndarray) -> float:
     """Return the mean time [s] of a force with such a running impulse [N s] in rows: first moment over integral."""
     given = np.diff(impulse)

@@ -84,6 +84,8 @@ class Recorder:
         self._paired = bool(scene.body_pairs)
         self.stress: list[VonMises] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
+        if len(scene.bodies) > 1:
+            self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
         try:
             if frames is None:
                 static = {"body": bodies} if len(scene.bodies) > 1 else None

@@ -59,9 +59,10 @@ class EndState:
 
     @cached_property
     def attributes(self) -> dict[str, Any]:
-        """Title and obstacles, where they are at the end."""
-        title = " + ".join(self.result.terms)
-        return {"title": title, "obstacles": describe(self.result.scene.obstacles, [0.0, self.result.time])}
+        """Title, names of the bodies, and obstacles, where they are at the end."""
+        title, scene = " + ".join(self.result.terms), self.result.scene
+        names = [scene.label(number) for number in range(len(scene.bodies))]
+        return {"title": title, "obstacles": describe(scene.obstacles, [0.0, self.result.time]), "bodies": names}
 
     def frame(self, _index: int) -> Frame:
         """Return the only frame."""

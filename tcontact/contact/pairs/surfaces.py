@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -110,13 +111,23 @@ def facings_of(domain: Domain, surfaces: Sequence[Surface]) -> list[Facing]:
 def _sagitta(surface: Surface, positions: np.ndarray) -> float:
     """Return the largest sagitta h^2 kappa / 8 [m] of the faces of a surface, without its edges.
 
-    kappa h is the angle between two faces, twice that of each with the mean normal of their node.
+    For two nodes of a face h is their distance, kappa h the angle between their normals.
     """
-    vectors = area_vectors(positions, surface.faces)
-    flat = flatness(surface.faces, vectors, np.linalg.norm(vectors, axis=1), len(positions))[surface.nodes]
-    smooth = flat[flat >= SMOOTH]
-    angle = 2.0 * np.arccos(min(1.0, float(smooth.min()))) if len(smooth) else 0.0
-    return float(surface.size * angle / 8.0)
+    faces, vectors = surface.faces, area_vectors(positions, surface.faces)
+    flat = flatness(faces, vectors, np.linalg.norm(vectors, axis=1), len(positions))
+    normals = np.zeros_like(positions)
+    for corner in faces.T[:3]:
+        np.add.at(normals, corner, vectors)
+    quads = faces[:, 3] != faces[:, 2]
+    np.add.at(normals, faces[quads, 3], vectors[quads])
+    largest = 0.0
+    for one, other in itertools.combinations(faces.T, 2):
+        smooth = (flat[one] >= SMOOTH) & (flat[other] >= SMOOTH) & (one != other)
+        first, second = normals[one[smooth]], normals[other[smooth]]
+        angle = np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), np.einsum("ij,ij->i", first, second))
+        apart = np.linalg.norm(positions[one[smooth]] - positions[other[smooth]], axis=1)
+        largest = max(largest, float((apart * angle).max(initial=0.0)) / 8.0)
+    return largest
 
 
 def area_vectors(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -16,12 +16,15 @@ FIELDS = {  # file name of a field: what the picture calls it, its unit, its col
     "displacement": ("Displacement", "m", "viridis"),
     "layer_temperature": ("Temperature of the friction layer", "K", "pressure"),
     "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
-    "body": ("Body", "", "viridis"),
+    "body": ("Bodies", "", "bodies"),
 }
 AWAY_FROM_ZERO = ("layer_temperature",)  # fields whose colours start at their smallest value, not at zero
 BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))
+_HUES = ((92, 141, 200), (240, 160, 75), (98, 178, 120), (214, 100, 95), (155, 125, 195), (165, 130, 105),
+         (225, 145, 190), (190, 185, 80), (90, 185, 200))  # fmt: skip
+BODY_COLOURS = np.array([[tone * part for part in hue] for tone in (1.0, 0.62, 0.8) for hue in _HUES])
 INK = (72, 82, 96)
 OBSTACLE_COLOUR = (190, 199, 212)
 AXIS_COLOURS = ((196, 60, 52), (54, 138, 66), (48, 98, 186))
@@ -31,8 +34,14 @@ FIELD, INK_TABLE, AXES, OBSTACLE, OTHER_PLANES, SHADOWED = 0, 1, 2, 5, 6, 8
 
 @cache
 def colour_table(name: str) -> np.ndarray:
-    """Return 256 colours [256,3] (0..255) of a map of matplotlib; "pressure" is its YlOrRd with grey for nothing."""
+    """Return 256 colours [256,3] (0..255) of a map of matplotlib.
+
+    "pressure" is its YlOrRd with grey for nothing; "bodies" has a band of one colour for each of some bodies.
+    """
     import matplotlib
+
+    if name == "bodies":
+        return np.round(BODY_COLOURS[np.arange(256) * len(BODY_COLOURS) // 256])
 
     if name == "pressure":
         t = np.linspace(0, 1, 256)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from ...results.files.vtkhdf import ResultData
+from .bodies import legend
 from .camera import Eye
 from .colours import AXIS_COLOURS, FAINT_TEXT, FIELDS, TEXT, colour_table
 
@@ -25,6 +26,7 @@ class Sheet(Protocol):
     title: str
     scale: float
     data: ResultData
+    names: list[str]
 
 
 def decorate(
@@ -38,8 +40,8 @@ def decorate(
     note: str,
     colours: str,
 ) -> None:
-    """Write title, time, colour bar and axis names into the picture."""
-    from PIL import Image, ImageDraw
+    """Write title, time, colour bar, or the names of the bodies by their colours, and axis names into the picture."""
+    from PIL import ImageDraw
 
     draw, u, (width, height) = ImageDraw.Draw(picture), studio.unit, studio.size
     name, unit, _ = FIELDS.get(field, (field.replace("_", " ").capitalize(), "", ""))
@@ -56,6 +58,32 @@ def decorate(
         (width - 26 * u, 21 * u), f"t = {time / factor:.{digits}f} {prefix}s", TEXT, font(round(17 * u)), anchor="ra"
     )
 
+    if field == "body":
+        legend(draw, studio.names, colour_table(colours), limits, studio.size, u, text)
+    else:
+        _colour_bar(picture, studio, limits, unit, peak, colours)
+    for axis, letter in enumerate("xyz"):
+        right, upward = eye.axes[:2, axis]
+        length = math.hypot(right, upward)
+        if length > 0.15:
+            reach = u * (30 + 12 / length)
+            draw.text(
+                (52 * u + reach * right, height - 52 * u - reach * upward),
+                letter,
+                AXIS_COLOURS[axis],
+                small,
+                anchor="mm",
+            )
+
+
+def _colour_bar(
+    picture: Image.Image, studio: Sheet, limits: tuple[float, float], unit: str, peak: float, colours: str
+) -> None:
+    """Draw the colour bar with its marks at the right of the picture."""
+    from PIL import Image, ImageDraw
+
+    draw, u, (width, height) = ImageDraw.Draw(picture), studio.unit, studio.size
+    small, text = font(round(13 * u)), font(round(15 * u))
     low, high = limits
     factor, prefix = prefix_of(max(abs(low), abs(high))) if unit else (1.0, "")
     x, y, w, h = (round(v * u) for v in (width / u - 104, 120, 18, height / u - 220))
@@ -71,18 +99,6 @@ def decorate(
         draw.text((x + w + 9 * u, row), f"{tick:.{places}f}".replace("-", "\N{MINUS SIGN}"), TEXT, text, anchor="lm")
     if math.isfinite(peak):
         draw.text((x, y + h + 12 * u), f"max {peak / factor:.3g}", FAINT_TEXT, small, anchor="la")
-    for axis, letter in enumerate("xyz"):
-        right, upward = eye.axes[:2, axis]
-        length = math.hypot(right, upward)
-        if length > 0.15:
-            reach = u * (30 + 12 / length)
-            draw.text(
-                (52 * u + reach * right, height - 52 * u - reach * upward),
-                letter,
-                AXIS_COLOURS[axis],
-                small,
-                anchor="mm",
-            )
 
 
 def ticks(low: float, high: float) -> np.ndarray:

@@ -42,9 +42,11 @@ def render_frames(
     """Draw every frame of a result; return the files written.
 
     `out`/frames/frame-0000.png ..., animation.gif, animation.mp4 (see video) and, where bodies touched an obstacle,
-    contact-face.png: the contact pressure seen from below at the instant of the largest contact force.
+    contact-face.png: the contact pressure seen from below at the instant of the largest contact force; with several
+    bodies also bodies.png, the first frame with a colour for each body.
 
-    field: any field of the file, vectors by their length, cell values one colour a face; size: picture [pixel]; camera:
+    field: any field of the file, vectors by their length, cell values one colour a face; "body", in a file of several
+    ones: a colour for each with its name, which other fields have written on the body; size: picture [pixel]; camera:
     None = a three-quarter view of body and contact plane; deformation_scale: factor on displacements about each body's
     mean motion; obstacles: {"kind": "plane", "point": [3], "normal": [3]} each, None = those in the file's attributes;
     fps: frames per second of the animation, None = about six seconds in all; range: values at the two ends of the
@@ -80,6 +82,10 @@ def render_frames(
             written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
             if can_film() if video is None else video:
                 written.append(film(pictures, out / "animation.mp4", speed))
+        if studio.names and field != "body":
+            path = out / "bodies.png"
+            studio.picture(data.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
+            written.append(path)
         if clip:
             return written  # an opened body has no whole contact face
         return written + studio.contact_face(out / "contact-face.png", limits if field == "contact_pressure" else None)
@@ -146,6 +152,8 @@ def _opened(
     if validate.shape_of("size", size, SIZE) != (2,):
         raise InputError("size", size, SIZE)
     size = (validate.whole("size", size[0], 160, 8192), validate.whole("size", size[1], 160, 8192))
+    if range is not None and field == "body":
+        raise InputError("range", range, "bodies have a colour each and no values: leave it away")
     if range is not None:
         low, high = (float(end) for end in validate.floats("range", range, (2,)))
         if not low < high:

@@ -16,9 +16,10 @@ from ...device import runtime
 from ...device.atomic_file import unlinked
 from ...results.files.vtkhdf import Frame, ResultData
 from ...scene.obstacles.base import direction as unit_of
+from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
-from .labels import decorate, prefix_of, round_down, round_up
+from .labels import decorate, font, prefix_of, round_down, round_up
 from .planes import Patch, read_planes
 from .solids import Pose, hides, outlined, read_solids, shaded
 from .surface import Clip, clipped_surface
@@ -52,6 +53,7 @@ class Studio:
         self.poses = [Pose.read(one, index) for index, one in enumerate(described) if one.get("kind") == "plane"]
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.clip, self.wish = tuple(clip), colours
+        self.names = names_of(data)
         self.surface = clipped_surface(data.points, data.blocks, self.clip)
         self.unit = self.size[1] / 720  # lengths of the layout are meant for 720 rows
         width, height = self.size
@@ -62,12 +64,16 @@ class Studio:
 
     def values(self, frame: Frame, field: str) -> tuple[np.ndarray, bool]:
         """Return scalars on the surface: (nodes [s], True) or (faces [q+t], False)."""
+        if field == "body":
+            return colour_number(self.body_of_face, self.limits(field)), False
         nodal = field in frame.point_data
         array = frame.point_data[field][self.surface.nodes] if nodal else frame.cell_data[field][self.surface.owner]
         return np.linalg.norm(array, axis=1) if array.ndim == 2 else array.astype(np.float64), nodal
 
     def limits(self, field: str) -> tuple[float, float]:
         """Return the ends of the colours over the series: round numbers around what is there, without rare peaks."""
+        if field == "body":
+            return own_limits() if self.wish is None else (0.0, max(1.0, len(self.names) - 1.0))
         low, high, least = 0.0, 0.0, math.inf
         for index in range(len(self.data)):
             values, _ = self.values(self.data.frame(index), field)
@@ -95,12 +101,16 @@ class Studio:
         return start + moved
 
     @cached_property
-    def bodies(self) -> list[np.ndarray]:
-        """Surface nodes of each body (local numbers); one list when the file names no bodies."""
-        surface = self.surface
+    def body_of_face(self) -> np.ndarray:
+        """Number [q+t] of the body that a face of the surface belongs to, 0 when the file names no bodies."""
         if "body" not in self.data.cell_fields:
-            return [np.arange(len(surface.nodes))]
-        body = self.data.frame(0).cell_data["body"][surface.owner]
+            return np.zeros(len(self.surface.owner), dtype=np.int64)
+        return np.asarray(self.data.frame(0).cell_data["body"][self.surface.owner])
+
+    @cached_property
+    def bodies(self) -> list[np.ndarray]:
+        """Surface nodes of each body (local numbers)."""
+        surface, body = self.surface, self.body_of_face
         of_node = np.zeros(len(surface.nodes), dtype=np.int64)
         for faces, first in ((surface.quads, 0), (surface.triangles, len(surface.quads))):
             of_node[faces] = body[first : first + len(faces), None]
@@ -194,7 +204,7 @@ class Studio:
 
     def picture(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> Image.Image:
         """Draw one frame [height, width, RGB]."""
-        from PIL import Image
+        from PIL import Image, ImageDraw
 
         if not runtime.threads():
             runtime.start()
@@ -216,7 +226,24 @@ class Studio:
         picture = Image.fromarray(image.reshape(height, width, 3))
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
         decorate(picture, self, eye, field, limits, frame.time, peak, note, chosen)
+        if self.names and field != "body":
+            write_names(
+                ImageDraw.Draw(picture), self.names, self._seen(body, eye), self.unit, font(round(14 * self.unit))
+            )
         return picture
+
+    def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
+        """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
+        from ...kernels.pictures import raster
+
+        width, height = self.size
+        number = self.body_of_face[self.surface.face] + 1
+        plain = Triangles.plain(body.screen, FIELD, np.where(number < 256, number / 255, 0.0)[:, None])
+        colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
+        colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
+        raster.clear(len(self.mask), self.mask_depth, self.mask)
+        draw(Triangles.joined([plain, eye.fixed]), width, height, 1, 0.0, colours, self.mask_depth, self.mask)
+        return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
         """Draw the key picture of a run that touched something; return [] where there is nothing to show."""
