@@ -190,11 +190,10 @@ def test_bodies_that_pass_the_faces_of_each_other_in_one_step_stop_the_run():
 
 def test_a_node_in_the_hole_of_a_body_is_not_deep_in_it():
     """It is far from the surface and within the hull; one in the middle of the material is deep."""
-    mesh = ring(0.5, 1.5, 24, 0.0)
-    mesh = tc.Mesh(mesh.nodes * (1, 1, 6), mesh.cells, "hex8")
+    mesh = ring(0.5, 1.5, 1.2, 24)
     faces = mesh.boundary_faces()
     closed = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
-    hole, inside, outside = np.array([[0.0, 0.1, 0.6], [0.97, 0.1, 0.63], [2.0, 0.0, 0.6]])
+    hole, inside, outside = np.array([[0.0, 0.1, 0.0], [0.97, 0.1, 0.03], [2.0, 0.0, 0.0]])
     assert _deep_node(np.stack([hole, outside]), mesh.nodes, closed, 0.3) is None
     assert (_deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.3) == inside).all()
     assert _deep_node(np.stack([hole, inside]), mesh.nodes, closed, 0.6) is None
