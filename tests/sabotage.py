@@ -40,9 +40,17 @@ def turned_gravity(scene):
 
 
 def less_friction(scene):
-    """Half of the coefficient."""
-    law = scene.friction
-    return scene if law is None else replace(scene, friction=replace(law, coefficient=0.5 * law.coefficient))
+    """Half of the coefficient, of pairs of bodies too."""
+
+    def half(law):
+        return None if law is None else replace(law, coefficient=0.5 * law.coefficient)
+
+    if scene.friction is None:
+        return scene
+    pairs = scene.pairs
+    if isinstance(pairs, tuple):
+        pairs = [replace(pair, friction=half(pair.friction)) for pair in pairs]
+    return replace(scene, friction=half(scene.friction), pairs=pairs)
 
 
 CHANGES = {

@@ -15,6 +15,7 @@ RIGID = {"modulus": "it is compared with a rigid body"}
 FREE = {"modulus": "energy and momenta are kept with every modulus"}
 SMALL = {
     "bar-impact": ({"cells": 20}, {}),
+    "block-on-block": ({"cells": 2, "lower_cells": 3}, RIGID),
     "bouncing-bar": ({"cells": 20, "contacts": 2}, {}),
     "clamped-plate": ({"cells": 12}, {"wall": "there is no wall"}),
     "cube-impact": ({"cells": 6}, {}),

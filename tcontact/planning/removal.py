@@ -89,7 +89,7 @@ def common_normal(scene: Scene, index: int) -> np.ndarray | None:
     """
     bodies = [scene.bodies[number] for number in connected(scene, index)]
     normals = [_outward(body) for body in bodies]
-    first = normals[0].mean(axis=0)
+    first = normals[0][0]
     total = sum((np.where(part @ first > 0.0, 1.0, -1.0)[:, None] * part).sum(axis=0) for part in normals)
     if not np.linalg.norm(total) > 0.0:
         return None

@@ -95,7 +95,7 @@ class Scene:
         elif self.obstacles and all(body.contact is None for body in self.bodies):
             warnings.warn("the scene has obstacles but no Body.contact: bodies pass through them", stacklevel=3)
         elif self.friction is not None and not self.obstacles and not self.body_pairs:
-            warnings.warn("the scene has friction but nothing to touch: it has no effect", stacklevel=3)
+            warnings.warn("the scene has friction but no obstacles or pairs: it has no effect", stacklevel=3)
         if self.pairs is None and len(self.bodies) > 1:
             warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
         self._check_bodies_apart()
