@@ -25,6 +25,15 @@ def slow(config):
     return config.getoption("--slow") or os.environ.get("TCONTACT_SLOW", "0") not in ("", "0")
 
 
+def pytest_configure(config):
+    """Let all kernels leave common subexpressions to LLVM, as most do anyway (compile_options.py); child processes too.
+
+    Small bodies compile in half the time, to the same bits (test_threads.py). With --slow it is as for a user.
+    """
+    if not slow(config):
+        os.environ.setdefault("TI_OPT_LEVEL", "0")
+
+
 def pytest_collection_modifyitems(config, items):
     if slow(config) or "slow" in (config.getoption("markexpr") or ""):
         return
@@ -35,21 +44,11 @@ def pytest_collection_modifyitems(config, items):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def taichi(pytestconfig):
-    """Taichi on the CPU with two threads, for every test of the session.
-
-    Every kernel leaves common subexpressions to LLVM, as most kernels do anyway (compile_options.py): small bodies
-    compile in half the time. The bits are those of a user's process (test_threads.py); `--slow` compiles as there.
-    """
+def taichi():
+    """Taichi on the CPU with two threads, for every test of the session."""
     from tcontact.device import runtime
 
-    taichi = runtime.start("cpu", THREADS)
-    if not slow(pytestconfig):
-        from tcontact.kernels.language.compile_options import LEAVE_TO_LLVM
-
-        for name, value in LEAVE_TO_LLVM.items():
-            setattr(taichi.cfg, name, value)
-    return taichi
+    return runtime.start("cpu", THREADS)
 
 
 @pytest.fixture

@@ -155,7 +155,7 @@ import json, sys
 import numpy as np
 import scenes, tcontact as tc
 from tcontact.run.guards import Guards
-scene = scenes.thrown("neo", "hex8", contact=tc.MasslessContact(), duration=1e6)
+scene = scenes.thrown("linear", "hex8", contact=tc.MasslessContact(), duration=1e6)
 check, rows = Guards.check, [0]
 def watched(self, row, *rest):
     rows[0] += 1

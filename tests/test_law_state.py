@@ -87,8 +87,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("path", ["serial", "parallel"])
-@pytest.mark.parametrize(("kind", "formulation", "cells"), CASES)
+@pytest.mark.parametrize(
+    ("kind", "formulation", "cells", "path"),
+    [(*case, "serial") for case in CASES]
+    + [pytest.param(*case, "parallel", marks=[pytest.mark.slow] * (case not in CASES[:2])) for case in CASES],
+)
 def test_only_the_step_pass_commits(kind, formulation, cells, path, request):
     if path == "parallel":
         request.getfixturevalue("parallel_path")

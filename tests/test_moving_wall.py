@@ -17,7 +17,7 @@ CONTACTS = {
 def impact(moving, contact, friction):
     # the gap is no whole number of steps: a node that arrives at gap 0 exactly would be closed or open by rounding
     mesh = tc.box_mesh(size=(0.1, 0.1, 0.1), cells=(3, 3, 3), kind="hex8", origin=(0, 0, 1.3e-4))
-    material = tc.NeoHookean(young=1e7, poisson=0.3, density=1000.0)
+    material = tc.LinearElastic(young=1e7, poisson=0.3, density=1000.0)
     body = tc.Body(mesh, material, velocity=(0, 0, 0) if moving else -WALL, contact="zmin")
     wall = tc.Plane(velocity=WALL if moving else None)
     scene = tc.Scene(bodies=[body], obstacles=[wall], duration=1e-3, contact=contact, friction=friction)
