@@ -5,8 +5,10 @@
 The rows stand in the last slot of their slaves, behind those of obstacles. A change of basis makes the constraint a
 bound on one number of the slave, y_s = d_s - l nu.(P d): `spread` is d = T y, `collect` is T^t f. The lift l is nu
 where the slave has no other row, else l.nu = 1 and l.n = 0 for the normals n of its other rows, which then bound y_s as
-they bound d_s (static/chosen_rows.py). A slave may be a master of softer bodies: the rows stand in the order of their
-slaves, the masters of a row before it, so that one pass through them, or one backward, is T or T^t.
+they bound d_s (static/chosen_rows.py). With friction in the static solve a slave follows the whole motion of its
+masters, d_s = y_s + P d, so that y_s holds its slip (static/pair_sliding.py). A slave may be a master of softer bodies:
+the rows stand in the order of their slaves, the masters of a row before it, so that one pass through them, or one
+backward, is T or T^t.
 
 nu is the mean normal of the faces of a row, renewed with every gap; weights and faces are kept until the slip is too
 large (`is_stale`). Places of the data: pair_places.py.
