@@ -47,9 +47,9 @@ def scene(
 ) -> tc.Scene:
     """Cubes of `cells` cells along an edge, every second one of one more, with gaps `drop` below each.
 
-    SI units. turn: angle between two blocks [degrees]; friction: coefficient on floor and blocks; damping: rate of the mass damping [1/s], None: twice the
-    lowest angular frequency of the stack, which is then damped the fastest; duration: None for as long as it takes to
-    settle.
+    SI units. turn: angle between two blocks [degrees]; friction: coefficient on floor and blocks; damping: rate of
+    the mass damping [1/s], None: twice the lowest angular frequency of the stack, which is then damped the fastest;
+    duration: None for as long as it takes to settle.
     """
     for name, count, least in (("cells", cells, 2), ("blocks", blocks, 2)):
         if isinstance(count, bool) or not isinstance(count, int) or count < least:
