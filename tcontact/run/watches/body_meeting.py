@@ -16,6 +16,7 @@ import numpy as np
 
 from ...mesh.triangle_distance import smallest_distance, winding_number
 from ...scene.body import Body
+from ...scene.pairs import hindrance
 from ...scene.scene import Scene
 from ...schemes.explicit.body_view import BodyView
 from ..guards import Stop
@@ -26,6 +27,7 @@ SOON = 16  # rows until the next look for which a clearance is measured
 TOUCH = 1e-6  # distance over the shortest edge of both surfaces below which they meet
 AHEAD = 2.0  # speed until the next look over the present speed
 MAXIMUM_PLACES = 1000  # maximum number of places on the way of one step
+NO_PAIR = "pairs need the faces that meet in Body.contact of both bodies, both names in Scene.pairs, and explicit steps"
 
 
 class Surface:
@@ -89,7 +91,8 @@ class BodyMeeting:
             part = self._measure(int(pair), now, float(travel[pair]), rows)
             if part is not None:
                 first, second = (run.scene.label(int(number)) for number in self._pairs[pair])
-                return _met(first, second, self._time + part * (time + step - self._time), self._seen < 0 and part == 0)
+                when = self._time + part * (time + step - self._time)
+                return _met(first, second, when, self._seen < 0 and part == 0, hindrance(run.scene) or NO_PAIR)
         speed = AHEAD * travel / rows  # per row
         wait = np.floor(self._clearance / np.where(speed > 0.0, speed, 1e-300))
         self.due = row + int(np.clip(wait.min(), 1, RARELY))
@@ -150,9 +153,9 @@ def _first(happened: Callable[[float], bool], before: float, after: float) -> fl
     return after
 
 
-def _met(first: str, second: str, time: float, at_start: bool) -> Stop:
+def _met(first: str, second: str, time: float, at_start: bool, why: str) -> Stop:
     how = "overlap or touch at the start" if at_start else f"meet at t = {time:.6g} s"
-    text = f"bodies {first} and {second} {how}; contact between bodies is not modelled: move them apart, end the run"
+    text = f"bodies {first} and {second} {how}, and are no pair in contact; {why}; else move them apart, end the run"
     return Stop("bodies-meet", f"{text} before, or let them pass through each other with Scene(pairs=None)")
 
 
