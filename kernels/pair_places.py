@@ -21,9 +21,10 @@ LISTS_HEADER = 16
 CENTRE, MARGIN, STALE, SLIP, SQUEEZED = 0, 3, 4, 5, 6
 VALUES_HEADER = 7
 # numbers of a row: vector from the masters to the slave when it was built (3) [m]; its normal (3) if it is the same in
-# the whole run, else 0; gap that counts as closed [m]; slip at which it is built anew [m]; area [m^2]
-ORIGIN, NORMAL, CLOSED, SLIP_LIMIT, AREA = 0, 3, 6, 7, 8
-ROW_NUMBERS = 9
+# the whole run, else 0; gap that counts as closed [m]; slip at which it is built anew [m]; area [m^2]; depth in an
+# obstacle [m] beyond which its slave is squeezed
+ORIGIN, NORMAL, CLOSED, SLIP_LIMIT, AREA, DEEP = 0, 3, 6, 7, 8, 9
+ROW_NUMBERS = 10
 # numbers that a pair of faces has after its integration (clipping.py): integrals of N_s N_s' (4 x 4) and N_s N_m'
 # (4 x 4) [m^2], the area in common [m^2], the smallest distance and the smallest gap [m] of the points of integration
 SLAVE_PRODUCTS, MASTER_PRODUCTS, COMMON_AREA, DISTANCE, POINT_GAP = 0, 16, 32, 33, 34

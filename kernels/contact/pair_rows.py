@@ -20,6 +20,7 @@ from ..language.entries import row
 from ..pair_places import (
     CENTRE,
     CLOSED,
+    DEEP,
     FACE_WEIGHTS,
     FACES,
     FIRST_ENTRY,
@@ -135,7 +136,7 @@ def leave_obstacles(coupling: ti.template(), rows: ti.template(), r, k):
     slots = ti.static(rows.options.slots)
     for p in range(slots - 1):
         row_of_obstacle = k * slots + p
-        if number_of(rows, row_of_obstacle, rows.at.gap) < 0.0 - row_number(coupling, r, SLIP_LIMIT):
+        if number_of(rows, row_of_obstacle, rows.at.gap) < 0.0 - row_number(coupling, r, DEEP):
             coupling.values[SQUEEZED] = 1.0 + row_of_obstacle * slots + (slots - 1)
         clear_row(rows, row_of_obstacle)
 

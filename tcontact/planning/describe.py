@@ -131,8 +131,9 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact
     if contact is not None:
-        slots, count = min(len(plan.scene.obstacles), MAXIMUM_SLOTS), len(contact.nodes)
-        known = count if len(plan.scene.obstacles) <= slots else 0  # nodes whose smallest gap a row holds
+        count = len(contact.nodes)
+        slots = min(len(plan.scene.obstacles), MAXIMUM_SLOTS) + bool(domain.pairs)
+        known = count if len(plan.scene.obstacles) <= MAXIMUM_SLOTS else 0  # nodes whose smallest gap a row holds
         bodies = sum(body.contact is not None for body in domain.bodies)
         size = (count + len(contact.all_nodes) - known) * (WHOLE + 3 * REAL) + (bodies + 1) * ISLAND * WHOLE
         size += count * (slots * WHOLE + 3 * REAL) + count * slots * REAL * _row_width(plan, domain)
@@ -142,7 +143,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
             if projected(plan.scene, domain.bodies):
-                components = PLACES[block].coupled_end if domain.pairs else PLACES[block].end
+                places = PLACES[block]
+                components = (places.several_end if slots > 1 else places.coupled_end) if domain.pairs else places.end
                 size += count * REAL * (components - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
@@ -171,9 +173,9 @@ def _row_width(plan: Plan, domain: Domain) -> int:
     static_friction = massless and has_friction and contact.block > 1
     kicked = has_friction and (not massless or bool(domain.inverses[: len(contact.nodes)].any()))
     now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
-    return (
-        7 + massless + 2 * has_friction + 3 * (now + (scene.moving and static_friction) + kicked + 3 * static_friction)
-    )
+    lifted = bool(domain.pairs and scene.obstacles) and massless and not static_friction
+    vectors = now + (scene.moving and static_friction) + kicked + 3 * static_friction + lifted
+    return 7 + massless + 2 * has_friction + 3 * vectors
 
 
 def _layered(plan: Plan, domain: Domain) -> bool:

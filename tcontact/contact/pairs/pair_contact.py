@@ -178,9 +178,9 @@ class PairContact:
             numbers[:, at.ORIGIN : at.ORIGIN + 3] = apart
             numbers[:, at.CLOSED] = self._closed[slaves]
             numbers[:, at.AREA] = np.concatenate([one.area for one in couplings])
-            sizes = [np.full(len(one.slaves), self._slip * facing.slave.size)
-                     for facing, one in zip(self.facings, couplings, strict=True)]  # fmt: skip
-            numbers[:, at.SLIP_LIMIT] = np.concatenate(sizes)
+            sizes = np.concatenate([np.full(len(one.slaves), facing.slave.size)
+                                    for facing, one in zip(self.facings, couplings, strict=True)])  # fmt: skip
+            numbers[:, at.SLIP_LIMIT], numbers[:, at.DEEP] = self._slip * sizes, SLIP * sizes
         faces = [one.faces for one in couplings]
         first_face = _starts(np.concatenate([np.diff(one.first_face) for one in couplings]))
         face_weights = np.concatenate([one.face_weights for one in couplings])
@@ -207,8 +207,8 @@ class PairContact:
         if self._rows is not None:
             real[at.VELOCITIES] = np.zeros(3 * len(self._boundary))
             pairs = np.concatenate(sides) // 2
-            totals = np.zeros(rows)
-            np.add.at(totals, np.repeat(np.arange(rows), np.diff(first)), weights * self._coefficients[pairs])
+            of = np.repeat(np.arange(rows), np.diff(first))
+            totals = np.bincount(of, weights * self._coefficients[pairs], rows)
             self._rows.set_coefficients(self._obstacle_coefficient, slaves, totals.clip(0.0))
         header = np.zeros(at.LISTS_HEADER, dtype=np.int64)
         header[at.ROWS], header[at.SURFACE_NODES], header[at.PAIRS] = rows, len(self._nodes), len(self._first)
