@@ -50,6 +50,18 @@ def test_frames_hold_the_contact_force_of_both_bodies(tmp_path, slave):
     assert (tmp_path / "run" / "result.vtkhdf").is_file()
 
 
+@pytest.mark.parametrize("contact", [tc.MasslessContact("full"), tc.PenaltyContact(10.0)])
+def test_bodies_that_are_apart_have_frames_without_pressure(tmp_path, contact):
+    """No row exists at the first frame nor at the last one: nothing is pressed, and nothing fails."""
+    scene = oblique_cubes(contact=contact)
+    apart = replace(scene.bodies[0], mesh=scene.bodies[0].mesh.translated((0, 0, 0.9)))
+    scene = replace(scene, bodies=[apart, scene.bodies[1]], pairs=[tc.Pair("up", "low")], duration=1.0)
+    result = tc.simulate(scene, out=tmp_path / "run", frames=3)
+    assert result.ok, result.reason
+    assert result.history["pair_rows:up-low"].max() == 0
+    assert np.abs(result.contact_node_force).max() == 0.0
+
+
 def test_a_scene_file_keeps_the_pairs(tmp_path):
     pairs = [tc.Pair("up", "low", slave="up")]
     tc.save_scene(oblique_cubes(pairs=pairs), tmp_path / "scene.toml")

@@ -112,7 +112,7 @@ class PairContact:
             lists[lists[section] : lists[section] + count]
             for section, count in ((at.SLAVES, rows), (at.MASTERS, entries), (at.FIRST_ENTRY, rows + 1))
         )
-        areas = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(rows, -1)[:, at.AREA]
+        areas = values[lists[at.NUMBERS] :][: rows * at.ROW_NUMBERS].reshape(-1, at.ROW_NUMBERS)[:, at.AREA]
         shares = values[lists[at.WEIGHTS] :][:entries] * np.repeat(areas, np.diff(first))
         found = np.bincount(slaves, areas, self._count) + np.bincount(masters, shares, self._count)[: self._count]
         return np.asarray(found)
