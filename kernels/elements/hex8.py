@@ -150,7 +150,7 @@ def hex_slopes(mode_x):
 
 @ti.func
 def hex_viscosity(x, u, v, speed, square):
-    """Return [corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
+    """Return [corner forces [component][corner], -q, V', rate, V at rest] of a hex8, q, forces per reference density.
 
     -q and V' are scaled such that their product is the power. speed: c1 c, square: c2^2.
     """
@@ -173,7 +173,8 @@ def hex_viscosity(x, u, v, speed, square):
     pressure = answer[0] * answer[1] * (1.0 / 64.0)
     zero = pressure * 0.0
     mode_f = [[pressure * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], pressure, change, 64.0 * answer[2] * square_sum]
+    rate = 64.0 * answer[2] * square_sum
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], pressure, change, rate, (1.0 / 64.0) * reference]
 
 
 @ti.func

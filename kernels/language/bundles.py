@@ -17,7 +17,8 @@ class Body(NamedTuple):
     contact cells at each boundary node; node_info [n]: chunks and boundary number of a node (lanes.py); position [n, 3]
     [m] at rest; mass [n] [kg]; params: lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact
     force; node_sums, cell_sums: columns.py; memory [pack, point, number, lane]: state of the quadrature points
-    (point_memory.py).
+    (point_memory.py); before [s, 3]: displacement of the massless nodes at the last time level, for the bulk viscosity
+    of metals in contact cells.
     """
 
     u: Array = None
@@ -35,6 +36,7 @@ class Body(NamedTuple):
     node_sums: Array = None
     cell_sums: Array = None
     memory: Array = None
+    before: Array = None
 
 
 class Boundary(NamedTuple):

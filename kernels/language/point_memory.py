@@ -75,6 +75,20 @@ def store(memory: ti.template(), point, new):
 
 
 @ti.func
+def heat_points(law: ti.template(), parameters, memory: ti.template(), points: ti.template(), rise):
+    """Raise the stored temperature of all points of the cell by `rise` [K]; return the largest temperature rise."""
+    hottest = 0.0 * rise
+    for point in range(points):
+        new = law.plastic.heated(recall(memory, point), parameters, rise)
+        hottest = ti.max(hottest, new[0])
+        first = memory.start + (point * memory.size + law.plastic.warming) * memory.width
+        for i in ti.static(range(len(new))):
+            for lane in ti.static(range(memory.width)):
+                memory.state[first + i * memory.width + lane] = new[i][lane]
+    return hottest
+
+
+@ti.func
 def tangent_at(
     part: ti.template(), f, parameters, pressure, body: ti.template(), place, point, size: ti.template(),
     width: ti.template(),

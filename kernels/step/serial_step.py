@@ -22,7 +22,7 @@ import functools
 
 import taichi as ti
 
-from ..cells.cell_phase import make_cell_phase
+from ..cells.cell_phase import keep_places, make_cell_phase
 from ..columns import raw_places
 from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
 from ..lanes import STEP as STEP_LENGTH
@@ -93,7 +93,7 @@ def make_serial_step(
     cell_phase = make_cell_phase(cells, viscous, contact_model == "massless") if passes or measures else None
     cell_kinds, cornered = len(cells), contact_model == "massless"
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
-    rates = any(LAWS[law].rates for _, law in cells)
+    timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
@@ -273,6 +273,8 @@ def make_serial_step(
                     if state == PASS or state == BOUNDARY:
                         viscous_load(body, boundary, viscous_cells)
                 if state == PASS or state == BOUNDARY:
+                    if ti.static(viscous and plastic and cornered):
+                        keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
@@ -290,7 +292,7 @@ def make_serial_step(
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
                     number += 1
-                    if ti.static(rates):
+                    if ti.static(timed):
                         body.params[STEP_LENGTH] = control[AFTER]
                     if ti.static(coupled and contact_model == "penalty"):
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
