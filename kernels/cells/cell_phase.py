@@ -80,13 +80,14 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
 @ti.func
 def massless_velocity(body: ti.template(), start, velocity, width: ti.template()):
     """Return the velocity (3) of one corner in the last step: of a massless node the difference of its positions."""
-    rate = 1.0 / ti.max(body.params[STEP], TINY)
+    step = body.params[STEP]
+    rate = ti.select(step > 0.0, 1.0 / ti.max(step, TINY), 0.0)  # at the start, and in products, they have none
     massless = 1.0 - with_mass(body, start, body.params[MASSLESS], width)
     node = [3 * body.connectivity[start + lane] for lane in range(width)]
     number = [body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS) for lane in range(width)]
-    at = [ti.select(massless[lane] > 0.0, 3 * number[lane] - 3, 0) for lane in range(width)]
+    at = [ti.select(massless[lane] > 0.0, 3 * number[lane] - 2, 1) for lane in range(width)]
     moved = [
-        rate * ti.Vector([body.u[node[lane] + c] - body.before[at[lane] + c] for lane in range(width)])
+        rate * ti.Vector([body.u[node[lane] + c] - body.bulk_viscosity[at[lane] + c] for lane in range(width)])
         for c in range(3)
     ]
     return [ti.select(massless > 0.0, moved[c], velocity[c]) for c in range(3)]
@@ -97,7 +98,7 @@ def keep_places(body: ti.template(), boundary: ti.template()):
     """Keep the displacements of the massless nodes until the next time level."""
     for s in range(int(body.params[MASSLESS])):
         for c in ti.static(range(3)):
-            body.before[3 * s + c] = body.u[3 * boundary.nodes[s] + c]
+            body.bulk_viscosity[1 + 3 * s + c] = body.u[3 * boundary.nodes[s] + c]
 
 
 def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool):
@@ -181,8 +182,14 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
                     density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
                     if ti.static(flows and cornered):
-                        if own == 1 and body.params[STEP] <= 0.0:  # no step has ended here: no velocity
-                            density = zero
+                        if own == 1:
+                            step = body.params[STEP]
+                            density = ti.select(zero + step > 0.0, density, zero)
+                            slope = density * added[5] / ti.max(step, TINY)
+                            place = 1 + 3 * int(body.params[MASSLESS]) - int(body.bulk_viscosity[0])
+                            place += body.segments[at + LANE] + pack * width
+                            for lane in ti.static(range(width)):
+                                body.bulk_viscosity[place + lane] = slope[lane]
                     pressure = density * added[1]
                     first_lane = body.segments[at + LANE] + pack * width
                     held_at = ti.cast(body.params[CHUNK_COUNT], ti.i32) * numbers + first_lane

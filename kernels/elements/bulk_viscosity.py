@@ -24,9 +24,14 @@ FLATTEST = 1e-9  # smallest ratio of volume to reference volume used here; the h
 
 @ti.func
 def pressure_rate(change, volume, reference, area, speed, square):
-    """Return [-q/(reference density e), e, rate V^2/(corners sum |dV/dx_k|^2) over volume^2], with h = volume/area."""
+    """Return [-q/(reference density e), e, s, t] with h = volume/area.
+
+    s is the rate over corners sum |dV/dx_k|^2; t: s with the quadratic part twice, for the derivative by V'.
+    """
     size = ti.max(volume, FLATTEST * reference)
     e = change / size
     h = size / area
-    stretch = h * (speed + square * h * ti.max(0.0 - e, 0.0))
-    return [(reference / size) * stretch, e, stretch / (size * size)]
+    quadratic = square * h * ti.max(0.0 - e, 0.0)
+    stretch = h * (speed + quadratic)
+    square_size = size * size
+    return [(reference / size) * stretch, e, stretch / square_size, (stretch + h * quadratic) / square_size]

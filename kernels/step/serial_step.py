@@ -273,7 +273,7 @@ def make_serial_step(
                     if state == PASS or state == BOUNDARY:
                         viscous_load(body, boundary, viscous_cells)
                 if state == PASS or state == BOUNDARY:
-                    if ti.static(viscous and plastic and cornered):
+                    if ti.static(body.viscous_metal):
                         keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)

@@ -65,7 +65,10 @@ class InternalForce:
         self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
         heated = self.viscous and self.plastic  # metals, whose viscosity acts in contact cells and heats the points
         self.timed = heated or any(LAWS[law].rates for _, law in domain.kinds)
-        self.before = arrays.zeros(3 * massless_count(domain)) if heated and self.corner_rows is not None else None
+        self.bulk_viscosity = None
+        if heated and self.corner_rows is not None:
+            self.bulk_viscosity = arrays.zeros(1 + 3 * massless_count(domain) + packs.lanes - packs.first_contact_lane)
+            arrays.set_values(self.bulk_viscosity, np.array([float(packs.first_contact_lane)]))
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -117,7 +120,7 @@ class InternalForce:
             cells.append(self.corner_rows)
         nodes = (self.info, self.reference, self.mass, self.parameters)
         sums = (self.rows, self.special_force, self.node_sums, self.cell_sums)
-        return (*cells, *nodes, *sums, *(part for part in (self.memory, self.before) if part is not None))
+        return (*cells, *nodes, *sums, *(part for part in (self.memory, self.bulk_viscosity) if part is not None))
 
     def bundle(self) -> Body:
         """Return the arrays by name; the positions take the places of u and v."""
@@ -139,7 +142,7 @@ class InternalForce:
             node_sums=self.node_sums,
             cell_sums=self.cell_sums,
             memory=self.memory,
-            before=self.before,
+            bulk_viscosity=self.bulk_viscosity,
         )
 
     def without_boundary(self) -> InternalForce:
@@ -175,5 +178,5 @@ class InternalForce:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
-        shared += [part for part in (self.corner_rows, self.memory, self.before) if part is not None]
+        shared += [part for part in (self.corner_rows, self.memory, self.bulk_viscosity) if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared
