@@ -16,8 +16,9 @@ state has det Cp^-1 = 1 exactly:
 
     D_new = k D + (k - 1) I + w (cof F)^t cof F,   w = [(1 + y)/J^(-2/3) - k (1 + tr(b - I)/3)]/J^2
 
-Dissipated are (min(Y, q) + Y_new)/2 dep, Y with the rate of the step, per reference volume, and a share of it heats the point. An elastic point keeps
-its state bit for bit; nothing cancels at small strains. The second derivative keeps the symmetric part.
+Dissipated are (min(Y, q) + Y_new)/2 dep, Y with the rate of the step, per reference volume, and a share of it heats the
+point. An elastic point keeps its state bit for bit; nothing cancels at small strains. The second derivative keeps the
+symmetric part.
 """
 
 import taichi as ti

@@ -37,9 +37,9 @@ LONGEST = 3.0  # largest change of ln dep in an iteration
 class YieldStress(NamedTuple):
     """Functions of a yield stress; parameters: names of its constants; rates: whether it depends on the strain rate.
 
-    start(ep, T, P, parameters) -> list that begins with Y at rest; flow(begin, f, G3, ep, parameters) -> [dep, dY/dep at
-    the end, Y at the start at the rate of the step], begin: the list of `start`; hardened(ep, parameters): Y without
-    softening by heat and rate.
+    start(ep, T, P, parameters) -> list that begins with Y at rest; flow(begin, f, G3, ep, parameters) -> [dep, dY/dep
+    at the end, Y at the start at the rate of the step], begin: the list of `start`; hardened(ep, parameters): Y
+    without softening by heat and rate.
     """
 
     parameters: tuple[str, ...]
