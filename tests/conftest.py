@@ -30,7 +30,7 @@ def slow(config):
 def pytest_configure(config):
     """Let Taichi leave the optimization of all kernels to LLVM; in child processes too.
 
-    Small bodies compile in less than half the time, to the same bits (test_threads.py). With --slow it is as for a user.
+    Small bodies compile in half the time or less, to the same bits (test_threads.py). With --slow it is as for a user.
     Compiled kernels are kept for the next run: Taichi's limit of 100 MB is a fifth of what all tests need, and every
     process that ends above it removes a quarter of the kernels.
     """
