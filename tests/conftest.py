@@ -31,8 +31,8 @@ def pytest_configure(config):
     """Let Taichi leave the optimization of all kernels to LLVM; in child processes too.
 
     Small bodies compile in half the time or less, to the same bits (test_threads.py). With --slow it is as for a user.
-    Compiled kernels are kept for the next run: Taichi's limit of 100 MB is a fifth of what all tests need, and every
-    process that ends above it removes a quarter of the kernels.
+    Compiled kernels are kept for the next run: all tests need several times Taichi's limit of 100 MB, above which every
+    process that ends removes a quarter of the kernels.
     """
     if not slow(config):
         os.environ |= {name: "0" for name in SHORT if name not in os.environ}
