@@ -31,12 +31,12 @@ def pytest_configure(config):
     """Let Taichi leave the optimization of all kernels to LLVM; in child processes too.
 
     Small bodies compile in half the time or less, to the same bits (test_threads.py). With --slow it is as for a user.
-    Compiled kernels are kept for the next run: all tests need several times Taichi's limit of 100 MB, above which every
+    Compiled kernels are kept for the next run: all tests need many times Taichi's limit of 100 MB, above which every
     process that ends removes a quarter of the kernels.
     """
     if not slow(config):
         os.environ |= {name: "0" for name in SHORT if name not in os.environ}
-    os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(2**30))
+    os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(2**31 - 1))
 
 
 def pytest_collection_modifyitems(config, items):
