@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...cells.internal_force import InternalForce
@@ -25,7 +27,11 @@ class DomainState:
     """Displacement u and velocity v (flat [3n]) of a domain, and its terms.
 
     displacement, velocity: start of every body [n, 3], in the user's numbering; views: one for each body.
+    exchange: where another process holds copies of boundary nodes, it is called between the force pass of a large
+    domain and the motion of its boundary nodes, and adds the parts of their force [3*s+c, N] that stand there.
     """
+
+    exchange: Callable[[arrays.Array], None] | None = None
 
     def __init__(
         self,
@@ -124,7 +130,10 @@ class DomainState:
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
-            force.advance(self.u, self.v, kick_before, kick_after, drift, before=steps[0])
+            before = steps[0] if number == 0 else steps[1]
+            force.advance(self.u, self.v, kick_before, kick_after, drift, before=before)
+            if self.exchange is not None:
+                self.exchange(force.special_force)
             raw = self._raw[number]
             if serial is None:
                 raw[:] = force.sums()
