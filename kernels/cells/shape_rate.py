@@ -53,7 +53,7 @@ def rate_of(spread, rest):
     y = ti.sqrt((1.0 / 3.0) * w)
     for _ in ti.static(range(2)):
         y = ti.max(y - (y * y * (y + 3.0) - w) / (3.0 * y * (y + 2.0) + 1e-30), 0.0 * q)
-    return q * (1.0 + p * (1.0 + y)) / (ti.max(volume, FLATTEST * rest) * rest)
+    return 0.5 * q * (4.0 + p * (1.0 + y)) / (ti.max(volume, FLATTEST * rest) * rest)
 
 
 def make_block_rates(kind: str):

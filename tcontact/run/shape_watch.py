@@ -17,7 +17,7 @@ from ..cells.shape_rates import ShapeRates
 from ..device import arrays
 from ..schemes.explicit.stable_step import StableSteps
 
-APART = 128  # maximum number of rows between looks
+APART = 256  # maximum number of rows between looks
 APART_WITH_STATE = 8  # the same where points of a law with state can flow
 TOUCHING = 1.5  # growth of the number of nodes in contact that asks for a look at once
 
