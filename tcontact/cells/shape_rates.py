@@ -55,7 +55,8 @@ class ShapeRates:
         self._launch(*self._numbers, *self._arrays)
         by_block = arrays.get(self._scratch)[1:].reshape(-1, len(self._owner), 2).max(axis=0)
         found = np.zeros((2, self._bodies))
-        np.maximum.at(found, (slice(None), self._owner), (by_block * self._squared[:, None]).T)
+        for row, values in zip(found, (by_block * self._squared[:, None]).T, strict=True):
+            np.maximum.at(row, self._owner, values)
         return found
 
     def remember(self) -> None:

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..cells.shape_rates import ShapeRates
-from ..device import arrays
 from ..schemes.explicit.stable_step import StableSteps
 
 APART = 256  # maximum number of rows between looks
