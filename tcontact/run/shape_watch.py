@@ -18,6 +18,7 @@ from ..schemes.explicit.stable_step import StableSteps
 
 APART = 256  # maximum number of rows between looks
 APART_WITH_STATE = 8  # the same where points of a law with state can flow
+FARTHER = 4  # largest growth of the interval from look to look
 TOUCHING = 1.5  # growth of the number of nodes in contact that asks for a look at once
 
 
@@ -59,7 +60,7 @@ class ShapeWatch:
         touching: nodes in contact; step [s]: the present one; limit(factor): the stable step [s] with that factor.
         """
         past, onset = max(1, number - self._seen), touching > self.touching_limit()
-        rows = 1 if onset else min(2 * past, self._apart)
+        rows = 1 if onset else min(FARTHER * past, self._apart)
         self.factor, foreseen = self._factors(rows / past)
         for rates in self._rates:
             rates.remember()
