@@ -116,6 +116,7 @@ class DomainState:
         jacobian: float = -np.inf,
         energy: float = np.inf,
         viscous_rate: float = np.inf,
+        touching: float = np.inf,
     ) -> int:
         """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
@@ -126,7 +127,8 @@ class DomainState:
         force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
-            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
+            limits = jacobian, energy, viscous_rate, touching
+            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
@@ -144,6 +146,7 @@ class DomainState:
             if serial is not None:
                 total += raw[places.shared.kinetic]
             calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
+            calm = calm and (self.contact is None or not raw[places.shared.contact_nodes] > touching)
             calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
