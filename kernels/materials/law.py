@@ -63,7 +63,7 @@ class Plastic(NamedTuple):
     temperature by `rise` [K]. strain, warming: places in the state of the plastic strain and the temperature rise; share,
     initial_temperature, strength: places of these among the parameters (strength: of the yield stress, which products
     set to HIGH so that nothing yields). rates: the parameters are followed by the length of the step that ends at the
-    present state [s].
+    present state [s]. always: the state of points that do not flow changes too, as their temperature does.
     """
 
     volume: Any
@@ -75,6 +75,7 @@ class Plastic(NamedTuple):
     initial_temperature: int
     strength: int
     rates: bool = False
+    always: bool = False
 
 
 HIGH = 1e100  # a yield stress [Pa] that is never reached, over the modulus
