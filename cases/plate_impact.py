@@ -91,9 +91,7 @@ def scene(
         tolerance=tolerance,
     )
     chosen = None if formulation == "auto" else formulation
-    plate = tc.Body(
-        mesh, material, (0.0, 0.0, -speed), contact="zmin", supports=held, name="plate", formulation=chosen
-    )
+    plate = tc.Body(mesh, material, (0.0, 0.0, -speed), contact="zmin", supports=held, name="plate", formulation=chosen)
     shock = MetalShock(material, speed)
     alone = 2.0 * length / (max(shock.elastic_speed, shock.shock_speed) + shock.shock_speed)
     viscosity = tc.BulkViscosity(linear, quadratic) if linear > 0.0 or quadratic > 0.0 else None
@@ -194,7 +192,9 @@ def checks(result: tc.Result) -> list[ck.Check]:
             abs(history["impulse"][-1, 2] / (force * time[-1]) - 1.0),
             2.5e-2 * coarse,
         ),
-        ck.at_most("plastic strain behind the shock / exact, error", abs(strain - 1.0), (0.02 if smooth else 0.1) * coarse),
+        ck.at_most(
+            "plastic strain behind the shock / exact, error", abs(strain - 1.0), (0.02 if smooth else 0.1) * coarse
+        ),
     ]
     if smooth:
         warm = now["temperature"][behind].mean()

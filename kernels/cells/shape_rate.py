@@ -4,8 +4,8 @@
 
 Lambda is the largest eigenvalue of the sum of b_k b_k^t (elements/cell_spread.py), v the present volume and V that at
 rest. With an equation of state that stiffens (materials/mie_grueneisen.py) the rate grows with J U'' + 4/3 mu over
-K + 4/3 mu. Each cell has two rates, at x + u and, to foresee the next one, at x + u + ahead (u - u_before). Cells of linear
-laws, whose frequencies do not change, are left out.
+K + 4/3 mu. Each cell has two rates, at x + u and, to foresee the next one, at x + u + ahead (u - u_before). Cells of
+linear laws, whose frequencies do not change, are left out.
 
 With q = tr A/3, A/q - I = p S, tr S^2 = 6, the largest eigenvalue of A is q (1 + p (1 + y)), where y >= 0 is the root
 of y^3 + 3 y^2 = 2 + det S; from y = sqrt((2 + det S)/3), which is too large, two Newton steps give it to 1e-4.
@@ -117,7 +117,10 @@ def make_shape_rates(kinds: tuple[tuple[str, str], ...], signature: Signature):
     u_before takes the place of v.
     """
     count = len(kinds)
-    functions, deforming = [make_block_rates(kind, law) for kind, law in kinds], [not LAWS[law].linear for _, law in kinds]
+    functions, deforming = (
+        [make_block_rates(kind, law) for kind, law in kinds],
+        [not LAWS[law].linear for _, law in kinds],
+    )
 
     @ti.func
     def shape_rates(first_material, size, blocks, body: ti.template(), shape: ti.template()):

@@ -152,7 +152,8 @@ def hex_slopes(mode_x):
 def hex_viscosity(x, u, v, speed, square):
     """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a hex8, q per reference density.
 
-    t: the rate with the quadratic part twice; -q and V' are scaled such that their product is the power. speed: c1 c, square: c2^2.
+    t: the rate with the quadratic part twice; -q and V' are scaled such that their product is the power. speed: c1 c,
+    square: c2^2.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]

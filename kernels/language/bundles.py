@@ -17,8 +17,8 @@ class Body(NamedTuple):
     contact cells at each boundary node; node_info [n]: chunks and boundary number of a node (lanes.py); position [n, 3]
     [m] at rest; mass [n] [kg]; params: lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact
     force; node_sums, cell_sums: columns.py; memory [pack, point, number, lane]: state of the quadrature points
-    (point_memory.py); bulk_viscosity: of metals in contact cells: their first lane, displacements [s, 3] of the massless
-    nodes at the last time level, rate of every lane over the step times the density (viscous_tangent.py).
+    (point_memory.py); bulk_viscosity: of metals in contact cells: their first lane, displacements [s, 3] of the
+    massless nodes at the last time level, rate of every lane over the step times the density (viscous_tangent.py).
     """
 
     u: Array = None

@@ -16,9 +16,9 @@ class PointMemory(NamedTuple):
     """The state of the cells of one pack.
 
     state: the array; start: place of number 0 of point 0 in lane 0; size: numbers per point; width: lanes; commit: 1 if
-    the new state is stored; pressure: of the cell [U', mean of J - 1], [] where every point has its own; tally: of a law with plastic
-    flow dissipated energy, largest plastic strain and temperature rise of the points, energy that hourglass modes let
-    go.
+    the new state is stored; pressure: of the cell [U', mean of J - 1], [] where every point has its own; tally: of a
+    law with plastic flow dissipated energy, largest plastic strain and temperature rise of the points, energy that
+    hourglass modes let go.
     """
 
     state: Any

@@ -184,7 +184,8 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         strength = yield_stress.hardened(old[STRAIN], parameters)
         return strength / (strength + 3.0 * parameters[1] * old[STRAIN])
 
-    plastic = Plastic(volume, secant, heated, STRAIN, WARMING, SHARE, INITIAL, FIRST, yield_stress.rates, bool(state_equation.state))
+    functions, numbers = (volume, secant, heated), (STRAIN, WARMING, SHARE, INITIAL, FIRST)
+    plastic = Plastic(*functions, *numbers, rates=yield_stress.rates, always=bool(state_equation.state))
     return Law(
         names,
         update,

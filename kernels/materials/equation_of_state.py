@@ -59,7 +59,5 @@ def heated(old, parameters, rise):
 EQUATIONS_OF_STATE = {
     "bulk": EquationOfState(lambda first: (bulk, warmed, heated)),
     "barrier": EquationOfState(lambda first: (barrier, warmed, heated)),
-    "mie_grueneisen": EquationOfState(
-        mie_grueneisen.make_functions, mie_grueneisen.PARAMETERS, mie_grueneisen.STATE
-    ),
+    "mie_grueneisen": EquationOfState(mie_grueneisen.make_functions, mie_grueneisen.PARAMETERS, mie_grueneisen.STATE),
 }

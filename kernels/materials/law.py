@@ -60,7 +60,7 @@ class Plastic(NamedTuple):
     the change of shape alone, and the cell adds volume(change, parameters, old) -> [pressure U', energy U, slope U'']
     of that mean. secant(old, parameters): ratio of the secant modulus to the elastic one, for the hourglass stiffness.
     heated(old, parameters, rise) -> numbers of the state from the temperature rise on, after heat that raises the
-    temperature by `rise` [K]. strain, warming: places in the state of the plastic strain and the temperature rise; share,
+    temperature by `rise` [K]. strain, warming: places in the state of plastic strain and temperature rise; share,
     initial_temperature, strength: places of these among the parameters (strength: of the yield stress, which products
     set to HIGH so that nothing yields). rates: the parameters are followed by the length of the step that ends at the
     present state [s]. always: the state of points that do not flow changes too, as their temperature does.

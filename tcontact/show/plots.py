@@ -264,7 +264,9 @@ def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
     return figure, grid
 
 
-def _finish(figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path, name: str = TIME[0]) -> None:
+def _finish(
+    figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path, name: str = TIME[0]
+) -> None:
     panels[-1].set_xlabel(f"{name} [{unit}]")
     end = float(time[-1]) or 1.0
     panels[-1].set_xlim(-0.01 * end, 1.01 * end)
