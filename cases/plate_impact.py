@@ -155,8 +155,8 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
     ends[1] = max(ends)
     x = np.array([0.0, ends[0], ends[0], ends[1], ends[1], np.ptp(result.scene.bodies[0].mesh.nodes[:, 2])])
     known = {
-        ("volume ratio", "1"): [1.0 - state.compression, 1.0 - shock.ahead.compression, 1.0],
-        ("plastic strain", "1"): [state.strain, 0.0, 0.0],
+        ("volume ratio", "-"): [1.0 - state.compression, 1.0 - shock.ahead.compression, 1.0],
+        ("plastic strain", "-"): [state.strain, 0.0, 0.0],
         ("temperature", "K"): [state.temperature, metal.initial_temperature, metal.initial_temperature],
     }
     rows = {}
