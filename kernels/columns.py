@@ -86,6 +86,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("pair_rebuilds", "1", "times that the rows of all pairs were built so far", 1, ("pairs",), PAIRED),
     Column("solver_products", "1", "products of the static solve of pairs", 1, ("pairs",), PAIRED, "max"),
     Column("layer_heat", "J", "heat in the friction layers", 1, ("layers",), LAYERS),
+    Column("obstacle_heat", "J", "heat that went from the friction layers into the obstacles so far", 1, ("layers",),
+           LAYERS),
     Column("layer_temperature_max", "K", "hottest surface of a friction layer", 1, ("layers",), LAYERS, "max"),
     Column("layer_shear_min", "Pa", "lowest shear stress of a sliding layer", 1, ("layers",), LAYERS, "fmin", NAN),
     Column("layer_error", "1", "estimated error of a layer step", 1, ("layers",), LAYERS, "max"),

@@ -75,6 +75,8 @@ class ContactTerm:
         self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
         if self.friction is not None:
             self.friction.rows = self.rows
+            if isinstance(self.friction, LayeredFriction):
+                self.friction.find_partners(scene, domain, self.candidates, self.pairs)
             if self.pairs is not None:
                 self.pairs.set_friction(self.rows, coefficient)
 
