@@ -7,9 +7,9 @@ surface temperatures obey the contact conductance:
     q_A = g (Tz_B - Tz_A) + (1 + g (Bq_B - Bq_A)) W/2,  q_B = W - q_A,  g = 1/(1/conductance + Bq_A + Bq_B)
 
 The state arrays are flat: rise [pack, node, lane] = T - base, growth = beta ep, hardening = (1 + beta ep)^n, carried
-[J/m^3] = plastic heat not yet released; cells [pack, `cell_numbers`, lane]. A pack whose cells have never been in contact is
-skipped; an open cell conducts heat but neither slips nor flows. A pack has `stride` lanes in memory, of which a thread
-takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GPU.
+[J/m^3] = plastic heat not yet released; cells [pack, `cell_numbers`, lane]. A pack whose cells have never been in
+contact is skipped; an open cell conducts heat but neither slips nor flows. A pack has `stride` lanes in memory, of
+which a thread takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GPU.
 """
 
 import functools
@@ -38,7 +38,7 @@ SETTINGS = 5  # numbers behind the materials in params: heat share, g, C, dt, 1:
 
 
 def far_places(sides: int) -> tuple[int, int]:
-    """Return where the temperatures beyond the far ends begin among the numbers of a cell, and the heat through them."""
+    """Return where the temperatures beyond the far ends begin in a cell, and the heat that left through these."""
     return CELL + sides - 1, CELL + 2 * sides - 1
 
 

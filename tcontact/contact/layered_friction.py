@@ -53,7 +53,7 @@ class LayeredFriction(Friction):
         assert domain.contact is not None
         areas, starts = domain.contact.areas, domain.contact_start
         super().__init__(model, len(areas), static_friction)
-        self.model, self.areas = model, areas
+        self.model, self.areas = model, areas.copy()
         self.coefficients = np.full(len(areas), model.coefficient)
         places = {number: slice(*starts[place : place + 2]) for place, number in enumerate(domain.numbers)}
         kinds = all_kinds(scene, domain.numbers)
@@ -100,7 +100,7 @@ class LayeredFriction(Friction):
         ratio = self.areas / self.partners.areas
         if (ratio == 1.0).all():
             return
-        self.areas = self.partners.areas
+        self.areas = self.partners.areas.copy()
         for values in (self._waiting, self._kick_work, self._friction_impulse, self._pressure_impulse, self._last):
             values *= ratio
         for total, before in ((self.layers.cell("WORK"), self._owed), (self.layers.to_obstacles(), self._given_before)):
@@ -271,7 +271,7 @@ class LayeredFriction(Friction):
             heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
             given = (1.0 - model.heat_share) * (float((self.areas * done).sum()) - late)
         else:
-            given = float((self.areas * (self._at_row(3, layers.to_obstacles()) - self._given_before)).sum())
+            given = self._to_obstacles(late)
             heat = float((self.areas * (done + plastic)).sum()) - late - given
         temperature, stress = self.fields()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
@@ -283,6 +283,21 @@ class LayeredFriction(Friction):
             "layer_error": self.error,
             "layer_substeps": self.substeps / self.span,
         }
+
+    def _to_obstacles(self, late: float) -> float:
+        """Return the heat [J] that went into the obstacles up to the row; late: as in `row`.
+
+        Work that the layers have not taken yet is divided as what they took.
+        """
+        given, work = self.layers.to_obstacles(), self.layers.cell("WORK")
+        share = np.where(work > 0.0, given / np.where(work > 0.0, work, 1.0), 0.0).clip(0.0, 1.0) * self.areas
+        found = (self.areas * (self._at_row(3, given) - self._given_before)).sum() + (share * self._waiting).sum()
+        if not self.static_friction:
+            last = self._pending()
+            found += (share * last).sum()
+            if self._share == 1.0 and (self.areas * last).sum() > 0.0:  # the layers did not take the kick with it
+                found -= late * (share * last).sum() / (self.areas * last).sum()
+        return float(found)
 
     def fields(self) -> tuple[np.ndarray, np.ndarray]:
         """Return surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""
@@ -312,18 +327,20 @@ class LayeredFriction(Friction):
             known = layers.batches[number].state().items()
             internal |= {f"{place}/{name}": values[mine] if np.ndim(values) else values for name, values in known}
         kinds = [layers.kinds[number] for number in numbers]
-        profiles = [
-            layers.profiles(name, side)[part] for side in (0, 1) for name in ("temperature", "plastic_strain")
-        ]
+        warm, strain = (
+            [layers.profiles(name, side)[part] for side in (0, 1)] for name in ("temperature", "plastic_strain")
+        )
         two = any(kind.partner is not None for kind in kinds)
         return LayerState(
             nodes,
             layers.batches[0].depth,
-            *profiles[:2],
+            warm[0],
+            strain[0],
             self.shear()[part],
             kinds[0].metal,
             tuple((kind.partner, kind.bodies) for kind in kinds),
-            *(profiles[2:] if two else (None, None)),
+            warm[1] if two else None,
+            strain[1] if two else None,
             internal,
         )
 

@@ -93,7 +93,9 @@ class NodeLayers:
 
     def limit_stress(self, pressure: np.ndarray) -> np.ndarray:
         """Return tau [k] [Pa] of layers whose contact closes now; pressure [k] [Pa]."""
-        return self.of_used([b.limit_stress(pressure[nodes]) for b, nodes in zip(self.batches, self.nodes, strict=True)])
+        return self.of_used(
+            [b.limit_stress(pressure[nodes]) for b, nodes in zip(self.batches, self.nodes, strict=True)]
+        )
 
     def to_obstacles(self) -> np.ndarray:
         """Return the heat [k] [J/m^2] of the layer steps that went to the side of obstacles so far."""
@@ -106,7 +108,7 @@ class NodeLayers:
         return total
 
     def profiles(self, name: str, side: int = 0) -> np.ndarray:
-        """Return `Layer.temperature` or `Layer.plastic_strain` [k, points] of a side; NaN where the layer has no such."""
+        """Return `Layer.temperature` or `Layer.plastic_strain` [k, points] of a side; NaN where there is none."""
         empty = [np.full((len(nodes), self.batches[0].points), np.nan) for nodes in self.nodes]
         found = [
             getattr(batch, name)(side) if side < len(batch.metals) else nothing

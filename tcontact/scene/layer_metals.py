@@ -66,7 +66,9 @@ def check_metals(scene: Any) -> None:
         if owner.metal is not None and owner.metal.melting_temperature <= model.initial_temperature:
             remedy = f"it melts at {owner.metal.melting_temperature:g} K and the layers start at"
             raise InputError(field, owner.metal, f"{remedy} {model.initial_temperature:g} K; start below")
-    two = any(kind.partner is not None for index in range(len(scene.bodies)) for kind in kinds_of(scene, index).values())
+    two = any(
+        kind.partner is not None for index in range(len(scene.bodies)) for kind in kinds_of(scene, index).values()
+    )
     if two and model.method != METHODS[0]:
         remedy = f"layers with two sides (obstacles with a metal, pairs of bodies) are solved by {METHODS[0]!r} only"
         raise InputError("FrictionLayer.method", model.method, remedy)
