@@ -32,7 +32,7 @@ class LayerKind:
 
 def metal_of(scene: Any, index: int) -> Metal:
     """Return the metal of a body in the friction layers of a scene."""
-    return scene.bodies[index].metal or scene.friction.material  # type: ignore[no-any-return]
+    return scene.bodies[index].metal or scene.friction.material
 
 
 def kinds_of(scene: Any, index: int) -> dict[tuple[str, int], LayerKind]:
