@@ -26,7 +26,7 @@ from ..lanes import (
     WIDTH,
 )
 from ..language.entries import row
-from ..language.point_memory import tangent_at
+from ..language.point_memory import constants_of, mean_of_points, tangent_at
 from ..materials import LAWS
 from .massless_node import basis_of
 
@@ -97,8 +97,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
 
     kind, law: of the cells of the block; plain: every basis is the identity.
     """
-    parts, linear = LAWS[law].tangents, LAWS[law].linear
-    count, size = len(LAWS[law].parameters), len(LAWS[law].state)
+    law_of = LAWS[law]
+    parts, linear, size = law_of.tangents, law_of.linear, len(law_of.state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
 
@@ -106,8 +106,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
-        parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
-        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
+        parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
+        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
@@ -121,6 +121,10 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                 stiff = parameters[0]
                 reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)
                 pressure = stiff * change
+                if ti.static(law_of.plastic):
+                    state = [mean_of_points(body, place, i, size, width, functions.points) for i in range(size)]
+                    volume = law_of.plastic.volume(change, parameters, state)
+                    pressure, stiff = volume[0], volume[2]
                 if ti.static(linear):
                     pressure = 0.0
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):

@@ -13,7 +13,7 @@ from ..base import validate
 from ..base.errors import InputError
 from ..friction_layer.metals import Metal, checked_metal
 from ..mesh.mesh import Mesh
-from .cell_blocks import BodyBlock, blocks_of, checked_material
+from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 
@@ -60,8 +60,9 @@ class Body:
     {"core": steel, "skin": rubber}, with every cell in exactly one of these sets;
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
     touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
-    first), or None for a body that passes through; supports: held and driven components; formulation: "full"
-    integration; or hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
+    first), or None for a body that passes through; supports: held and driven components; formulation: None for
+    the one that suits the material, "mean-dilatation" for hexahedra of a metal, else "full"; "full" integration; or
+    hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
     `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing; in a mesh of
     several kinds those that have the formulation take it, the others are integrated fully;
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
@@ -79,7 +80,7 @@ class Body:
     contact: str | Sequence[str] | None = None
     supports: Sequence[Support] = ()
     name: str | None = None
-    formulation: str = "full"
+    formulation: str | None = None
     periodic: str | None = None
     displacement: Nodal | None = None
     metal: Metal | None = None
@@ -89,6 +90,8 @@ class Body:
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         object.__setattr__(self, "material", checked_material(self.material, self.mesh))
         checked_metal("Body.metal", self.metal)
+        if self.formulation is None:
+            object.__setattr__(self, "formulation", suited_formulation(self.mesh, self.material))
         self.blocks  # noqa: B018 - unknown formulations are found here
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")

@@ -76,6 +76,15 @@ def checked_material(material: Any, mesh: Mesh) -> Any:
     return dict(material)
 
 
+def suited_formulation(mesh: Mesh, material: Any) -> str:
+    """Return the formulation of a body that names none: full integration locks in plastic flow."""
+    given = [*material.values()] if isinstance(material, Mapping) else [material]
+    can = any("mean-dilatation" in ELEMENTS[kind].formulations for kind, _ in mesh.blocks)
+    if can and any(one.plastic for one in given) and all(one.volumetric for one in given):
+        return "mean-dilatation"
+    return "full"
+
+
 def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
     """Return the blocks of a body, kind after kind and material after material; `formulation` where a kind has it.
 

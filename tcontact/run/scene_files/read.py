@@ -21,7 +21,7 @@ from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
-from .classes import CLASSES, METALS, RUN, SCENE_PARTS, SURFACE, keys_of
+from .classes import CLASSES, METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -186,6 +186,9 @@ class Reader:
         built = words[choice(f"{place}.type", word, words)]
         check_keys(place, values, keys_of(built))
         self.find_metal(place, values, "material" if kind == "friction" else "metal")
+        for key in NESTED:
+            if isinstance(values.get(key), dict):
+                values[key] = self.plain(f"{place}.{key}", values[key], key)
         return made(place, built, values)
 
     def find_metal(self, place: str, values: dict[str, Any], key: str = "metal") -> None:
