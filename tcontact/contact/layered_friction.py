@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..friction_layer import LayerState
 from ..planning.domain import Domain
@@ -19,6 +20,7 @@ from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
 from .friction import Friction
+from .heat_exchange import HeatExchange
 from .node_layers import NodeLayers
 from .pairs.pair_contact import PairContact
 from .sliding_partners import SlidingPartners
@@ -61,6 +63,7 @@ class LayeredFriction(Friction):
         nodes = [np.concatenate([every[places[number]] for number in bodies]) for bodies in kinds.values()]
         self.layers = NodeLayers(model, list(kinds), nodes, len(areas))
         self.partners: SlidingPartners | None = None
+        self.exchange: HeatExchange | None = None
         # layer steps per mechanical step; mechanical steps per layer step
         self.substeps, self.span = min(FIRST, model.substeps), 1
         self.error = 0.0
@@ -85,8 +88,12 @@ class LayeredFriction(Friction):
         self._share = 1.0
         self._start = np.zeros((4, len(areas)))
 
-    def find_partners(self, scene: Scene, domain: Domain, candidates: arrays.Array, pairs: PairContact | None) -> None:
-        """Take over what the rows may belong to: candidates of obstacles, rows of pairs."""
+    def find_partners(
+        self, scene: Scene, domain: Domain, candidates: arrays.Array, pairs: PairContact | None, force: InternalForce
+    ) -> None:
+        """Take over what the rows may belong to, candidates of obstacles and rows of pairs, and the cells to heat."""
+        if any(any(kind.open_ends) for kind in self.layers.kinds):
+            self.exchange = HeatExchange(domain, force, self.layers, pairs)
         if len(self.layers.kinds) > 1 or pairs is not None:
             self.partners = SlidingPartners(scene, domain, list(self.layers.kinds), self.rows, candidates, pairs)
 
@@ -112,6 +119,16 @@ class LayeredFriction(Friction):
         before, after [s]: the steps that end and start at the present level.
         """
         self._follow_partners()
+        if self.exchange is None:
+            self._step(before, after)
+            return
+        self.exchange.set_far_ends(self.rows.pressing() > 0.0)
+        left = self.exchange.heat_out()
+        self._step(before, after)
+        self.exchange.give(self.areas, left)
+
+    def _step(self, before: float, after: float) -> None:
+        """Advance the layers of the present partners as in `step`."""
         pressure = self.rows.pressing() / self.areas
         pressed = pressure > 0.0
         if (pressed & ~self._pressed).any():
@@ -273,9 +290,14 @@ class LayeredFriction(Friction):
         else:
             given = self._to_obstacles(late)
             heat = float((self.areas * (done + plastic)).sum()) - late - given
+        found = {}
+        if self.exchange is not None:
+            late_heat = (1.0 - self._share) * self.exchange.last
+            found["body_heat"] = float((self.exchange.given - late_heat).sum())
+            heat -= found["body_heat"]
         temperature, stress = self.fields()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
-        return {
+        return found | {
             "layer_heat": heat,
             "obstacle_heat": given,
             "layer_temperature_max": float(temperature.max()),

@@ -38,6 +38,8 @@ class NodeLayers:
                 initial_temperature=model.initial_temperature,
                 method=model.method,
                 reload=model.reload,
+                open_ends=kind.open_ends,
+                start_temperatures=kind.temperatures,
                 threads=None,
             )
             for kind, mine in zip(kinds, nodes, strict=True)

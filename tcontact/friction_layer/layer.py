@@ -28,7 +28,7 @@ class Layer:
     perfect; plastic_heat: share of the plastic work that heats; reload: whether the yield limit may raise the stress
     again while a cell is pressed, by cooling or pressure (after an open spell it always starts from the yield limit).
     open_ends: whether heat flows through the far end of each side, to what `set_far_temperature` says one spacing
-    beyond its last point; None: all are insulated.
+    beyond its last point; None: all are insulated. start_temperatures [K]: of each side, None: initial_temperature.
     Starts Taichi. Raises `InputError`.
     """
 
@@ -47,6 +47,7 @@ class Layer:
         method: str = "bracketed-newton",
         reload: bool = False,
         open_ends: tuple[bool, ...] | None = None,
+        start_temperatures: tuple[float, ...] | None = None,
         threads: int | None = None,
         arch: str = "cpu",
     ) -> None:
@@ -105,6 +106,8 @@ class Layer:
         lanes = -(-self._chunks * width // self._stride) * self._stride
         self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
         self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
+        self.start_temperatures = start_temperatures or (initial_temperature,) * len(metals)
+        self.start_at(np.arange(cells), np.tile(self.start_temperatures, (cells, 1)))
 
     def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
         """Limit the traction of a contact that transmits less than the strength of the layer (METHOD 5, coupling).
@@ -203,6 +206,10 @@ class Layer:
         """Set the absolute temperature [cells] [K] beyond the open far end of a side."""
         first = self._names.far_places(len(self.metals))[0]
         self._set_cell(first + side, temperature - self.initial_temperature)
+
+    def start_at(self, cells: np.ndarray, temperatures: np.ndarray) -> None:
+        """Give the sides of cells [m] uniform absolute temperatures [m, sides] [K]."""
+        self._set_profiles(self._rise, cells, np.repeat(temperatures - self.initial_temperature, self.points, axis=1))
 
     def heat_out(self, side: int = 0) -> np.ndarray:
         """Return the heat that left through the open far end of a side so far [J/m^2], [cells]."""

@@ -10,6 +10,7 @@ from ..base.errors import InputError
 from ..friction_layer.layer import METHODS
 from ..friction_layer.metals import Metal
 from .friction_models import FrictionLayer
+from .metals import ElastoPlastic
 
 
 @dataclass(frozen=True)
@@ -17,12 +18,15 @@ class LayerKind:
     """A kind of layer.
 
     metal: of the body with the contact nodes; partner: of the second side, None for one side; bodies: the second side
-    is another body, not an obstacle.
+    is another body, not an obstacle; open_ends: whether the cells of the body on each side keep a temperature, so that
+    heat flows between them and the far end of the layer; temperatures [K]: at which each side starts.
     """
 
     metal: Metal
     partner: Metal | None
     bodies: bool = False
+    open_ends: tuple[bool, ...] = (False,)
+    temperatures: tuple[float, ...] = ()
 
     @property
     def metals(self) -> tuple[Metal, ...]:
@@ -40,10 +44,32 @@ def kinds_of(scene: Any, index: int) -> dict[tuple[str, int], LayerKind]:
 
     The keys are ("obstacle", its number), and ("body", number) of the masters of the body.
     """
-    own = metal_of(scene, index)
-    found = {("obstacle", n): LayerKind(own, obstacle.metal) for n, obstacle in enumerate(scene.obstacles)}
-    masters = [pair.master for pair in scene.body_pairs if pair.slave == index]
-    return found | {("body", master): LayerKind(own, metal_of(scene, master), True) for master in masters}
+    own, warm, cold = metal_of(scene, index), _temperature(scene, index), scene.friction.initial_temperature
+    keeps = keeps_heat(scene.bodies[index])
+    found = {}
+    for number, metal in enumerate(obstacle.metal for obstacle in scene.obstacles):
+        sides = ((keeps, False), (warm, cold)) if metal is not None else ((keeps,), (warm,))
+        found["obstacle", number] = LayerKind(own, metal, False, *sides)
+    for master in (pair.master for pair in scene.body_pairs if pair.slave == index):
+        ends, starts = (keeps, keeps_heat(scene.bodies[master])), (warm, _temperature(scene, master))
+        found["body", master] = LayerKind(own, metal_of(scene, master), True, ends, starts)
+    return found
+
+
+def keeps_heat(body: Any) -> bool:
+    """Return whether all cells of a body keep a temperature."""
+    return all(isinstance(one, ElastoPlastic) and one.specific_heat is not None for one in body.materials)
+
+
+def warms_bodies(scene: Any) -> bool:
+    """Return whether friction layers give heat to cells."""
+    return any(any(kind.open_ends) for kind in all_kinds(scene, range(len(scene.bodies))))
+
+
+def _temperature(scene: Any, index: int) -> float:
+    """Return the temperature [K] at which the sides of layers of a body start: its own, if its cells keep one."""
+    body = scene.bodies[index]
+    return float(body.materials[0].initial_temperature if keeps_heat(body) else scene.friction.initial_temperature)
 
 
 def all_kinds(scene: Any, bodies: Sequence[int]) -> dict[LayerKind, list[int]]:
@@ -60,15 +86,22 @@ def check_metals(scene: Any) -> None:
     model = scene.friction
     if not isinstance(model, FrictionLayer):
         return
-    owners = [("Body.metal", body) for body in scene.bodies]
-    owners += [(f"{type(obstacle).__name__}.metal", obstacle) for obstacle in scene.obstacles]
-    for field, owner in owners:
-        if owner.metal is not None and owner.metal.melting_temperature <= model.initial_temperature:
-            remedy = f"it melts at {owner.metal.melting_temperature:g} K and the layers start at"
-            raise InputError(field, owner.metal, f"{remedy} {model.initial_temperature:g} K; start below")
+    for index, body in enumerate(scene.bodies):
+        field = "Body.metal" if body.metal is not None else "FrictionLayer.material"
+        _check_solid(field, metal_of(scene, index), _temperature(scene, index))
+    for obstacle in scene.obstacles:
+        if obstacle.metal is not None:
+            _check_solid(f"{type(obstacle).__name__}.metal", obstacle.metal, model.initial_temperature)
     two = any(
         kind.partner is not None for index in range(len(scene.bodies)) for kind in kinds_of(scene, index).values()
     )
     if two and model.method != METHODS[0]:
         remedy = f"layers with two sides (obstacles with a metal, pairs of bodies) are solved by {METHODS[0]!r} only"
         raise InputError("FrictionLayer.method", model.method, remedy)
+
+
+def _check_solid(field: str, metal: Metal, temperature: float) -> None:
+    """Refuse a metal that is molten at the temperature [K] at which its layers start. Raises `InputError`."""
+    if metal.melting_temperature <= temperature:
+        remedy = f"it melts at {metal.melting_temperature:g} K and its layers start at {temperature:g} K; start below"
+        raise InputError(field, metal, remedy)
