@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import simulate
+from scenes import simulate, state_of
 from test_layers_two_sides import blocks, sliding
 from test_resume import split
 
@@ -73,6 +73,24 @@ def test_the_far_end_has_the_temperature_of_the_cells():
             first, second = sorted(side[:, -1].mean() for side in sides)
             assert 300.0 < first < second < 600.0
             assert flow > 1e-8
+
+
+def test_layers_that_touch_for_the_first_time_are_as_warm_as_the_cells(taichi):
+    """What plastic flow has heated is not cold at its surface; layers that have touched keep their own temperature."""
+    scene = metal_blocks()
+    state = state_of(scene, *tc.plan(scene).bodies)
+    layers, exchange = state.layered.layers, state.layered.exchange
+    state.begin_contact(1e-9)
+    state.internal_force.memory[exchange._places] = 70.0
+    pressed = np.ones(len(exchange.given), dtype=bool)
+    exchange.set_far_ends(pressed)
+    slaves = layers.nodes[0]
+    np.testing.assert_allclose(layers.surface_temperature()[slaves], 370.0, rtol=1e-12)
+    np.testing.assert_allclose(layers.batches[0].surface_temperature(1), 370.0, rtol=1e-12)
+    layers.batches[0]._set_cell(layers.batches[0]._names.WARM, np.ones(len(slaves)))
+    state.internal_force.memory[exchange._places] = 90.0
+    exchange.set_far_ends(pressed)
+    np.testing.assert_allclose(layers.surface_temperature()[slaves], 370.0, rtol=1e-12)
 
 
 def test_only_bodies_of_metal_take_heat():

@@ -165,6 +165,16 @@ def test_layers_of_several_kinds_close_the_ledger_and_go_on(removal, monkeypatch
     assert further["layer_temperature_max"][0] == pytest.approx(whole.history["layer_temperature_max"][-1], rel=1e-9)
 
 
+def test_a_pair_may_have_its_own_coefficient():
+    """The layers between two bodies transmit at most their mu P, here less than their metal bears."""
+    scene = blocks()
+    pair = tc.Pair("up", "low", friction=tc.FrictionLayer(coefficient=0.05))
+    result = simulate(dataclasses.replace(scene, friction=None, pairs=[pair]), cfl=0.2)
+    force = result.pair_force["up-low"]
+    np.testing.assert_allclose(-force[2:, 0], 0.05 * force[2:, 2], rtol=1e-9)
+    closed(result.history)
+
+
 def test_heat_that_leaves_through_the_far_end_is_counted(taichi):
     """What is left in both sides and what has left is the slip work; nothing leaves towards equal temperatures."""
     layer = tc.friction_layer.Layer((COPPER, STAINLESS_304), 3, thickness=1e-6, open_ends=(True, False))
