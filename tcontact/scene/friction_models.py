@@ -50,9 +50,9 @@ class RegularizedCoulomb:
 class FrictionLayer:
     """Friction by a thermo-plastic layer under every contact node, |t| = min(stick, layer, mu P) (METHOD 5, paper 2).
 
-    material: the metal of the layer on bodies without their own (`Body.metal`); coefficient: mu [-], the limit of dry friction; points, grading,
-    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in
-    `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
+    material: the metal of the layer on bodies without their own (`Body.metal`); coefficient: mu [-], the limit of dry
+    friction; points, grading, thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and
+    reload: as in `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
     (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most
     `substeps` (with full removal friction uses the stress of the step before: the reported error includes that
     lag, which only a smaller mechanical step lowers).
