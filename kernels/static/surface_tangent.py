@@ -6,6 +6,8 @@ volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p,
 k (J - 1) at the points, and the volume change of the cell adds the stiffness
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
+
+Where volume changes are averaged at nodes, averaged_tangent.py adds theirs, which also couples nodes of different cells.
 """
 
 import functools
@@ -28,6 +30,7 @@ from ..lanes import (
 from ..language.entries import row
 from ..language.point_memory import tangent_at
 from ..materials import LAWS
+from .averaged_tangent import mean_change, store_spread
 from .massless_node import basis_of
 
 MAXIMUM_CORNERS = 8
@@ -101,13 +104,14 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     count, size = len(LAWS[law].parameters), len(LAWS[law].state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
+    averaged = functions.averaged
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
-        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(count))]
+        at_points = [0.0 if ti.static((mean or averaged) and i == 0) else parameters[i] for i in ti.static(range(count))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
@@ -117,6 +121,11 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
             for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
                 pairs.values[i] = 0.0
             pressure = 0.0
+            if ti.static(averaged):
+                _volume, _change, slope_of_volume = cell_volume(body, pairs, at, first, corners, linear)
+                store_spread(body, number, own, cell, slope_of_volume)
+                if ti.static(not linear):
+                    pressure = parameters[0] * mean_change(body, pairs, number, own, first)
             if ti.static(mean):
                 stiff = parameters[0]
                 reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)

@@ -10,6 +10,7 @@ from ..device.launch import Prepared
 from ..planning.packing import WIDTH, pack_cells
 from ..results.frame_fields import NO_STRESS
 from ..scene.body import Body
+from ..scene.cell_blocks import AVERAGED
 
 
 class VonMises:
@@ -40,7 +41,10 @@ class VonMises:
         self._data = []
         for block in body.blocks:
             packs = pack_cells(block.cells, mesh.node_count, WIDTH)
-            parameters = arrays.put(np.array(block.material.parameters))
+            values = np.array(block.material.parameters)
+            if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
+                values[0] = 0.0
+            parameters = arrays.put(values)
             self._data.append((arrays.put(packs.connectivity), parameters, arrays.zeros(packs.lanes)))
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:

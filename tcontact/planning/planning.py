@@ -23,6 +23,7 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import body_masses, node_areas
 from .measured import Layout
+from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
@@ -228,7 +229,8 @@ def _plan_contact(
     internal = place[massless.nodes]
     order = np.argsort(internal)
     repeated = None if body.mesh.repeated is None else body.mesh.repeated[cell_order]
-    graph = contact_graph(named, internal[order], body.mesh.node_count, repeated)
+    volumes = body_volumes(body, cells, place)
+    graph = contact_graph(named, internal[order], body.mesh.node_count, repeated, volumes)
     index = np.empty(body.mesh.node_count, dtype=np.int64)
     index[internal] = np.arange(len(internal))
     into = index[graph.nodes]

@@ -14,6 +14,8 @@ from ..mesh.elements import ELEMENTS, Element
 from ..mesh.mesh import Mesh
 from .materials import LAWS, Material
 
+AVERAGED = "node-averaged"  # formulation of cells whose volume change is averaged at nodes
+ROUNDING = 1e-9  # error of a Poisson's ratio computed from other moduli
 ONE_MATERIAL = "give a material, for example tcontact.NeoHookean(...), or a dict from names of cell sets to materials"
 
 
@@ -76,12 +78,54 @@ def checked_material(material: Any, mesh: Mesh) -> Any:
     return dict(material)
 
 
+def default_formulation(element: Element, material: Material, alone: bool) -> str:
+    """Return the formulation of cells of a body that names none; alone: its mesh has no other kind of cells.
+
+    Tetrahedra that would lock have their volume changes averaged at nodes.
+    """
+    locks = material.poisson > element.formulations["full"].locks + ROUNDING
+    averaged = AVERAGED in element.formulations and alone and material.volumetric
+    return AVERAGED if locks and averaged else "full"
+
+
 def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
     """Return the blocks of a body, kind after kind and material after material; `formulation` where a kind has it.
 
-    Raises `InputError` for a formulation that no kind of the mesh has, or that a law does not have.
+    formulation: None for the default of every block. Raises `InputError` for a formulation that no kind of the mesh
+    has, or that a law does not have.
     """
     kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    if formulation is not None:
+        _check_formulation(formulation, kinds)
+    regions = material.items() if isinstance(material, Mapping) else [(None, material)]
+    found, first = [], 0
+    for kind, cells in mesh.blocks:
+        for region, one in regions:
+            numbers: np.ndarray | slice = slice(first, first + len(cells))
+            rows = cells
+            if region is not None:
+                inside = mesh.cell_sets[region]
+                numbers = inside[(inside >= first) & (inside < first + len(cells))]
+                rows = cells[numbers - first]
+            own = formulation if formulation in ELEMENTS[kind].formulations else "full"
+            if formulation is None:
+                own = default_formulation(ELEMENTS[kind], one, len(kinds) == 1)
+            if len(rows):
+                found.append(BodyBlock(kind, own, one, numbers, rows, region))
+        first += len(cells)
+    for block in found:
+        if block.formulation in ("mean-dilatation", AVERAGED) and not block.material.volumetric:
+            raise InputError(
+                "Body.formulation",
+                formulation,
+                f"{type(block.material).__name__} has no part that is of the volume change alone; use"
+                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
+            )
+    return tuple(found)
+
+
+def _check_formulation(formulation: Any, kinds: list[Element]) -> None:
+    """Raise `InputError` for a formulation that these kinds of cells do not have."""
     known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
     validate.choice("Body.formulation", formulation, known)
     if not any(formulation in element.formulations for element in kinds):
@@ -90,26 +134,6 @@ def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, .
         remedy = f"{' and '.join(element.kind for element in kinds)} cells have {', '.join(map(repr, names))} alone;"
         remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
         raise InputError("Body.formulation", formulation, remedy)
-    regions = material.items() if isinstance(material, Mapping) else [(None, material)]
-    found, first = [], 0
-    for kind, cells in mesh.blocks:
-        own = formulation if formulation in ELEMENTS[kind].formulations else "full"
-        for region, one in regions:
-            numbers: np.ndarray | slice = slice(first, first + len(cells))
-            rows = cells
-            if region is not None:
-                inside = mesh.cell_sets[region]
-                numbers = inside[(inside >= first) & (inside < first + len(cells))]
-                rows = cells[numbers - first]
-            if len(rows):
-                found.append(BodyBlock(kind, own, one, numbers, rows, region))
-        first += len(cells)
-    for block in found:
-        if block.formulation == "mean-dilatation" and not block.material.volumetric:
-            raise InputError(
-                "Body.formulation",
-                formulation,
-                f"{type(block.material).__name__} has no part that is of the volume change alone; use"
-                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
-            )
-    return tuple(found)
+    if formulation == AVERAGED and len(kinds) > 1:
+        remedy = "it averages over tetrahedra alone; leave it out, or mesh the body with tet4"
+        raise InputError("Body.formulation", formulation, remedy)

@@ -104,7 +104,7 @@ class Writer:
             data["displacement"] = self.nodal(f"displacement-{index}", body.displacement, body.initial_displacement)
         if body.contact is not None:
             data["contact"] = list(body.contact) if len(body.contact) > 1 else body.contact[0]
-        if body.formulation != "full":
+        if body.formulation is not None:
             data["formulation"] = body.formulation
         if body.periodic is not None:
             data["periodic"] = body.periodic
