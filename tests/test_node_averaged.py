@@ -1,0 +1,162 @@
+"""Tetrahedra with the volume change averaged at nodes: force against numpy, invariants, locking, contact stiffness."""
+
+from dataclasses import replace
+
+import numpy as np
+import oracle
+import pytest
+from one_point import Force, moved
+from oracle import meshes
+from scenes import TWINS, block, material, stable_steps, state_of
+from scipy.spatial import Delaunay
+
+import tcontact as tc
+from tcontact.cells.stress import VonMises
+from tcontact.device import arrays
+
+AVERAGED = "node-averaged"
+SPLIT = ["neo", "linear", "mooney"]
+
+
+def delaunay(counts=(3, 3, 2), size=(0.2, 0.22, 0.18), seed=3):
+    """A box with the Delaunay tetrahedra of a lattice moved at random, its slivers included."""
+    box = tc.box_mesh(size, counts, "tet4")
+    low, high = np.zeros(3), np.array(size)
+    inside = (box.nodes > low + 1e-9) & (box.nodes < high - 1e-9)
+    move = np.random.default_rng(seed).uniform(-0.25, 0.25, box.nodes.shape) * high / counts
+    nodes = box.nodes + inside * move
+    cells = Delaunay(nodes).simplices.astype(np.int64)
+    edges = nodes[cells[:, 1:]] - nodes[cells[:, :1]]
+    volume = np.linalg.det(edges) / 6.0
+    cells[volume < 0.0] = cells[volume < 0.0][:, [0, 2, 1, 3]]
+    cells = cells[np.abs(volume) > 1e-3 * np.prod(high) / len(cells)]
+    return tc.Mesh(nodes, cells, "tet4").with_sets(
+        node_sets={
+            name + end: np.flatnonzero(np.abs(nodes[:, axis] - value) < 1e-9)
+            for axis, name in enumerate("xyz")
+            for end, value in (("min", low[axis]), ("max", high[axis]))
+        }
+    )
+
+
+MESHES = {"kuhn": block("tet4", (3, 3, 2)), "delaunay": delaunay()}
+
+
+def averaged(mesh, law="neo", poisson=0.499, **how):
+    return tc.Body(mesh, material(law, poisson=poisson), formulation=AVERAGED, **how)
+
+
+def force_of(body):
+    """The force pass of a body, its supported nodes included."""
+    force = Force(body)
+    force.term = force.term.without_boundary()
+    return force
+
+
+def twin(body):
+    """The same in numpy."""
+    law = TWINS[type(body.material).__name__](body.material.young, body.material.poisson)
+    held = np.isfinite(body.prescribed).all(axis=1)
+    return oracle.NodeAveraged(np.array(body.mesh.nodes), np.array(body.mesh.cells), law, held)
+
+
+@pytest.mark.parametrize("law", SPLIT)
+@pytest.mark.parametrize("shape", MESHES)
+def test_force_and_energy_match_numpy_and_each_other(law, shape):
+    """Force = numpy's = the exact slope of the energy; with a bonded face, whose nodes have no volume."""
+    mesh = MESHES[shape]
+    supports = [tc.Support("zmax", "xyz"), tc.Support("xmin", "x")] if law == "neo" else []
+    body = averaged(mesh, law, supports=supports)
+    there, force, u = twin(body), force_of(body), moved(mesh, 0.1)
+    found, exact = force(u), there.force(u)
+    assert np.abs(found - exact).max() <= 1e-12 * np.abs(exact).max()
+    assert force.energy == pytest.approx(there.energy(u), rel=1e-12)
+    assert force.jacobian == pytest.approx(1.0 + oracle.laws.volume_change(gradients(there, u)).min(), rel=1e-12)
+    assert np.abs(found.sum(axis=0)).max() <= 1e-13 * np.abs(found).sum()
+    if law != "linear":
+        torque = np.cross(mesh.nodes + u, found)
+        assert np.abs(torque.sum(axis=0)).max() <= 1e-13 * np.abs(torque).sum()
+    way, step = np.random.default_rng(3).uniform(-1, 1, u.shape), 1e-6
+    ends = []
+    for sign in (1.0, -1.0):
+        force(u + sign * step * way)
+        ends.append(force.energy)
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(np.sum(found * way), rel=1e-6)
+
+
+def gradients(there, u):
+    return oracle.cells.displacement_gradient(there.quad, u)
+
+
+def test_rigid_motion_gives_no_force_and_a_rotation_turns_it():
+    body = averaged(MESHES["delaunay"], "mooney")
+    nodes, force = body.mesh.nodes, force_of(body)
+    scale = (body.material.lame_lambda + 2 * body.material.lame_mu) * 0.06**2
+    assert not force(np.zeros_like(nodes) + np.array([1024.0, -512.0, 2048.0])).any()
+    assert force.energy == 0.0
+    assert np.abs(force(nodes @ meshes.rotation(5).T - nodes)).max() <= 1e-13 * scale
+    u, turn = moved(body.mesh, 0.2), meshes.rotation(9)
+    before = force(u)
+    energy = force.energy
+    after = force((nodes + u) @ turn.T - nodes)
+    assert np.abs(after - before @ turn.T).max() <= 1e-12 * np.abs(before).max()
+    assert force.energy == pytest.approx(energy, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", SPLIT)
+def test_patch_carries_a_uniform_strain(law):
+    """A linear field: energy, forces and von Mises stress of full integration, and balance at inner nodes."""
+    mesh = MESHES["delaunay"]
+    body = averaged(mesh, law)
+    u = mesh.nodes @ (0.2 * np.random.default_rng(6).uniform(-1, 1, (3, 3))).T
+    mean, usual = force_of(body), Force(replace(body, formulation="full"))
+    found, wanted = mean(u), usual(u)
+    assert np.abs(found - wanted).max() <= 1e-12 * np.abs(wanted).max()
+    assert mean.energy == pytest.approx(usual.energy, rel=1e-12)
+    stress = VonMises(replace(body, formulation="full"))(u)
+    assert VonMises(body)(u) == pytest.approx(stress, rel=1e-11)
+
+
+def test_tiny_strain_keeps_its_digits_and_its_volume():
+    """At a strain of 1e-9 far from the origin the force is that of numbers 1e9 times larger; averages keep volume."""
+    mesh = MESHES["delaunay"]
+    away = tc.Mesh(mesh.nodes, mesh.cells, "tet4")
+    way = moved(mesh, 1.0)
+    linear, force = (force_of(averaged(away, law)) for law in ("linear", "neo"))
+    wanted = linear(way)
+    assert np.abs(linear(1e-9 * way) - 1e-9 * wanted).max() <= 1e-12 * np.abs(1e-9 * wanted).max()
+    small = force(1e-9 * way)
+    assert np.abs(small - 1e-9 * wanted).max() <= 1e-7 * np.abs(1e-9 * wanted).max()
+    exact = twin(averaged(away, "neo")).force(1e-9 * way)
+    assert np.abs(small - exact).max() <= 1e-12 * np.abs(exact).max()
+    change = node_changes(force)
+    cells = np.linalg.det(corners(mesh.nodes + 1e-9 * way, mesh)) - np.linalg.det(corners(mesh.nodes, mesh))
+    assert change == pytest.approx(cells.sum() / 6.0, rel=1e-5)  # the difference of volumes has lost these digits
+
+
+def corners(points, mesh):
+    return points[mesh.cells[:, 1:]] - points[mesh.cells[:, :1]]
+
+
+def node_changes(force):
+    """Return the sum over the volume nodes of V_a th_a of the last pass."""
+    from tcontact.kernels import volume_places as at
+
+    lists, values = arrays.get(force.term.volume_lists), arrays.get(force.term.volumes)
+    count = lists[at.COUNT]
+    numbers = lists[lists[at.NUMBERS] : lists[at.NUMBERS] + count]
+    return float(np.sum(values[lists[at.CHANGES] + numbers] / values[lists[at.INVERSES] :][:count]))
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.4999])
+@pytest.mark.parametrize("shape", MESHES)
+def test_stable_step_is_not_shorter_than_that_of_locking_cells(poisson, shape):
+    body = averaged(MESHES[shape], poisson=poisson)
+    force, there, u = force_of(body), twin(body), moved(body.mesh, 0.05)
+    estimate = stable_steps(force.plan, force.term).estimate(u[force.plan.node_order].reshape(-1))
+    mass = oracle.assemble(there.cells, oracle.lumped_cell_mass(there.quad, body.material.density), len(u))
+    root = np.repeat(mass, 3) ** -0.5
+    tangents = there.tangent(u), oracle.tangent(there.quad, there.law, u).toarray()
+    limits = [2.0 / np.sqrt(np.linalg.eigvalsh(root[:, None] * tangent * root)[-1]) for tangent in tangents]
+    assert 0.9 <= estimate / limits[0] <= 1.0
+    assert limits[0] >= (1.0 - 1e-6) * limits[1]
