@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import oracle
 import pytest
+from contact_stiffness import spread_of
 from one_point import Force, moved
 from oracle import meshes
 from scenes import TWINS, block, material, stable_steps, state_of
@@ -160,3 +161,74 @@ def test_stable_step_is_not_shorter_than_that_of_locking_cells(poisson, shape):
     limits = [2.0 / np.sqrt(np.linalg.eigvalsh(root[:, None] * tangent * root)[-1]) for tangent in tangents]
     assert 0.9 <= estimate / limits[0] <= 1.0
     assert limits[0] >= (1.0 - 1e-6) * limits[1]
+
+
+def contact_stiffness(body, removal, u):
+    """K_KK [k * block, k * block] at u, its nodes in the user's numbering and their basis [k, 3, block]."""
+    import taichi as ti
+
+    from tcontact.kernels.cells.node_volumes import make_volume_phase
+    from tcontact.kernels.language.bundles import Contact, Launch, Pairs
+    from tcontact.kernels.language.compile_options import KEEP_VECTORS, compiled_with
+    from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
+    from tcontact.kernels.static.averaged_tangent import sum_members
+    from tcontact.kernels.static.solve import summed
+    from tcontact.kernels.static.surface_tangent import make_surface_tangent
+
+    contact = tc.MasslessContact(removal=removal)
+    scene = tc.Scene([body], [tc.Plane((0, 0, -1.0))], 1.0, contact=contact)
+    plan = tc.plan(scene).bodies[0]
+    state = state_of(scene, plan, u)
+    term, graph, block = state.contact, plan.contact.graph, plan.contact.block
+    out = arrays.zeros(len(graph.column) * block * block)
+    kinds = state.domain.kinds
+    tangent, phase = make_surface_tangent(*kinds[0], block, term.plain), make_volume_phase(kinds)
+
+    def stiffness(body: ti.template(), contact: ti.template(), pairs: ti.template(), launch: ti.template()):
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            phase(0, 16, body, 1, 1)
+            tangent(body, contact.basis, pairs, 0)
+            sum_members(body, contact, 0)
+            for e in range(contact.active.shape[0]):
+                for i in range(pairs.row_start[e], pairs.row_start[e + 1]):
+                    value = summed(body, pairs, i, block)
+                    for p, q in ti.static(ti.ndrange(block, block)):
+                        launch.raw_out[(i * block + p) * block + q] = value[p, q]
+
+    bundles = {
+        "body": state.internal_force.bundle()._replace(u=state.u),
+        "contact": Contact(**term.arguments(), sums=state.serial.sums),
+        "pairs": Pairs(**term.static_solve.pairs),
+        "launch": Launch(raw_out=out),
+    }
+    kernel = kernel_of(ti.func(stiffness), signature_of(bundles), options=term.options)
+    compiled_with(kernel, **KEEP_VECTORS)(*arguments(bundles))
+    count = len(plan.contact.nodes)
+    matrix = np.zeros((count, block, count, block))
+    rows = np.repeat(np.arange(count), np.diff(graph.row_start))
+    for row, column, value in zip(rows, graph.column, np.array(arrays.get(out)).reshape(-1, block, block), strict=True):
+        matrix[row, :, column] = value
+    return matrix.reshape(count * block, -1), plan.node_order[plan.contact.nodes], plan.contact.basis[:, :, :block]
+
+
+@pytest.mark.parametrize(("law", "removal"), [("neo", "normal"), ("neo", "full"), ("mooney", "normal"), ("linear", "full")])
+def test_contact_stiffness_is_the_slope_of_the_force_and_positive_definite(law, removal):
+    """Nodes that share a volume node but no cell are coupled; with a support: its component is not massless."""
+    mesh = MESHES["delaunay"]
+    supports = [tc.Support("xmin", "x")] if removal == "full" else []
+    body = averaged(mesh, law, contact="zmin", supports=supports)
+    u = moved(mesh, 0.05)
+    found, nodes, basis = contact_stiffness(body, removal, u)
+    dofs, spread = spread_of(nodes, basis)
+    slope = spread.T @ force_of(body).stiffness(u, 1e-6 * 0.06, dofs)[dofs] @ spread
+    assert np.abs(found - slope).max() <= 1e-7 * np.abs(slope).max()
+    exact = spread.T @ twin(body).tangent(u)[np.ix_(dofs, dofs)] @ spread
+    assert np.abs(found - exact).max() <= 1e-11 * np.abs(found).max()
+    assert np.abs(found - found.T).max() <= 1e-14 * np.abs(found).max()
+    massless = np.linalg.norm(spread, axis=0) > 0
+    rest = contact_stiffness(body, removal, np.zeros_like(u))[0][np.ix_(massless, massless)]
+    root = np.diag(rest) ** -0.5
+    values = np.linalg.eigvalsh(root[:, None] * rest * root)
+    print(removal, values[-1] / values[0])
+    assert values[0] > 0.0
