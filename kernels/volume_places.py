@@ -6,11 +6,11 @@ Host (tcontact/planning/node_volumes.py) and kernels (cells/node_averages.py, st
     SHIFTS   [segments]: the number of a volume node of this segment less that of the node
     NUMBERS  [COUNT]: numbers of the volume nodes, the RING_COUNT first ones those next to contact cells, the "ring"
     STARTS   [COUNT + 1]: where the lanes of the cells round each of them begin, and behind these the lanes
-    RING     [RING_CELLS, RING_CELL]: cells round the ring that are no contact cells: lane, 1 for the linear law, corners
+    RING     [RING_CELLS, RING_CELL]: cells round the ring but for contact cells: lane, 1 for the linear law, corners
     BLOCKS   [contact blocks, 2]: shift as above, and lane of the first contact cell
-    MEMBERS  [k + 1]: the first member of each contact node; behind it, at TERMS [members + 1], where the terms of each
-             member begin, and these: contact cell * 4 + corner; at PRODUCTS [e + 1], where the products of each entry of
-             K_KK begin, and these: two members. A member is a contact node and a volume node that share a cell.
+    MEMBERS  [k + 1]: the first member of each contact node: a contact node and a volume node that share a cell
+    TERMS    [members + 1]: where the terms of each member begin, and behind these the terms: contact cell * 4 + corner
+    PRODUCTS [e + 1]: where the products of each entry of K_KK begin, and behind these the products: two members
 `volumes` holds w_e V_e (J_e - 1) of every lane from 0 on, then, at
     SHARES   [lanes]: w_e
     CHANGES  [numbers]: th_a

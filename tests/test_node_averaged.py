@@ -212,7 +212,9 @@ def contact_stiffness(body, removal, u):
     return matrix.reshape(count * block, -1), plan.node_order[plan.contact.nodes], plan.contact.basis[:, :, :block]
 
 
-@pytest.mark.parametrize(("law", "removal"), [("neo", "normal"), ("neo", "full"), ("mooney", "normal"), ("linear", "full")])
+@pytest.mark.parametrize(
+    ("law", "removal"), [("neo", "normal"), ("neo", "full"), ("mooney", "normal"), ("linear", "full")]
+)
 def test_contact_stiffness_is_the_slope_of_the_force_and_positive_definite(law, removal):
     """Nodes that share a volume node but no cell are coupled; with a support: its component is not massless."""
     mesh = MESHES["delaunay"]

@@ -9,13 +9,13 @@ class CellFunctions(NamedTuple):
     force(x, u, weight, parameters, law, memory) returns [corner forces dW/du as [component][corner], energy, smallest
     det F - 1] and, in an element with hourglass modes, their energy; forces and energies are multiplied by the weight.
     law: update of a law, parameters: its parameters (materials/law.py); memory: state of its points (point_memory.py)
-    or None; in an element with `averaged`, averages (cells/node_volumes.py) follow. linear_force replaces `force` for the linear law, if it is not None. step_force(x, d, ..) takes the
+    or None. linear_force replaces `force` for the linear law, if it is not None. step_force(x, d, ..) takes the
     displacement d of a step that ends at the present positions x (cell_viscosity.py). viscosity(x, u, v, speed, square)
     returns the forces of the bulk viscosity (bulk_viscosity.py). gradient(x, u) returns H = du/dX at the centre.
     tangent: integration of the stiffness between contact nodes, "points", "mean-dilatation" or "node-averaged"
     (surface_tangent.py) or "reduced" (reduced_tangent.py). points: number of points that call the law, in the order of
-    tcontact/planning/lumped_mass.py. averaged: volume(x, u) returns V (J - 1), and its average at nodes enters the force;
-    linear_volume replaces it for the linear law.
+    tcontact/planning/lumped_mass.py. averaged: the volume change V (J - 1), which volume(x, u) returns (for the linear
+    law linear_volume), is averaged at nodes, and force has `averages_of` (cells/node_averages.py) as its last argument.
     """
 
     corners: int

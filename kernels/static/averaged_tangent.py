@@ -1,10 +1,10 @@
 """Stiffness between contact nodes of volume changes that are averaged at nodes (elements/tet4_node_averaged.py).
 
-    A_kl += sum over volume nodes of parameters[0]/V_a c_ak x c_al,   c_ak = sum over the cells of k and a of w_e dv_e/du_k
+    A_kl += sum over volume nodes of parameters[0]/V_a c_ak x c_al,   c_ak = sum over cells of k and a of w_e dv_e/du_k
 
-Contact nodes without a common cell are coupled by a volume node between them. `store_spread` stores w_e dv_e/du of the corners
-of a contact cell when its tangent is renewed, `sum_members` makes of them the c_ak in the massless directions, and
-`averaged_entry` the stiffness of an entry of K_KK. Lists and numbers: volume_places.py.
+Contact nodes without a common cell are coupled by a volume node between them. `store_spread` stores w_e dv_e/du of the
+corners of a contact cell when its tangent is renewed, `sum_members` makes of them the c_ak in the massless directions,
+and `averaged_entry` the stiffness of an entry of K_KK. Lists and numbers: volume_places.py.
 """
 
 import taichi as ti

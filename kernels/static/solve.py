@@ -191,7 +191,12 @@ def summed(body: ti.template(), pairs: ti.template(), e, block: ti.template()):
 
 @ti.func
 def blocks(
-    body: ti.template(), pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()
+    body: ti.template(),
+    pairs: ti.template(),
+    contact: ti.template(),
+    system: ti.template(),
+    island,
+    block: ti.template(),
 ):
     """Assemble K_KK of an island from the stiffness of its contact cells, in the order of the sweeps."""
     if ti.static(body.averaged):

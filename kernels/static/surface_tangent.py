@@ -7,7 +7,7 @@ k (J - 1) at the points, and the volume change of the cell adds the stiffness
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
 
-Where volume changes are averaged at nodes, averaged_tangent.py adds theirs, which also couples nodes of different cells.
+Where volume changes are averaged at nodes, averaged_tangent.py adds theirs; it also couples nodes of different cells.
 """
 
 import functools
@@ -105,13 +105,14 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
     averaged = functions.averaged
+    apart = mean or averaged  # the volume change enters apart from the points
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
-        at_points = [0.0 if ti.static((mean or averaged) and i == 0) else parameters[i] for i in ti.static(range(count))]
+        at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(count))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner

@@ -21,8 +21,9 @@ class ContactGraph:
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: pairs of contact corners of each cell, the lower one
     first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start
     [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p.
-    Of volume changes averaged at nodes (kernels/volume_places.py): member_start [k+1], member_factors [m]: members of
-    each contact node; term_start [m+1], terms: corners, 4 * contact cell + corner; product_start [e+1], products [.., 2].
+    Of volume changes averaged at nodes (kernels/volume_places.py): member_start [k+1], member_factors [q]: members of
+    each contact node; term_start [q+1], terms: their corners, 4 * contact cell + corner; product_start [e+1], products
+    [.., 2]: of two members.
     """
 
     nodes: np.ndarray
@@ -70,9 +71,11 @@ def contact_graph(
     slot = np.full(node_count, -1)
     slot[nodes] = np.arange(len(nodes))
     contact_cells = np.flatnonzero((slot[cells] >= 0).any(axis=1))
-    averaged, factors = (np.full((1, 1), -1), np.zeros(0)) if volumes is None else volumes
-    averaged = averaged[contact_cells] if volumes is not None else averaged
-    colour = _colours([*slot[cells[contact_cells]].tolist(), *_together(slot[cells[contact_cells]], averaged)], len(nodes))
+    averaged, factors = np.full((1, 1), -1), np.zeros(0)
+    if volumes is not None:
+        averaged, factors = volumes[0][contact_cells], volumes[1]
+    before = slot[cells[contact_cells]]
+    colour = _colours([*before.tolist(), *_together(before, averaged)], len(nodes))
     order = np.lexsort((nodes, colour))
     nodes = nodes[order]
     slot[nodes] = np.arange(len(nodes))
