@@ -8,7 +8,7 @@ import pytest
 from contact_stiffness import spread_of
 from one_point import Force, moved
 from oracle import meshes
-from scenes import TWINS, block, material, stable_steps, state_of
+from scenes import TWINS, block, material, simulate, stable_steps, state_of
 from scipy.spatial import Delaunay
 
 import tcontact as tc
@@ -234,3 +234,120 @@ def test_contact_stiffness_is_the_slope_of_the_force_and_positive_definite(law, 
     values = np.linalg.eigvalsh(root[:, None] * rest * root)
     print(removal, values[-1] / values[0])
     assert values[0] > 0.0
+
+
+def solved(mesh, poisson, held, pull, formulation):
+    """Return displacement and stiffness where `pull` [n, 3] is a load of free nodes and a displacement of held ones."""
+    law, nodes, cells = oracle.LinearElastic(1.0, poisson), np.array(mesh.nodes), np.array(mesh.cells)
+    u, free = np.where(held[:, None], pull, 0.0).ravel(), np.repeat(~held, 3)
+    there = {
+        "mean-dilatation": lambda: oracle.MeanDilatation(nodes, cells, law),
+        AVERAGED: lambda: oracle.NodeAveraged(nodes, cells, law, held),
+        "all averaged": lambda: oracle.NodeAveraged(nodes, cells, law),
+    }[formulation]()
+    matrix = there.tangent(np.zeros_like(nodes))
+    u[free] = np.linalg.solve(matrix[np.ix_(free, free)], (pull.ravel() - matrix @ u)[free])
+    return u, matrix, there
+
+
+@pytest.mark.parametrize(("poisson", "wanted", "hexes"), [
+    (0.4999, 0.805, 0.982), pytest.param(0.3, 0.857, 0.986, marks=pytest.mark.slow)
+])  # fmt: skip
+def test_bending_of_a_nearly_incompressible_cantilever_does_not_lock(poisson, wanted, hexes):
+    """Tip over that of fine hexes, by hexes with a mean dilatation, whose own is known; plain tetrahedra: .044."""
+    tips = []
+    for kind, formulation in (("tet4", AVERAGED), ("hex8", "mean-dilatation")):
+        mesh = tc.box_mesh((1.0, 1.0, 5.0), (4, 4, 20), kind)
+        load = np.zeros_like(mesh.nodes)
+        load[:, 0] = oracle.face_area_weights(np.array(mesh.nodes), mesh.face_sets["zmax"])
+        u, _, _ = solved(mesh, poisson, mesh.nodes[:, 2] < 1e-9, load, formulation)
+        tips.append(u @ load.ravel())
+    assert tips[0] / tips[1] * hexes == pytest.approx(wanted, abs=0.01)
+
+
+def test_bonded_faces_do_not_lock():
+    """Block between bonded plates, poisson 0.4999: force over that of fine hexes; 1.30 with volume at bonded nodes."""
+    forces, largest = {}, {}
+    for kind, formulation in (("tet4", AVERAGED), ("tet4", "all averaged"), ("hex8", "mean-dilatation")):
+        mesh = tc.box_mesh((1.0, 1.0, 0.5), (8, 8, 4), kind)
+        top = mesh.nodes[:, 2] > 0.5 - 1e-9
+        pull = np.zeros_like(mesh.nodes)
+        pull[top, 2] = -0.01
+        u, matrix, there = solved(mesh, 0.4999, top | (mesh.nodes[:, 2] < 1e-9), pull, formulation)
+        forces[formulation] = (matrix @ u).reshape(-1, 3)[top, 2].sum()
+        pressure = there._pressure(u.reshape(-1, 3))[0] if kind == "hex8" else there.pressure(u.reshape(-1, 3))
+        largest[formulation] = np.abs(pressure).max()
+    assert forces[AVERAGED] / forces["mean-dilatation"] * 1.039 == pytest.approx(1.11, abs=0.02)
+    assert forces["all averaged"] / forces["mean-dilatation"] * 1.039 > 1.25
+    assert largest[AVERAGED] < 1.4 * largest["mean-dilatation"]
+
+
+def confined_bar(poisson, cells=40, cfl=0.9):
+    """Plane wave in a bar of tetrahedra 2 cells across, thrown at a wall with 0.01 m/s."""
+    size, speed, mat = 0.01, 0.01, tc.NeoHookean(1e7, poisson, 1000.0)
+    mesh = tc.box_mesh((2 * size, 2 * size, cells * size), (2, 2, cells), "tet4")
+    sides = [tc.Support(axis + end, axis) for axis in "xy" for end in ("min", "max")]
+    body = tc.Body(mesh, mat, (0.0, 0.0, -speed), contact="zmin", supports=sides, formulation=AVERAGED)
+    time = 2.0 * cells * size / mat.wave_speed
+    contact = tc.MasslessContact(removal="normal")
+    scene = tc.Scene([body], [tc.Plane((0, 0, 0), (0, 0, 1.0))], 1.1 * time, contact=contact)
+    history = simulate(scene, cfl=cfl).history
+    plateau = mat.density * mat.wave_speed * speed * (2 * size) ** 2
+    inside = (history["time"] > 0.3 * time) & (history["time"] < 0.9 * time)
+    force = history["contact_force"][:, 2] / plateau
+    return force[inside], force.max(), history["impulse"][-1, 2] / (plateau * time) - 1.0, history
+
+
+@pytest.mark.parametrize(("poisson", "rms"), [(0.4999, 2e-2), (0.3, 4e-3)])
+def test_plane_wave_of_an_impact_gives_the_plateau_of_the_wall_force(poisson, rms):
+    force, _, impulse, history = confined_bar(poisson)
+    assert force.mean() == pytest.approx(1.0, abs=3e-3)
+    assert force.std() <= rms
+    assert abs(impulse) <= 2e-2
+    assert np.abs(history["energy_error"]).max() <= 5e-3
+    assert history["static_residual"].max() <= 1e-4
+
+
+def thrown(mesh, poisson=0.49, removal="normal", duration=8e-4, **options):
+    body = averaged(mesh, poisson=poisson, velocity=(0.5, 0.3, -4.0), contact="zmin", **options.pop("body", {}))
+    plane = tc.Plane((0, 0, -1e-4), (0, 0, 1.0))
+    return tc.Scene([body], [plane], duration, contact=tc.MasslessContact(removal=removal), **options)
+
+
+def test_cold_sweeps_of_normal_removal_stay_few_near_one_half():
+    """Poisson 0.4999: at most 50 sweeps to a residual of 1e-8 (sec. 8 of the method), slivers included."""
+    contact = tc.MasslessContact(removal="normal", tolerance=1e-8)
+    scene = replace(thrown(MESHES["delaunay"], 0.4999, duration=1e-4), contact=contact)
+    assert simulate(scene).history["sweeps"].max() <= 2 * 50  # several linearisations
+
+
+REFUSED = {
+    "hexahedra": lambda: averaged(block("hex8", 2)),
+    "a law without a volume part": lambda: averaged(block("tet4", 2), "svk", 0.45),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bodies_without_this_formulation_are_refused(case):
+    with pytest.raises(tc.InputError, match=r"Body\.formulation"):
+        REFUSED[case]()
+
+
+def test_full_removal_near_one_half_and_implicit_steps_are_refused_by_name():
+    with pytest.raises(tc.InputError, match=r"MasslessContact\.removal.*0\.49995.*normal"):
+        tc.plan(thrown(block("tet4", 2), 0.49995, "full"))
+    with pytest.raises(tc.InputError, match=r"formulation.*node-averaged.*full"):
+        tc.simulate(thrown(block("tet4", 2)), tc.Gonzalez(dt=1e-5))
+
+
+def test_the_default_is_averaged_where_tetrahedra_would_lock():
+    """Above poisson 0.4, of the law at small strains, block by block; a law that cannot keeps full integration."""
+    mesh = block("tet4", 2)
+    half = mesh.nodes[mesh.cells].mean(axis=1)[:, 2] < 0.09
+    mesh = mesh.with_sets(cell_sets={"low": np.flatnonzero(half), "high": np.flatnonzero(~half)})
+    stiff, soft = material("neo", poisson=0.3), material("mooney", poisson=0.45)
+    assert tc.Body(mesh, {"low": stiff, "high": soft}).element == "tet4 + tet4-node-averaged"
+    assert tc.Body(mesh, material("neo", poisson=0.4)).element == "tet4"
+    assert tc.Body(mesh, material("svk", poisson=0.45)).element == "tet4"
+    assert tc.Body(mesh, soft, formulation="full").element == "tet4"
+    assert tc.Body(block("hex8", 2), soft).element == "hex8"
