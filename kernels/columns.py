@@ -5,7 +5,8 @@ kernels and in a raw row (raw_rows.py), and are named: `sums[SUMS.sweeps]`, `nod
 NODES.kinetic]`. A vector takes three places. By these names tcontact/planning/measured.py makes measured rows of raw
 rows, and tcontact/run/history.py the history; a column that two groups measure is the sum of both.
 
-    nodes, cells     sums of every chunk of the force pass; with bulk viscosity `viscous` follows `cells`
+    nodes, cells     sums of every chunk of the force pass; with bulk viscosity `viscous` follows `cells`, then with
+                     metals `plastic`
     boundary ... friction   sums of the other parts of a step: `contact` from the contact load, `gaps` from gaps and
                      static solve
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
@@ -19,7 +20,7 @@ from typing import NamedTuple
 # parts of a scene without which some columns do not exist
 FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
-PAIRED = "pairs of bodies"
+PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -76,6 +77,14 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            impulse=True),
     Column("viscous_work", "J", "energy dissipated by viscosity so far", 1, (), VISCOUS, integral_of="viscous_power",
            rule="step", energy="dissipated"),
+    Column("plastic_work", "J", "energy dissipated by plastic flow so far", 1, (), PLASTIC,
+           integral_of="plastic_step", rule="sum", energy="dissipated"),
+    Column("plastic_heat", "J", "part of `plastic_work` that became heat", 1, (), PLASTIC, integral_of="heat_step",
+           rule="sum"),
+    Column("hourglass_work", "J", "energy dissipated as hourglass modes softened in plastic flow", 1, (),
+           PLASTIC_HOURGLASS, integral_of="hourglass_step", rule="sum", energy="dissipated"),
+    Column("temperature_max", "K", "highest temperature of a metal", 1, ("plastic",), PLASTIC, "max"),
+    Column("plastic_strain_max", "1", "largest plastic strain", 1, ("plastic",), PLASTIC, "max"),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),
@@ -97,6 +106,9 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("jacobian_min", "1", "smallest det F", 1, ("cells",), "", "min", shown=False),
     Column("viscous_power", "W", "power dissipated in the step before", 1, ("viscous",), VISCOUS, shown=False),
     Column("viscous_rate", "1/s", "largest rate of a viscous cell", 1, ("viscous",), VISCOUS, "max", shown=False),
+    Column("plastic_step", "J", "plastic work of the step before", 1, ("plastic",), PLASTIC, shown=False),
+    Column("heat_step", "J", "heat of plastic flow of that step", 1, ("plastic",), PLASTIC, shown=False),
+    Column("hourglass_step", "J", "energy let go by hourglass modes", 1, ("plastic",), PLASTIC_HOURGLASS, shown=False),
     Column("friction_before", "J", "work of friction up to the row", 1, ("friction",), FRICTION, shown=False),
     Column("friction_after", "J", "work of friction in the kick after it", 1, ("friction",), FRICTION, shown=False),
     Column("obstacle_power", "W", "power of the obstacles on the bodies", 1, ("loads",), LOADS, shown=False),
@@ -124,9 +136,9 @@ def places(*groups: str, start: int = 0):
     return namedtuple("Places", [column.name for column in columns])(*starts)
 
 
-def cell_groups(viscous: bool) -> tuple[str, ...]:
+def cell_groups(viscous: bool, plastic: bool = False) -> tuple[str, ...]:
     """Return the groups that every chunk has in `cell_sums`."""
-    return ("cells", "viscous") if viscous else ("cells",)
+    return ("cells", *(("viscous",) if viscous else ()), *(("plastic",) if plastic else ()))
 
 
 def loads_place(friction: bool) -> int:
@@ -134,10 +146,11 @@ def loads_place(friction: bool) -> int:
     return group_size(*SHARED, *(("friction",) if friction else ()))
 
 
-def raw_places(viscous: bool):
+def raw_places(viscous: bool, plastic: bool = False):
     """Return the first place of every column in a raw row, as attributes of `nodes`, `cells` and `shared`."""
-    cells, shared = NODE_SUMS, NODE_SUMS + group_size(*cell_groups(viscous))
-    parts = NODES, places(*cell_groups(viscous), start=cells), places(*SHARED, "friction", start=shared)
+    groups = cell_groups(viscous, plastic)
+    cells, shared = NODE_SUMS, NODE_SUMS + group_size(*groups)
+    parts = NODES, places(*groups, start=cells), places(*SHARED, "friction", start=shared)
     return namedtuple("RawPlaces", "nodes cells shared")(*parts)
 
 

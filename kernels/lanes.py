@@ -20,15 +20,15 @@ FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, 
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
 FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
 MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time
-LAW_PARAMETERS = 8  # places in `params` for the parameters of a law
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), constants of the damping law (4), 1 if boundary nodes
-# move like ordinary ones (products), number of massless nodes, number of chunks; then the materials: parameters of the
-# law (LAW_PARAMETERS), with viscosity also Lame's constants [Pa] and the constants of the bulk viscosity: c1 c [m/s],
-# c2^2, density [kg/m^3], mean over smallest corner mass of a cell
+# move like ordinary ones (products), number of massless nodes, number of chunks, length of the step that ends at the
+# present state [s]; then the materials, each with the constants of its viscosity, if it has any, before the parameters
+# of its law: Lame's constants [Pa], then of the bulk viscosity c1 c [m/s], c2^2, density [kg/m^3], mean over smallest
+# corner mass of a cell
 KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
-FREE, MASSLESS, CHUNK_COUNT, MATERIALS = 10, 11, 12, 13
-# start of Lame's constants and of the bulk viscosity in a material, and its end
-LAME, VISCOSITY, MATERIAL_NUMBERS = LAW_PARAMETERS, LAW_PARAMETERS + 2, LAW_PARAMETERS + 6
+FREE, MASSLESS, CHUNK_COUNT, STEP, MATERIALS = 10, 11, 12, 13, 14
+# places of the bulk viscosity and of Lame's constants, from the parameters of the law on
+VISCOSITY, LAME = -6, -2
 # numbers of an island (islands.py): its first contact node, pack, contact cell, node without rows and contact block
 ISLAND = 5
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep updates at once

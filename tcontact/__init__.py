@@ -37,6 +37,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
 
 from .base.errors import InputError, OutputError  # noqa: E402
 from .base.warning_kinds import EnergyWarning, LayerWarning, LockingWarning, RotationWarning, SlaveWarning  # noqa: E402
+from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
 from .mesh.files.reading import read_mesh  # noqa: E402
 from .mesh.mesh import Mesh  # noqa: E402
@@ -51,6 +52,7 @@ from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContac
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
+from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
@@ -78,14 +80,17 @@ __all__ = [
     "Cylinder",
     "DiscreteGradient",
     "Dissipative",
+    "ElastoPlastic",
     "EnergyWarning",
     "FrictionLayer",
     "Gonzalez",
     "HilberHughesTaylor",
     "ImpulseContact",
     "InputError",
+    "JohnsonCook",
     "LayerWarning",
     "LinearElastic",
+    "LinearHardening",
     "LockingWarning",
     "MassDamping",
     "MasslessContact",
@@ -109,6 +114,7 @@ __all__ = [
     "SlaveWarning",
     "Sphere",
     "StVenantKirchhoff",
+    "SteinbergGuinan",
     "StressAveraging",
     "Support",
     "TransportAveraging",

@@ -118,7 +118,7 @@ class Step:
             at = lanes.MATERIALS + len(self.materials)
             packed.append(Block(cells, WIDTH, self.kinds.index((kind, law)), at, contact))
             moduli = MODULI.get(law, (LAM, MU))
-            self.materials += [*moduli, *[0.0] * (lanes.LAW_PARAMETERS - len(moduli))]
+            self.materials += [*moduli]
         self.packs = packs = pack_blocks(packed, len(nodes), len(self.kinds), chunks)
         self.info = packs.with_boundary(np.array(boundary, dtype=int))
         self.corner_rows = None
@@ -137,7 +137,7 @@ class Step:
         packs = self.packs
         steps = [kick_before, kick_after, drift, *gravity]
         damping = [0.0] * (lanes.FREE - lanes.DAMPING)
-        params = np.array([*steps, *damping, free, 0.0, packs.all_chunks, *self.materials])
+        params = np.array([*steps, *damping, free, 0.0, packs.all_chunks, 0.0, *self.materials])
         from tcontact.kernels.language.bundles import Body
         from tcontact.kernels.language.signatures import arguments, signature_of
         from tcontact.kernels.step.internal_force import make_step
@@ -156,7 +156,7 @@ class Step:
     @property
     def moduli(self):
         """Parameters of the law of the first block."""
-        return self.materials[: lanes.LAW_PARAMETERS]
+        return self.materials[: len(MODULI.get(self.kinds[0][1], (LAM, MU)))]
 
     @moduli.setter
     def moduli(self, parameters):

@@ -150,13 +150,12 @@ def test_what_cannot_have_state_refuses_it():
         tc.simulate(falling(), tc.Midpoint(dt=1e-5))  # although the law has the functions of neo-Hookean's steps
 
 
-def test_the_stress_of_its_cells_is_refused_with_the_option_to_give(tmp_path):
-    remedy = r'give fields=\("displacement", \.\.\.\) without "von_mises"'
-    with pytest.raises(tc.InputError, match=remedy):
-        VonMises(falling().bodies[0])
-    with pytest.raises(tc.InputError, match=remedy) as error:
-        tc.simulate(falling(), out=tmp_path / "run", frames=2)
-    assert error.value.field == "fields"
-    assert not (tmp_path / "run").exists()
-    fields = ["displacement", "velocity"]
-    assert tc.simulate(falling("tet4", duration=1e-4), out=tmp_path / "run", frames=2, fields=fields).ok
+def test_the_stress_of_its_cells_is_that_of_their_state():
+    body = falling("tet4").bodies[0]
+    u = 0.01 * np.random.default_rng(3).normal(size=body.mesh.nodes.shape) * body.mesh.shortest_edge
+    state = np.zeros((body.mesh.cell_count, 2))
+    stress = VonMises(body)
+    fresh = np.array(stress(u, state))
+    state[:, 1] = 0.5  # mu is half as large again, with the same lambda
+    assert np.array(stress(u, state)) == pytest.approx(1.5 * fresh, rel=1e-9)
+    assert np.array(stress(u)) == pytest.approx(1.5 * fresh, rel=1e-9)  # the last state given stays

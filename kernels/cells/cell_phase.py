@@ -14,7 +14,8 @@ entry of kind i + 1. The next two entries are the start of its force rows less i
 
 `cell_sums` [chunks, numbers] (columns.py): the smallest det F is over all Gauss points; the hourglass energy is 0 for
 elements without hourglass modes. The linear law has no limit on det F: beside nonlinear laws its cells do not enter the
-smallest det F. With viscosity the viscous pressure of each cell follows.
+smallest det F. With viscosity the viscous pressure of each cell follows. Laws with plastic flow add the energies that
+their points dissipate, which are those of the step that ends at the present state.
 """
 
 import functools
@@ -22,7 +23,7 @@ import functools
 import taichi as ti
 
 from .. import elements
-from ..columns import CELLS, cell_groups, group_size
+from ..columns import CELLS, cell_groups, group_size, places
 from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,
@@ -33,17 +34,17 @@ from ..lanes import (
     FIRST_PACK,
     KICK_AFTER,
     KICK_BEFORE,
+    LAME,
     LANE,
     MASSLESS,
     MATERIAL,
-    MATERIAL_NUMBERS,
     MEMORY,
     ROW,
     SEGMENT,
     VISCOSITY,
     WIDTH,
 )
-from ..language.point_memory import PointMemory
+from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of
 from ..language.vectors import MASK
 from ..materials import LAWS
 from .node_averages import averages_of
@@ -76,16 +77,19 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
     return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
 
 
-def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool):
+def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool):
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
     base: start of the force rows of the chunk; own: 1 for contact cells, which the kernel has if cornered; first..end:
-    segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate.
+    segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate,
+    then of a law with plastic flow the work and heat of the step, the energy that hourglass modes let go, the largest
+    temperature and plastic strain.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
-    law_of, count, size = LAWS[law].update, len(LAWS[law].parameters), len(LAWS[law].state)
-    numbers = group_size(*cell_groups(viscous))
+    law_of, size = LAWS[law], len(LAWS[law].state)
+    numbers, plastic = group_size(*cell_groups(viscous, plastic_sums)), law_of.plastic
+    point_share, flows = elements.FUNCTIONS[kind].share, plastic is not None
     pack_memory = elements.FUNCTIONS[kind].points * size * width
     lane_numbers = list(range(width))
     viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
@@ -116,10 +120,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool):
         hourglass = zero
         change = zero + 1e300
         power, fastest = zero, zero
+        work, heat, released, hottest, longest = zero, zero, zero, zero, zero
         for segment in range(first, end):
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
-            parameters = [body.params[material + i] for i in range(count)]
+            parameters = constants_of(body, material, law_of)
             for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
@@ -128,19 +133,31 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool):
                 # padding lanes repeat the last cell with no weight
                 weight = ti.select(lanes + pack * width < cell_end, one, zero)
                 memory_at = body.segments[at + MEMORY] + pack * pack_memory
-                memory = ti.static(PointMemory(body.memory, memory_at, size, width, commit) if size else None)
+                tally = [zero for _ in range(4)]
+                memory = ti.static(
+                    PointMemory(body.memory, memory_at, size, width, commit, (), tally if flows else None)
+                    if size
+                    else None
+                )
                 answer = answer_of(body, segment, pack, x, y, weight, parameters, memory)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
                     hourglass += answer[3]
+                if ti.static(plastic):
+                    dissipated = point_share * weight * tally[WORK]
+                    work += dissipated
+                    heat += parameters[plastic.share] * dissipated
+                    released += point_share * weight * tally[RELEASED]
+                    hottest = ti.max(hottest, parameters[plastic.initial_temperature] + tally[WARMING])
+                    longest = ti.max(longest, tally[STRAIN])
                 if ti.static(viscous):
                     velocity = [gather_velocity(body, start + k * width, width) for k in range(corners)]
                     here = weight
                     for k in ti.static(range(corners)):
                         here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
                     w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
-                    constants = [body.params[material + VISCOSITY + i] for i in range(MATERIAL_NUMBERS - VISCOSITY)]
+                    constants = [body.params[material + VISCOSITY + i] for i in range(LAME - VISCOSITY)]
                     added = viscosity_of(x, y, w, constants[0], constants[1])
                     rate = constants[3] * here * added[3]
                     fastest = ti.max(fastest, rate)
@@ -170,7 +187,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool):
                         old = [body.rows[row + c] for c in range(3)]
                         for c in ti.static(range(3)):
                             body.rows[row + c] = old[c] + answer[0][c][k][lane]
-        return [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
+        answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
+        if ti.static(plastic):
+            return answer + [work.sum(), heat.sum(), released.sum(), hottest.max(), longest.max()]
+        else:
+            return answer
 
     return block_phase
 
@@ -184,8 +205,11 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
     1 inside a serial loop over steps; commit: 1 if laws with state store it (point_memory.py). A kernel that calls it
     needs KEEP_VECTORS (compile_options.py).
     """
-    phases = [make_block_phase(kind, law, viscous, cornered) for kind, law in kinds]
-    count, numbers = len(kinds), group_size(*cell_groups(viscous))
+    flowing = [LAWS[law].plastic is not None for _, law in kinds]
+    plastic = any(flowing)
+    phases = [make_block_phase(kind, law, viscous, cornered, plastic) for kind, law in kinds]
+    count, numbers = len(kinds), group_size(*cell_groups(viscous, plastic))
+    flow = places(*cell_groups(viscous, plastic))
     limiting = [not LAWS[law].linear for _, law in kinds]
     judged = limiting if any(limiting) else [True] * count
 
@@ -200,6 +224,7 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
                 table = chunk * (count + 3)
                 base, own = 3 * body.chunk_table[table + count + 1], body.chunk_table[table + count + 2]
                 energy, hourglass, power, fastest, change = 0.0, 0.0, 0.0, 0.0, 1e300
+                work, heat, released, hottest, longest = 0.0, 0.0, 0.0, 0.0, 0.0
                 for i in ti.static(range(count)):
                     start, stop = body.chunk_table[table + i], body.chunk_table[table + i + 1]
                     part = phases[i](body, base, own, start, stop, commit)
@@ -209,6 +234,11 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
                     hourglass += part[2]
                     power += part[3]
                     fastest = ti.max(fastest, part[4])
+                    if ti.static(flowing[i]):
+                        work += part[5]
+                        heat += part[6]
+                        released += part[7]
+                        hottest, longest = ti.max(hottest, part[8]), ti.max(longest, part[9])
                 place = chunk * numbers
                 body.cell_sums[place + CELLS.elastic] = energy
                 body.cell_sums[place + CELLS.jacobian_min] = 1.0 + change
@@ -216,5 +246,11 @@ def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered:
                 if ti.static(viscous):
                     body.cell_sums[place + CELLS.viscous_power] = power
                     body.cell_sums[place + CELLS.viscous_rate] = fastest
+                if ti.static(plastic):
+                    body.cell_sums[place + flow.plastic_step] = work
+                    body.cell_sums[place + flow.heat_step] = heat
+                    body.cell_sums[place + flow.hourglass_step] = released
+                    body.cell_sums[place + flow.temperature_max] = hottest
+                    body.cell_sums[place + flow.plastic_strain_max] = longest
 
     return cell_phase

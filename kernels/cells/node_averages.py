@@ -31,17 +31,13 @@ def average(body: ti.template(), i):
 
 @ti.func
 def averages_of(body: ti.template(), segment, pack, corners: ti.template(), width: ti.template()):
-    """Return w_e and the sums of th_a and th_a^2 over the corners of the cells of a pack of a segment."""
+    """Return w_e, and [J_a - 1 of each corner], of the cells of a pack of a segment."""
     start = body.segments[segment * SEGMENT + CONNECTIVITY] + pack * (corners * width)
     lane = body.segments[segment * SEGMENT + LANE] + pack * width
     shift = place(body, CHANGES) + body.volume_lists[place(body, SHIFTS) + segment]
-    total, square = ti.Vector([0.0 for _ in range(width)]), ti.Vector([0.0 for _ in range(width)])
-    for k in ti.static(range(corners)):
-        number = [shift + body.connectivity[start + k * width + i] for i in range(width)]
-        change = ti.Vector([body.volumes[i] for i in number])
-        total += change
-        square += change * change
-    return [load(body.volumes, place(body, SHARES) + lane, width), total, square]
+    number = [[shift + body.connectivity[start + k * width + i] for i in range(width)] for k in range(corners)]
+    changes = [ti.Vector([body.volumes[i] for i in number[k]]) for k in range(corners)]
+    return [load(body.volumes, place(body, SHARES) + lane, width), changes]
 
 
 @ti.func

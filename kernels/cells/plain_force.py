@@ -83,7 +83,7 @@ def make_plain_force(kind: str, law: str):
     """
     corners = elements.CORNERS[kind]
     force_of = hex_force if kind == "hex8" else forces_alone(elements.force_of(kind, law))
-    law_of, count = LAWS[law].update, len(LAWS[law].parameters)
+    law_of, count = LAWS[law], len(LAWS[law].parameters)
 
     @ti.kernel
     def plain_force(connectivity: INDEX, position: ARRAY, params: ARRAY, u: ARRAY, force_out: ARRAY):

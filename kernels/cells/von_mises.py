@@ -2,7 +2,8 @@
 
     sigma = P F^t / J  (linear law: sigma = P),    s = sigma - tr(sigma)/3 I,    von Mises = sqrt(3/2 s:s)
 
-with P of the law at the displacement gradient H of the cell centre, in one-point hexes the mean one (elements/).
+with P of the law, for the mean state of the points of a law that has one, at the displacement gradient H of the cell
+centre, in one-point hexes the mean one (elements/).
 """
 
 import functools
@@ -15,6 +16,7 @@ from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX
 from ..language.bundles import Body
 from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.point_memory import PointMemory, recall
 from ..materials import LAWS
 from .cell_phase import gather
 
@@ -39,19 +41,31 @@ def equivalent(stress):
     return 1.5 * tensor3.dot(deviator, deviator)
 
 
+@ti.func
+def plain_response(law: ti.template(), h, parameters, memory: ti.template()):
+    """Return the result of a law for the state of the cell; nothing is stored or added up."""
+    if ti.static(memory and law.plastic):
+        return law.update(h, parameters, recall(memory, 0), [])
+    elif ti.static(memory):
+        return law.update(h, parameters, recall(memory, 0))
+    else:
+        return law.update(h, parameters)
+
+
 @functools.cache
 def make_von_mises(kind: str, law: str):
     """Return the kernel of a kind of cell (`elements.FUNCTIONS`) with a law (`materials.LAWS`), memoised.
 
-    von_mises(connectivity, position, parameters, u, stress_out): cells packed WIDTH wide as (pack, corner,
-    lane); position, u [3n]; stress_out [packs * width] [Pa].
+    von_mises(connectivity, position, parameters, u, state, stress_out): cells packed WIDTH wide as (pack, corner,
+    lane); position, u [3n]; state [packs, numbers, width] of a law that has one; stress_out [packs * width] [Pa].
     """
     corners, gradient_of = elements.CORNERS[kind], elements.FUNCTIONS[kind].gradient
-    width, law_of, count = WIDTH, LAWS[law].update, len(LAWS[law].parameters)
+    width, law_of, size = WIDTH, LAWS[law], len(LAWS[law].state)
+    count = len(law_of.parameters) + law_of.rates
     stress_of = small if LAWS[law].linear else cauchy
 
     @ti.kernel
-    def von_mises(connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, stress_out: ARRAY):
+    def von_mises(connectivity: INDEX, position: ARRAY, parameters: ARRAY, u: ARRAY, state: ARRAY, stress_out: ARRAY):
         body = ti.static(Body(u=u, connectivity=connectivity, position=position, params=parameters))
         for pack in range(connectivity.shape[0] // (corners * width)):
             start = pack * (corners * width)
@@ -59,7 +73,8 @@ def make_von_mises(kind: str, law: str):
             x = [[corner[k][c] for k in range(corners)] for c in range(3)]
             y = [[corner[k][3 + c] for k in range(corners)] for c in range(3)]
             h = gradient_of(x, y)
-            answer = law_of(h, [parameters[i] for i in range(count)])
+            memory = ti.static(PointMemory(state, pack * (size * width), size, width, 0) if size else None)
+            answer = plain_response(law_of, h, [parameters[i] for i in range(count)], memory)
             square = equivalent(stress_of(answer[0], h, answer[2]))
             for lane in ti.static(range(width)):
                 stress_out[pack * width + lane] = ti.sqrt(square[lane])

@@ -41,6 +41,7 @@ from ..language.entries import put_three, row, three
 from ..language.signatures import Signature, kernel_of
 from ..language.vectors import MASK, load
 from ..materials import LAWS, linear_elastic
+from ..materials.law import Law
 
 # The array `viscous` holds: the numbers below; displacement and viscous force [s, 3] of the boundary nodes at the last
 # time level; eta [s] of the contact cells, by lanes of their packs; their corner forces; eta of the contact cells in
@@ -85,6 +86,9 @@ def stress_of_step(h, parameters):
     return [stress, 0.5 * tensor3.dot(stress, e), trace]
 
 
+STEP_LAW = Law(("lam", "mu"), stress_of_step, ())
+
+
 @ti.func
 def at_rest(corner, c: ti.template()):
     """Return component c of the reference position of a corner from its position and displacement (6)."""
@@ -104,7 +108,7 @@ def make_block_viscosity(kind: str, law: str):
     """
     corners, width = elements.CORNERS[kind], WIDTH
     linear = LAWS[law].linear
-    law_of = linear_elastic.update if linear else stress_of_step
+    law_of = linear_elastic.LAW if linear else STEP_LAW
     force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
     place_of = at_rest if linear else present
 

@@ -11,11 +11,13 @@ With D = 64 v a cubic of the modes of the deformed corners (`hex8`), s its slope
 
     D(x + u) - D(x) = (s0.u + s.u - D(u))/2
 
-without cancellation. The linear law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
+without cancellation. A law with plastic flow has its own pressure and energy of Theta (materials/law.py). The linear
+law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
 """
 
 import taichi as ti
 
+from ..language.point_memory import recall
 from .hex8 import (
     affine_gradients,
     hex_centre,
@@ -52,15 +54,45 @@ def with_pressure(points, weight, modulus, reference, slopes, change):
 
 
 @ti.func
+def with_law(points, weight, volume, reference, slopes):
+    """Return what `with_pressure` returns, with the pressure and energy of the cell [U', U, U''] from its law."""
+    share = weight * (1.0 / 512.0)
+    pressure = weight * ((1.0 / 64.0) * volume[0])
+    mode_f = [
+        [share * points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [share * points[0][c][6]]
+        for c in range(3)
+    ]
+    energy = share * points[1] + weight * ((1.0 / 64.0) * reference) * volume[1]
+    return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
+
+
+@ti.func
+def mean_state(memory: ti.template()):
+    """Return the mean of the states of the points."""
+    total = recall(memory, 0)
+    for point in range(1, 8):
+        old = recall(memory, point)
+        for i in ti.static(range(memory.size)):
+            total[i] += old[i]
+    return [0.125 * total[i] for i in range(memory.size)]
+
+
+@ti.func
 def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
     """Return what `hex8.hex_points` returns."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
-    without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
-    points = hex_mode_forces(mode_x, mode_u, without, law, memory, jacobian_of)
     rest = hex_slopes(mode_x)
     now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
     change = 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0])
-    return with_pressure(points, weight, parameters[0], rest[0], now[1], change)
+    if ti.static(memory and law.plastic):
+        volume = law.plastic.volume(change / rest[0], parameters, mean_state(memory))
+        within = ti.static(memory._replace(pressure=[volume[0]]))
+        points = hex_mode_forces(mode_x, mode_u, parameters, law, within, jacobian_of)
+        return with_law(points, weight, volume, rest[0], now[1])
+    else:
+        without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
+        points = hex_mode_forces(mode_x, mode_u, without, law, memory, jacobian_of)
+        return with_pressure(points, weight, parameters[0], rest[0], now[1], change)
 
 
 @ti.func

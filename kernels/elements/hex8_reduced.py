@@ -13,23 +13,28 @@ meshes too, so patches carry uniform stress. H does not contain the four hourgla
     kappa = HOURGLASS (lam + 2 mu) (b:b) / (8 V),     b:b = sum over k of |b_k|^2
 
 The hourglass part is measured in the reference state: q is 0 for every linear field, also finite rotations.
-(lam + 2 mu at small strains is parameters[0] + 2 parameters[1] of every law, materials/law.py.)
+(lam + 2 mu at small strains is the modulus of the law, materials/law.py.)
 HOURGLASS is the stiffness of an hourglass mode of unit length over (lam + 2 mu) (b:b)/V, the usual bound on that of the
 modes which H sees (kappa gamma gamma^t, gamma.gamma = 8 in a brick). For cubes and Poisson's ratio 0.3, 1/12 gives an
 hourglass mode the energy of pure bending. With 0.05 a cantilever of 1, 2, 4 cubes in thickness is 39, 7, 1 % too soft
 (full hexes: 56, 16, 5 % too stiff); with cells longer than thick it is too stiff, like full hexes but less. The stable
 step is that of full hexes or more up to about 0.1; 1/3 costs 5 %, 1/2 costs 20 %. Smaller values cost the static solve
 sweeps (0.02: a third more, 0.01: twice as many).
+
+In plastic flow an elastic hourglass stiffness locks as full integration does. It is reduced to the secant modulus of
+the committed plastic strain, Y/(Y + 3 mu ep) times the elastic one, which never grows; what its energy loses as a point
+commits is dissipated ("hourglass_work" of the history).
 """
 
 import taichi as ti
 
-from ..language.point_memory import respond
+from ..language.point_memory import RELEASED, recall, respond
 from .hex8 import hex_corner_forces, hex_modes, hex_slopes, hex_viscosity
 from .points import dot
 from .record import CellFunctions
 
 HOURGLASS = 0.05
+SOFTEST = 0.01  # of the hourglass stiffness in plastic flow; 1e-4 leaves static solves unconverged
 
 
 @ti.func
@@ -43,13 +48,19 @@ def reduced_force(x, u, weight, parameters, law: ti.template(), memory: ti.templ
     gradient = mean_gradient(mode_x, mode_u)
     d, slopes, h = gradient[0], gradient[1], gradient[2]
     inverse = 1.0 / d
-    answer = respond(law, h, parameters, memory, 0)
+    softening = stiffness_ratio(law, parameters, memory)  # before the point stores its new state
+    answer = respond(law, h, parameters, memory, 0, d)
 
     square = dot(slopes[0], slopes[0]) + dot(slopes[1], slopes[1]) + dot(slopes[2], slopes[2])
     square += dot(slopes[3], slopes[3]) + dot(slopes[4], slopes[4]) + dot(slopes[5], slopes[5])
-    kappa = HOURGLASS * (parameters[0] + 2.0 * parameters[1]) * square * inverse
+    kappa = HOURGLASS * law.modulus(parameters) * square * inverse
     q = [[mode_u[c][3 + a] - dot(h[c], [mode_x[j][3 + a] for j in range(3)]) for a in range(4)] for c in range(3)]
     hourglass = 0.5 * kappa * (four(q[0], q[0]) + (four(q[1], q[1]) + four(q[2], q[2])))
+    kappa *= softening
+    if ti.static(memory and law.plastic):
+        softer = softened(law, answer[3], parameters)
+        memory.tally[RELEASED] = memory.tally[RELEASED] + (softening - softer) * hourglass
+        hourglass *= softer
     turned = kappa * inverse
     twist = [[mode_x[j][3 + a] for a in range(4)] for j in range(3)]
     share = weight * (1.0 / 64.0)
@@ -63,6 +74,22 @@ def reduced_force(x, u, weight, parameters, law: ti.template(), memory: ti.templ
     ]
     force = [hex_corner_forces(mode_f[c]) for c in range(3)]
     return [force, share * (d * answer[1] + hourglass), answer[2], share * hourglass]
+
+
+@ti.func
+def stiffness_ratio(law: ti.template(), parameters, memory: ti.template()):
+    """Return `softened` for the stored state, 1 for a law without plastic flow."""
+    if ti.static(memory and law.plastic):
+        return softened(law, recall(memory, 0), parameters)
+    else:
+        return 1.0
+
+
+@ti.func
+def softened(law: ti.template(), state, parameters):
+    """Return the ratio of the hourglass stiffness to the elastic one: that of the secant moduli, at least SOFTEST."""
+    ratio = law.plastic.secant(state, parameters)
+    return ti.max(ratio, 0.0 * ratio + SOFTEST)
 
 
 @ti.func
@@ -95,6 +122,6 @@ def hex_mean(x, u):
 
 FUNCTIONS = {
     "hex8-reduced": CellFunctions(
-        8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1
+        8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1, share=1.0 / 64.0
     ),
 }

@@ -28,10 +28,10 @@ def geometry(a):
 def point_force(g, shape, parameters, law: ti.template(), memory: ti.template(), point):
     """Return [dW/dG as [component][direction], energy, det F - 1] of one Gauss point of weight 1.
 
-    g[c][j] = du_c/dr_j; shape: `geometry` of the point; law: update of a law (materials/law.py), parameters: its
-    parameters; memory: state of its points, point: number of this point (point_memory.py).
+    g[c][j] = du_c/dr_j; shape: `geometry` of the point; law: a law (materials/law.py), parameters: its parameters;
+    memory: state of its points, point: number of this point (point_memory.py).
     """
-    answer = respond(law, tensor3.product_transposed(g, shape[1]), parameters, memory, point)
+    answer = respond(law, tensor3.product_transposed(g, shape[1]), parameters, memory, point, shape[2])
     return [tensor3.product(answer[0], shape[0]), shape[2] * answer[1], answer[2]]
 
 

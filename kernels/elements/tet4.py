@@ -62,4 +62,4 @@ def tet_centre(x, u):
     return tensor3.product_transposed([tet_derivatives(u[c]) for c in range(3)], shape[1])
 
 
-FUNCTIONS = {"tet4": CellFunctions(4, tet_force, tet_force, tet_viscosity, tet_centre, points=1)}
+FUNCTIONS = {"tet4": CellFunctions(4, tet_force, tet_force, tet_viscosity, tet_centre, points=1, share=1.0 / 6.0)}

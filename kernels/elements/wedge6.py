@@ -134,4 +134,6 @@ def wedge_centre(x, u):
     return tensor3.product_transposed(g, shape[1])
 
 
-FUNCTIONS = {"wedge6": CellFunctions(6, wedge_force, wedge_force, wedge_viscosity, wedge_centre, points=6)}
+FUNCTIONS = {
+    "wedge6": CellFunctions(6, wedge_force, wedge_force, wedge_viscosity, wedge_centre, points=6, share=WEIGHT)
+}

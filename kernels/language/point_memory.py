@@ -1,19 +1,24 @@
 """State of the quadrature points of laws with history: memory[pack][point][number][lane], 0 at the start.
 
 A law reads the old state at every call. The new state is stored only in the force pass of a step ("commit"); measures,
-products and trial passes do not change it. A law without state has no memory (None), at no cost.
+products and trial passes do not change it. A law without state has no memory (None), at no cost. Of a law with plastic
+flow the points of a cell add up what they dissipate in `tally`.
 """
 
 from typing import Any, NamedTuple
 
 import taichi as ti
 
+from ..lanes import STEP
+
 
 class PointMemory(NamedTuple):
     """The state of the cells of one pack.
 
     state: the array; start: place of number 0 of point 0 in lane 0; size: numbers per point; width: lanes; commit: 1 if
-    the new state is stored.
+    the new state is stored; pressure: [U' of the cell], [] where every point has its own; tally: of a law with plastic
+    flow dissipated energy, largest plastic strain and temperature rise of the points, energy that hourglass modes let
+    go.
     """
 
     state: Any
@@ -21,6 +26,11 @@ class PointMemory(NamedTuple):
     size: int
     width: int
     commit: Any
+    pressure: Any = ()
+    tally: Any = None
+
+
+WORK, STRAIN, WARMING, RELEASED = range(4)  # numbers of `tally`
 
 
 @ti.func
@@ -34,17 +44,34 @@ def recall(memory: ti.template(), point):
 
 
 @ti.func
-def respond(law: ti.template(), h, parameters, memory: ti.template(), point):
-    """Return the result of a law at a point of the cell; its state is read and, if the pass commits, stored."""
-    if ti.static(memory):
-        answer = law(h, parameters, recall(memory, point))
-        if memory.commit != 0:
-            first = point * (memory.size * memory.width)
-            for i, lane in ti.static(ti.ndrange(memory.size, memory.width)):
-                memory.state[memory.start + first + i * memory.width + lane] = answer[3][i][lane]
+def respond(law: ti.template(), h, parameters, memory: ti.template(), point, volume):
+    """Return the result of a law at a point of the cell; its state is read and, if the pass commits, stored.
+
+    volume: of the point, in the unit in which the element sums up energies.
+    """
+    if ti.static(memory and law.plastic):
+        answer = law.update(h, parameters, recall(memory, point), memory.pressure)
+        memory.tally[WORK] = memory.tally[WORK] + volume * answer[4]
+        for j, number in ti.static(((STRAIN, law.plastic.strain), (WARMING, law.plastic.warming))):
+            memory.tally[j] = ti.max(memory.tally[j], answer[3][number])
+        store(memory, point, answer[3])
+        return answer
+    elif ti.static(memory):
+        answer = law.update(h, parameters, recall(memory, point))
+        store(memory, point, answer[3])
         return answer
     else:
-        return law(h, parameters)
+        return law.update(h, parameters)
+
+
+@ti.func
+def store(memory: ti.template(), point, new):
+    """Store the new state of a point if the pass commits."""
+    if memory.commit != 0:
+        first = point * (memory.size * memory.width)
+        for i in ti.static(range(memory.size)):
+            for lane in ti.static(range(memory.width)):
+                memory.state[memory.start + first + i * memory.width + lane] = new[i][lane]
 
 
 @ti.func
@@ -61,3 +88,23 @@ def tangent_at(
         return part.point(f, parameters, pressure, [body.memory[first + i * width] for i in range(size)])
     else:
         return part.point(f, parameters, pressure)
+
+
+@ti.func
+def constants_of(body: ti.template(), place, law: ti.template()):
+    """Return the parameters of a law from `place` of `params` on, and the step behind them if it depends on rates."""
+    if ti.static(law.rates):
+        return [body.params[place + i] for i in range(len(law.parameters))] + [body.params[STEP]]
+    else:
+        return [body.params[place + i] for i in range(len(law.parameters))]
+
+
+@ti.func
+def mean_of_points(
+    body: ti.template(), place, number, size: ti.template(), width: ti.template(), points: ti.template()
+):
+    """Return the mean over the points of a cell of one number of the state; place: see `tangent_at`."""
+    total = 0.0
+    for point in range(points):
+        total += body.memory[place + (point * size + number) * width]
+    return total / points

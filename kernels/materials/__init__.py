@@ -1,12 +1,11 @@
-"""The laws of materials: one file for every law, found by its name (`law` says what such a file has)."""
+"""The laws of materials: a file ends with `LAW`, named as the file, or with several `LAWS` by name (see `law`)."""
 
 from importlib import import_module
 from pkgutil import iter_modules
 
 from .law import Law
 
-LAWS: dict[str, Law] = {
-    module.name: law
-    for module in iter_modules(__path__)
-    if (law := getattr(import_module(f"{__name__}.{module.name}"), "LAW", None)) is not None
-}
+LAWS: dict[str, Law] = {}
+for module in iter_modules(__path__):
+    found = import_module(f"{__name__}.{module.name}")
+    LAWS |= {module.name: found.LAW} if hasattr(found, "LAW") else getattr(found, "LAWS", {})

@@ -9,9 +9,9 @@ All terms are formed from H and J - 1 directly, not from the differences F - I o
 stay accurate at a strain of 1e-9. Quadrature weights are applied by the element, outside the law.
 
 `parameters` are those of the material (tcontact/scene/materials.py), in its order. The first belongs to the volume
-change (mean dilatation replaces it by 0 and applies it per cell), and parameters[0] + 2 parameters[1] is lambda + 2 mu
-at small strains (hourglass stiffness). A law with `state` has these numbers at every quadrature point, 0 at the start:
-`old` is the list of the stored values, `new` the values after the step.
+change (mean dilatation replaces it by 0 and applies it per cell), and `modulus(parameters)` is lambda + 2 mu at small
+strains (hourglass stiffness). A law with `state` has these numbers at every quadrature point, 0 at the start: `old` is
+the list of the stored values, `new` the values after the step.
 """
 
 from typing import Any, NamedTuple
@@ -46,12 +46,45 @@ class StepLaw(NamedTuple):
     discrete_change: Any = None
 
 
+@ti.func
+def lame_modulus(parameters):
+    """Return lambda + 2 mu of a law whose parameters begin with lambda and mu."""
+    return parameters[0] + 2.0 * parameters[1]
+
+
+class Plastic(NamedTuple):
+    """Functions of a law with plastic flow, whose `update` takes one more argument and returns one more number.
+
+    update(H, parameters, old, pressure) -> [.., new, dissipation]: pressure: [that of the cell, U' [Pa]], or [] where
+    every point has its own; dissipation [J/m^3] of the step. With a pressure of the cell P and W are those of the
+    change of shape alone, and the cell adds volume(change, parameters, old) -> [pressure U', energy U, slope U''] of
+    the mean of J - 1. secant(old, parameters): ratio of the secant modulus to the elastic one, for the hourglass
+    stiffness. strain, warming: places in the state of the plastic strain and of the temperature rise; share,
+    initial_temperature, strength: places of these among the parameters (strength: of the yield stress, which products
+    set to HIGH so that nothing yields). rates: the parameters are followed by the length of the step that ends at the
+    present state [s].
+    """
+
+    volume: Any
+    secant: Any
+    strain: int
+    warming: int
+    share: int
+    initial_temperature: int
+    strength: int
+    rates: bool = False
+
+
+HIGH = 1e100  # a yield stress [Pa] that is never reached, over the modulus
+
+
 class Law(NamedTuple):
     """A material law; parameters, state: names of its parameters and of its state at a quadrature point.
 
     tangents: parts whose sum is the second derivative; step: functions for implicit schemes, None: refused there;
     linear: stress and strain are those of small strains; refusal: message that says where the law loses ellipticity and
     what to use instead. With "" it never does, and equilibria are not checked for a positive definite tangent.
+    modulus(parameters): lambda + 2 mu at small strains; plastic: functions of a law with plastic flow.
     """
 
     parameters: tuple[str, ...]
@@ -61,6 +94,13 @@ class Law(NamedTuple):
     linear: bool = False
     state: tuple[str, ...] = ()
     refusal: str = ""
+    modulus: Any = lame_modulus
+    plastic: Plastic | None = None
+
+    @property
+    def rates(self) -> bool:
+        """Return whether the length of the step follows the parameters."""
+        return self.plastic is not None and self.plastic.rates
 
 
 @ti.func

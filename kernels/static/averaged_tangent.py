@@ -11,6 +11,7 @@ import taichi as ti
 
 from ..cells.node_averages import place
 from ..contact.islands import first_node
+from ..elements.tet4_node_averaged import of_volume
 from ..volume_places import (
     BLOCKS,
     CHANGES,
@@ -27,8 +28,10 @@ from .massless_node import basis_of
 
 
 @ti.func
-def mean_change(body: ti.template(), pairs: ti.template(), number, own, first):
-    """Return the sum of w_e th_a over the corners of contact cell `own` of contact block `number`.
+def cell_pressure(
+    body: ti.template(), pairs: ti.template(), number, own, first, law: ti.template(), parameters: ti.template()
+):
+    """Return the sum over the corners of contact cell `own` of contact block `number` of w_e U'(J_a).
 
     first: start of its corners. It has volume nodes: its contact nodes are not held in all components.
     """
@@ -36,7 +39,8 @@ def mean_change(body: ti.template(), pairs: ti.template(), number, own, first):
     shift, share = body.volume_lists[block], share_of(body, number, own)
     total = 0.0
     for k in range(CORNERS):
-        total += share * body.volumes[place(body, CHANGES) + shift + pairs.cell_nodes[first + k]]
+        change = body.volumes[place(body, CHANGES) + shift + pairs.cell_nodes[first + k]]
+        total += share * of_volume(law, change, parameters)[0]
     return total
 
 

@@ -13,7 +13,7 @@ import functools
 import taichi as ti
 
 from ..elements import FUNCTIONS
-from ..elements.hex8_reduced import HOURGLASS
+from ..elements.hex8_reduced import HOURGLASS, softened
 from ..lanes import (
     CONTACT_BLOCK,
     FIRST_CELL,
@@ -27,7 +27,7 @@ from ..lanes import (
     WIDTH,
 )
 from ..language.entries import row
-from ..language.point_memory import tangent_at
+from ..language.point_memory import constants_of, tangent_at
 from ..materials import LAWS
 from .surface_tangent import add_pair
 
@@ -44,15 +44,16 @@ def hourglass_modes(a):
 @functools.cache
 def make_reduced_tangent(kind: str, law: str, block: int):
     """Return reduced_tangent(body, basis, pairs, number), which fills pairs.values as `surface_tangent` does."""
-    parts, count, size = LAWS[law].tangents, len(LAWS[law].parameters), len(LAWS[law].state)
+    law_of = LAWS[law]
+    parts, size = law_of.tangents, len(law_of.state)
     width, cell_memory = WIDTH, FUNCTIONS[kind].points * size
 
     @ti.func
     def reduced_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
-        parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
-        stiff = parameters[0] + 2.0 * parameters[1]  # lam + 2 mu at small strains
+        parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
+        stiff = law_of.modulus(parameters)
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * CORNERS)  # M G of every corner
@@ -89,6 +90,8 @@ def make_reduced_tangent(kind: str, law: str, block: int):
                 for j in ti.static(range(3)):
                     slopes[3 * a + j] = g[j]
             kappa = HOURGLASS * stiff * volume * square / 8.0
+            if ti.static(law_of.plastic):
+                kappa *= softened(law_of, [body.memory[place + i * width] for i in range(size)], parameters)
             f = ti.Matrix.identity(ti.f64, 3) + slope
             for a in range(CORNERS):
                 gamma = hourglass_modes(a) - twist @ row(slopes, a)

@@ -15,6 +15,7 @@ import functools
 import taichi as ti
 
 from ..elements import FUNCTIONS
+from ..elements.tet4_node_averaged import GUARD
 from ..lanes import (
     CONTACT_BLOCK,
     FIRST_CELL,
@@ -28,9 +29,9 @@ from ..lanes import (
     WIDTH,
 )
 from ..language.entries import row
-from ..language.point_memory import tangent_at
+from ..language.point_memory import constants_of, mean_of_points, tangent_at
 from ..materials import LAWS
-from .averaged_tangent import mean_change, store_spread
+from .averaged_tangent import cell_pressure, store_spread
 from .massless_node import basis_of
 
 MAXIMUM_CORNERS = 8
@@ -100,8 +101,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
 
     kind, law: of the cells of the block; plain: every basis is the identity.
     """
-    parts, linear = LAWS[law].tangents, LAWS[law].linear
-    count, size = len(LAWS[law].parameters), len(LAWS[law].state)
+    law_of = LAWS[law]
+    parts, linear, size = law_of.tangents, law_of.linear, len(law_of.state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
     averaged = functions.averaged
@@ -111,8 +112,8 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
-        parameters = [body.params[pairs.blocks[at + MATERIAL_AT] + i] for i in range(count)]
-        at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(count))]
+        parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
+        at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
@@ -123,14 +124,24 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
                 pairs.values[i] = 0.0
             pressure = 0.0
             if ti.static(averaged):
-                _volume, _change, slope_of_volume = cell_volume(body, pairs, at, first, corners, linear)
-                store_spread(body, number, own, cell, slope_of_volume)
+                volume, change, spread = cell_volume(body, pairs, at, first, corners, linear)
+                store_spread(body, number, own, cell, spread)
                 if ti.static(not linear):
-                    pressure = parameters[0] * mean_change(body, pairs, number, own, first)
+                    pressure = cell_pressure(body, pairs, number, own, first, law_of, parameters)
+                if ti.static(law_of.plastic):
+                    pressure += GUARD * parameters[1] * change**3
+                    stiff = 3.0 * GUARD * parameters[1] * change**2
+                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                        left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
+                        add_pair(pairs, basis, p, (stiff / volume * left).outer_product(right), block, plain)
             if ti.static(mean):
                 stiff = parameters[0]
                 reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)
                 pressure = stiff * change
+                if ti.static(law_of.plastic):
+                    state = [mean_of_points(body, place, i, size, width, functions.points) for i in range(size)]
+                    volume = law_of.plastic.volume(change, parameters, state)
+                    pressure, stiff = volume[0], volume[2]
                 if ti.static(linear):
                     pressure = 0.0
                 for p in range(pairs.start[cell], pairs.start[cell + 1]):

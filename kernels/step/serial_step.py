@@ -27,9 +27,11 @@ from ..cells.node_averages import ring_changes
 from ..cells.node_volumes import make_volume_phase
 from ..columns import raw_places
 from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
+from ..lanes import STEP as STEP_LENGTH
 from ..language.bundles import ContactOptions
 from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
+from ..materials import LAWS
 from ..nodes.node_phase import node_phase
 from ..pair_places import SQUEEZED
 from .raw_rows import log_row, row_width
@@ -48,10 +50,11 @@ STOP, VISCOUS = 6, 7
 
 
 @ti.func
-def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template()):
+def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template(),
+               plastic: ti.template()):  # fmt: skip
     """Return 1 if the host must check a row: not finite, inverted cell, too much energy, too viscous for the step."""
-    place = number * row_width(contact, viscous)
-    places = ti.static(raw_places(viscous or contact.options.viscous))
+    place = number * row_width(contact, viscous, plastic)
+    places = ti.static(raw_places(viscous or contact.options.viscous, plastic))
     energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
     energy += raw[place + places.shared.kinetic]
     calm = energy <= control[ENERGY_LIMIT] and raw[place + places.cells.jacobian_min] > control[JACOBIAN_LIMIT]
@@ -92,6 +95,8 @@ def make_serial_step(
     cell_phase = make_cell_phase(cells, viscous, contact_model == "massless") if passes or measures else None
     volume_phase = make_volume_phase(cells)
     cell_kinds, cornered = len(cells), contact_model == "massless"
+    plastic = any(LAWS[law].plastic is not None for _, law in cells)
+    rates = any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
@@ -284,12 +289,14 @@ def make_serial_step(
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
-                    log_row(raw_out, number, body, contact, viscous, cell_power)
-                    stop = suspicious(raw_out, number, control, contact, viscous)
+                    log_row(raw_out, number, body, contact, viscous, cell_power, plastic)
+                    stop = suspicious(raw_out, number, control, contact, viscous, plastic)
                     if ti.static(coupled):
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
                     number += 1
+                    if ti.static(rates):
+                        body.params[STEP_LENGTH] = control[AFTER]
                     if ti.static(coupled and contact_model == "penalty"):
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
                             control[WANTS_ROWS] = 1.0

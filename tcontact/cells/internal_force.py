@@ -52,10 +52,11 @@ class InternalForce:
         self.corner_rows = arrays.put(corner_lists(domain, packs)) if len(packs.corners) else None
         self.viscous = domain.viscosity is not None
         held = packs.lanes if self.viscous else 0
-        self.cell_sums = arrays.zeros(packs.all_chunks * group_size(*cell_groups(self.viscous)) + held)
+        self.plastic = domain.plastic
+        self.cell_sums = arrays.zeros(packs.all_chunks * group_size(*cell_groups(self.viscous, self.plastic)) + held)
         damping = [] if domain.damping is None else [*domain.damping.constants]
         damping += [0.0] * (lanes.FREE - lanes.DAMPING - len(damping))
-        self.constants = [*damping, 0.0, float(massless_count(domain)), float(packs.all_chunks)]
+        self.constants = [*damping, 0.0, float(massless_count(domain)), float(packs.all_chunks), 0.0]
         self.material_at = material_places(domain)
         for block in domain.blocks:
             self.constants += material_numbers(domain, block)
@@ -63,6 +64,9 @@ class InternalForce:
         self.memory = arrays.zeros(packs.memory) if packs.memory else None  # state of the quadrature points
         volumes = volume_arrays(domain, packs) or (None, None)
         self.volume_lists, self.volumes = (None if part is None else arrays.put(part) for part in volumes)
+        laws = [LAWS[block.material.law].plastic for block in domain.blocks]
+        self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
+        self.rates = any(LAWS[law].rates for _, law in domain.kinds)
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -77,9 +81,13 @@ class InternalForce:
         drift: float,
         *,
         loaded: bool = True,
+        before: float = 0.0,
     ) -> None:
-        """Launch a pass at u: v^n = v + kick_before a, sums of level n, v = v^n + kick_after a, u += drift v."""
-        self.set_steps(kick_before, kick_after, drift, loaded=loaded)
+        """Launch a pass at u: v^n = v + kick_before a, sums of level n, v = v^n + kick_after a, u += drift v.
+
+        before [s]: the step that ends at u.
+        """
+        self.set_steps(kick_before, kick_after, drift, loaded=loaded, before=before)
         self.kernel(0, self.packs.all_chunks, self.chunks, *self._commit(loaded), *self.arguments(u, v))
 
     def measure_surface(self, u: arrays.Array, v: arrays.Array) -> None:
@@ -90,8 +98,12 @@ class InternalForce:
         """Return the argument that commits the new state of the points; empty without laws that have state."""
         return () if self.memory is None else (int(commits),)
 
-    def set_steps(self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True) -> None:
-        """Set the parameters of the next pass."""
+    def set_steps(
+        self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True, before: float = 0.0
+    ) -> None:
+        """Set the parameters of the next pass; before [s]: the step that ends at u, for laws that depend on rates."""
+        if self.rates:
+            arrays.set_values(self.parameters, np.array([before]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)
         arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
 
@@ -135,9 +147,12 @@ class InternalForce:
 
     def without_boundary(self) -> InternalForce:
         """Return a pass over these arrays with every node an ordinary one, for products with the whole body."""
+        from ..kernels.materials.law import HIGH
+
         other = copy(self)
         values = np.array(arrays.get(self.parameters))
         values[lanes.FREE] = 1.0
+        values[self.strengths] = HIGH  # elastic products: plastic ones are below them, and unloading is elastic
         other.parameters = arrays.put(values)
         if self.viscous:  # products must not change the pressures
             other.cell_sums = arrays.put(arrays.get(self.cell_sums))
@@ -150,7 +165,7 @@ class InternalForce:
 
     def sums(self) -> np.ndarray:
         """Return the sums of the last pass over all chunks, in the order of a raw row: ordinary nodes, then cells."""
-        columns = group_columns(*cell_groups(self.viscous))
+        columns = group_columns(*cell_groups(self.viscous, self.plastic))
         combine = [COMBINE[column.combine] for column in columns for _ in range(column.size)]
         nodes, count = arrays.get(self.node_sums).reshape(-1, NODE_SUMS), self.packs.all_chunks
         cells = arrays.get(self.cell_sums)[: count * len(combine)].reshape(count, len(combine))
@@ -158,7 +173,7 @@ class InternalForce:
 
     def sum_of(self, name: str) -> float:
         """Return a sum over the cells of the last pass by the name of its column."""
-        return float(self.sums()[getattr(raw_places(self.viscous).cells, name)])
+        return float(self.sums()[getattr(raw_places(self.viscous, self.plastic).cells, name)])
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""

@@ -8,7 +8,6 @@ from ..base.errors import InputError
 from ..device import arrays
 from ..device.launch import Prepared
 from ..planning.packing import WIDTH, pack_cells
-from ..results.frame_fields import NO_STRESS
 from ..scene.body import Body
 from ..scene.cell_blocks import AVERAGED
 
@@ -24,37 +23,56 @@ class VonMises:
     def __init__(self, body: Body) -> None:
         from ..kernels.cells.von_mises import make_von_mises
         from ..kernels.materials import LAWS
+        from ..kernels.materials.law import HIGH
 
         mesh = body.mesh
         for material in body.materials:
             law = material.law
             if law not in LAWS:
                 raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
-            if LAWS[law].state:
-                raise InputError("material.law", law, NO_STRESS)
         self._blocks = body.blocks
         self._position = arrays.put(mesh.nodes)
         self._u = arrays.zeros(3 * mesh.node_count)
         self._whole = np.zeros(mesh.cell_count if len(body.blocks) > 1 else 0)
         kernels = {(block.element, block.material.law): None for block in body.blocks}
         self._kernels = {kind: Prepared(make_von_mises(*kind)) for kind in kernels}
+        self._stateful = {law: bool(LAWS[law].state) for _, law in kernels}
         self._data = []
         for block in body.blocks:
             packs = pack_cells(block.cells, mesh.node_count, WIDTH)
-            values = np.array(block.material.parameters)
+            numbers, law = [*block.material.parameters], LAWS[block.material.law]
             if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
-                values[0] = 0.0
-            parameters = arrays.put(values)
-            self._data.append((arrays.put(packs.connectivity), parameters, arrays.zeros(packs.lanes)))
+                numbers[0] = 0.0
+            if law.plastic is not None:  # the stress of the state as it stands
+                numbers[law.plastic.strength] = HIGH
+                numbers += [0.0] * law.rates
+            state = arrays.zeros(packs.lanes * len(law.state))
+            self._data.append(
+                (arrays.put(packs.connectivity), arrays.put(np.array(numbers)), state, arrays.zeros(packs.lanes))
+            )
 
-    def __call__(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it."""
+    def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
+        """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it.
+
+        state [m, numbers]: mean state of the points of every cell (`PointState.of_body`), for laws that have one; None:
+        that of the start.
+        """
         arrays.set_values(self._u, displacement)
-        for block, (connectivity, parameters, stress) in zip(self._blocks, self._data, strict=True):
+        for block, (connectivity, parameters, memory, stress) in zip(self._blocks, self._data, strict=True):
+            if state is not None and self._stateful[block.material.law]:
+                arrays.set_values(memory, _packed(state[block.numbers]))
             kernel = self._kernels[block.element, block.material.law]
-            kernel(connectivity, self._position, parameters, self._u, stress)
+            kernel(connectivity, self._position, parameters, self._u, memory, stress)
             found = arrays.get(stress)[: len(block.cells)]
             if len(self._blocks) == 1:
                 return found
             self._whole[block.numbers] = found
         return self._whole
+
+
+def _packed(state: np.ndarray) -> np.ndarray:
+    """Return the state [cells, numbers] as [packs, numbers, WIDTH], filled up with zeros."""
+    packs = -(-len(state) // WIDTH)
+    padded = np.zeros((packs * WIDTH, state.shape[1]))
+    padded[: len(state)] = state
+    return padded.reshape(packs, WIDTH, -1).transpose(0, 2, 1)

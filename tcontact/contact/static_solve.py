@@ -198,7 +198,7 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
                     starts[1],
                     len(own),
                     force.material_at[number],
-                    force.packs.contact_memory[number],
+                    force.packs.memory_places[len(domain.blocks) + number],
                     domain.kinds.index(block.kind),
                 )
             )

@@ -35,16 +35,16 @@ def get(array: Array) -> np.ndarray:
     return array if isinstance(array, np.ndarray) else array.to_numpy()
 
 
-def set_values(array: Array, values: np.ndarray) -> None:
-    """Overwrite the first values of a device array, or all of them."""
+def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:
+    """Overwrite values of a device array from `first` on, or all of them."""
     flat = np.ascontiguousarray(values).reshape(-1)
     if isinstance(array, np.ndarray):
-        array[: flat.size] = flat
+        array[first : first + flat.size] = flat
         return
     whole = flat.astype(np.float64)
     if flat.size < int(np.prod(array.shape)):
         whole = array.to_numpy()
-        whole[: flat.size] = flat
+        whole[first : first + flat.size] = flat
     array.from_numpy(whole)
 
 

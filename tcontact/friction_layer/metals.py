@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base import validate
+from .steinberg_guinan import SteinbergGuinan
 
 
 @dataclass(frozen=True)
@@ -36,15 +37,9 @@ class Metal:
     reference_temperature: float = 300.0
 
     def __post_init__(self) -> None:
-        for name in ("shear_modulus", "yield_stress", "hardening", "melting_temperature"):
+        self.hardening_law  # noqa: B018 - checks the constants of the yield stress
+        for name in ("shear_modulus", "conductivity", "heat_capacity", "density"):
             validate.number(name, getattr(self, name), low=0.0)
-        for name in ("conductivity", "heat_capacity", "density"):
-            validate.number(name, getattr(self, name), low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, low=0.0)
-        validate.number("hardening_exponent", self.hardening_exponent, high=1.0, strict=False)
-        for name in ("pressure_factor", "thermal_softening", "sharpness"):
-            validate.number(name, getattr(self, name), low=0.0, strict=False)
-        validate.number("reference_temperature", self.reference_temperature, low=0.0, strict=False)
 
     @property
     def effusivity(self) -> float:
@@ -61,17 +56,23 @@ class Metal:
         """Heat capacity per volume rho c [J/(m^3 K)]."""
         return self.density * self.heat_capacity
 
-    def yields_at(self, temperature: np.ndarray, pressure: np.ndarray, plastic_strain: np.ndarray) -> np.ndarray:
-        """Return the yield stress Y [Pa] at absolute temperature [K], pressure [Pa] and equivalent plastic strain [-].
+    @property
+    def hardening_law(self) -> SteinbergGuinan:
+        """Its yield stress alone, as `ElastoPlastic` takes it."""
+        return SteinbergGuinan(
+            self.yield_stress,
+            self.hardening,
+            self.hardening_exponent,
+            self.pressure_factor,
+            self.thermal_softening,
+            self.sharpness,
+            self.melting_temperature,
+            self.reference_temperature,
+        )
 
-        The three broadcast together; 0 where the metal has no strength left.
-        """
-        t, p, ep = (np.asarray(value, dtype=float) for value in (temperature, pressure, plastic_strain))
-        softening = 1.0 + self.pressure_factor * p - self.thermal_softening * (t - self.reference_temperature)
-        solid = (t < self.melting_temperature) & (softening > 0.0)
-        room = np.where(solid, self.melting_temperature - t, 1.0)
-        hardened = self.yield_stress * (1.0 + self.hardening * ep) ** self.hardening_exponent
-        return np.where(solid, hardened * softening * np.exp(-self.sharpness * t / room), 0.0)
+    def yields_at(self, temperature: np.ndarray, pressure: np.ndarray, plastic_strain: np.ndarray) -> np.ndarray:
+        """Return the yield stress Y [Pa], see `SteinbergGuinan.yields_at`."""
+        return self.hardening_law.yields_at(temperature, pressure, plastic_strain)
 
 
 STAINLESS_304 = Metal(

@@ -272,6 +272,11 @@ class Domain:
         return self.viscosity is not None or self.viscous_cells
 
     @property
+    def plastic(self) -> bool:
+        """Return whether some of its cells flow plastically."""
+        return any(block.material.plastic for block in self.blocks)
+
+    @property
     def options(self) -> dict[str, Any]:
         """Options of its kernels for damping and bulk viscosity; empty without these."""
         return self.bodies[0].options

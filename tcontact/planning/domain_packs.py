@@ -34,24 +34,31 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, s
 
 def material_places(domain: Domain) -> list[int]:
     """Return where the constants of every block begin in `params`."""
-    size = lanes.LAME if not domain.dissipates else lanes.VISCOSITY
-    size = size if domain.viscosity is None else lanes.MATERIAL_NUMBERS
-    return [lanes.MATERIALS + number * size for number in range(len(domain.blocks))]
+    viscous = _viscous_numbers(domain)
+    sizes = [viscous + len(block.material.parameters) for block in domain.blocks]
+    return [lanes.MATERIALS + viscous + sum(sizes[:number]) for number in range(len(sizes))]
+
+
+def _viscous_numbers(domain: Domain) -> int:
+    """Return how many constants of viscosity stand before the parameters of every law."""
+    if domain.viscosity is not None:
+        return -lanes.VISCOSITY
+    return -lanes.LAME if domain.dissipates else 0
 
 
 def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
     """Return the constants of a block in `params`, in the order of kernels/lanes.py."""
     material, viscosity = block.material, domain.viscosity
-    numbers = [*material.parameters, *[0.0] * (lanes.LAW_PARAMETERS - len(material.parameters))]
-    if domain.dissipates:
-        numbers += [material.lame_lambda, material.lame_mu]
+    numbers: list[float] = []
     if viscosity is not None:
         own = block.own.own
         masses = corner_masses(own.kind, block.body.body.mesh.nodes[own.cells], material.density)
         uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
         speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
         numbers += [speed, square, material.density, uneven]
-    return numbers
+    if domain.dissipates:
+        numbers += [material.lame_lambda, material.lame_mu]
+    return [*numbers, *material.parameters]
 
 
 def massless_count(domain: Domain) -> int:

@@ -70,7 +70,7 @@ class Layout:
 
 def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
     """Return the groups of columns in the raw rows of a domain, in their order (kernels/step/raw_rows.py)."""
-    groups = ["nodes", *cell_groups(domain.dissipates)]
+    groups = ["nodes", *cell_groups(domain.dissipates, domain.plastic)]
     if domain.small or len(domain.boundary) or domain.contact is not None:
         groups += ["boundary", "support"]
     if domain.contact is not None:

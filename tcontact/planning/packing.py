@@ -55,7 +55,8 @@ class CellPacks:
     in lanes.py; first > last for a node of contact cells alone.
     row_count: number of rows (3 force components each); lanes: lanes of all packs; corner_rows: rows of corners;
     corners: row of every corner of the contact cells, block by block; memory: numbers of state of all quadrature
-    points; contact_memory [blocks]: where those of the contact cells begin.
+    points; memory_places [2 blocks + 1]: where those of the ordinary cells of each block begin, then those of its
+    contact cells.
     """
 
     connectivity: IntArray
@@ -69,7 +70,7 @@ class CellPacks:
     corner_rows: int
     corners: NDArray[np.int64]
     memory: int
-    contact_memory: NDArray[np.int64]
+    memory_places: NDArray[np.int64]
 
     @property
     def nbytes(self) -> int:
@@ -202,7 +203,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         corner_rows=int(places[-1] - places[len(blocks)]),
         corners=np.concatenate(corners),
         memory=int(memory[-1]),
-        contact_memory=memory[len(blocks) : -1],
+        memory_places=memory,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS
+from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS
 from ..scene.body import Body
 from ..scene.contact_models import ImpulseContact, MasslessContact
 from ..scene.friction_models import CELL_VISCOSITY, FrictionLayer
@@ -66,8 +66,11 @@ class Plan:
     def layout(self) -> Layout:
         """Layout of the rows of its history."""
         scene, can_touch = self.scene, self.scene.touching
+        blocks = [block for body in self.bodies for block in body.body.blocks]
         present = {
-            HOURGLASS: any(block.formulation == "reduced" for body in self.bodies for block in body.body.blocks),
+            HOURGLASS: any(block.formulation == "reduced" for block in blocks),
+            PLASTIC: any(block.material.plastic for block in blocks),
+            PLASTIC_HOURGLASS: any(block.material.plastic and block.formulation == "reduced" for block in blocks),
             VISCOUS: any(body.dissipates for body in self.bodies),
             FRICTION: can_touch and scene.friction is not None,
             LAYERS: can_touch and isinstance(scene.friction, FrictionLayer),

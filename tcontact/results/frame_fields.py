@@ -17,16 +17,15 @@ from ..scene.scene import Scene
 NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure": 1}  # numbers a node
 LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # numbers a node, with a FrictionLayer
 CELLWISE = {"von_mises": 1}  # numbers a cell
+METAL = {"plastic_strain": 1, "temperature": 1}  # numbers a cell, with a metal
 ALWAYS = "displacement"  # without it there is no shape to draw
-# remedy for a law with state
-NO_STRESS = 'the stress depends on what the points keep: give fields=("displacement", ...) without "von_mises"'
 FIXED = 1_100_000  # what a file without frames takes [byte]: mostly room for 4096 rows of the history
 
 
 def available(scene: Scene) -> tuple[str, ...]:
     """Return the names of the fields that frames of this scene can hold."""
     layers = LAYERS if isinstance(scene.friction, FrictionLayer) and scene.touching else {}
-    return (*NODAL, *layers, *CELLWISE)
+    return (*NODAL, *layers, *CELLWISE, *(METAL if scene.plastic else {}))
 
 
 def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
@@ -47,8 +46,8 @@ def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
     nodes = sum(body.mesh.node_count for body in scene.bodies)
     cells = sum(body.mesh.cell_count for body in scene.bodies)
     corners = sum(cells.size for body in scene.bodies for _, cells in body.mesh.blocks)
-    nodal = NODAL | LAYERS
-    numbers = sum(nodal[name] * nodes if name in nodal else CELLWISE[name] * cells for name in chosen(scene, fields))
+    nodal, cellwise = NODAL | LAYERS, CELLWISE | METAL
+    numbers = sum(nodal[name] * nodes if name in nodal else cellwise[name] * cells for name in chosen(scene, fields))
     mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)
     return FIXED + mesh + 8 * frames * numbers
 

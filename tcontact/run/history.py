@@ -71,6 +71,8 @@ class History:
             if self.steps == 0:
                 after[0] = 0.0  # the first row replaces the one before it
             return after + new
+        if rule == "sum":  # of the step that ended there
+            return new
         if rule == "step":  # force of the step before, not of the level
             return step * new
         return 0.5 * step * (2.0 * new if self.mid_step else old + new)

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import FunctionError, InputError, OutputError
+from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.vtkhdf import ResultData, ResultFile
-from ..results.frame_fields import LAYERS
+from ..results.frame_fields import LAYERS, METAL
 from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
@@ -57,7 +58,8 @@ def make_folder(folder: Path) -> None:
 
 class Recorder:
     """Writes the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of
-    cells; with friction layers also their surface temperature [K] and shear stress [Pa]."""
+    cells; with friction layers also their surface temperature [K] and shear stress [Pa], with metals the plastic strain
+    and temperature [K] of cells."""
 
     def __init__(
         self,
@@ -82,6 +84,7 @@ class Recorder:
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]
         self._paired = bool(scene.body_pairs)
+        self._stateful = has_state(scene) and not {"von_mises", *METAL}.isdisjoint(fields)
         self.stress: list[VonMises] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         if len(scene.bodies) > 1:
@@ -126,8 +129,16 @@ class Recorder:
             layers = [state.layer_fields() for state in self.states]
             nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
         cellwise = {}
+        kept: list[np.ndarray | None] = [None] * len(self.states)
+        if self._stateful:
+            kept = [state.point_state() for state in self.states]
         if self.stress:
-            cellwise["von_mises"] = _joined([of(part) for of, part in zip(self.stress, moved, strict=True)])
+            parts = zip(self.stress, moved, kept, strict=True)
+            cellwise["von_mises"] = _joined([of(part, state) for of, part, state in parts])
+        for name in METAL:
+            if name in self.fields:
+                values = zip(self.states, kept, strict=True)
+                cellwise[name] = _joined([metal_field(state.plan.body, name, one) for state, one in values])
         try:
             self.file.append(time, nodal, cellwise)
         except OSError as error:

@@ -97,7 +97,7 @@ def simulate(
     _warn_steep(scene, planned)
     runtime.start(arch, threads)
     check_starts(planned.domains, displacement)
-    _check_laws(scene, scheme, folder is not None and frames > 0 and "von_mises" in wanted)
+    _check_laws(scene, scheme)
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
@@ -156,13 +156,9 @@ def carry_out(
     return result
 
 
-def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
-    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`.
-
-    draws: whether the von Mises stress is written, which a law with state does not have.
-    """
+def _check_laws(scene: Scene, scheme: Any) -> None:
+    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`."""
     from ..kernels.cells.implicit_rules import has_rule  # imports Taichi, as the next ones do
-    from ..kernels.lanes import LAW_PARAMETERS
     from ..kernels.materials import LAWS
 
     for index, body in enumerate(scene.bodies):
@@ -174,10 +170,6 @@ def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
             if law is None:
                 remedy = f"the kernels have {', '.join(LAWS)}; CONTRIBUTING.md says how to add a law"
                 raise InputError(f"{field}.law", name, remedy)
-            if len(law.parameters) > LAW_PARAMETERS:
-                remedy = f"it takes {len(law.parameters)} parameters, and the kernels have {LAW_PARAMETERS} places;"
-                remedy += " give it fewer, or raise LAW_PARAMETERS in kernels/lanes.py"
-                raise InputError(f"{field}.law", name, remedy)
             if len(values) != len(law.parameters):
                 remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for"
                 raise InputError(f"{field}.parameters", values, f"{remedy} each")
@@ -187,9 +179,6 @@ def _check_laws(scene: Scene, scheme: Any, draws: bool) -> None:
                 remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a"
                 remedy += f" scheme that takes {name}: {', '.join([*others, 'CentralDifference'])}"
                 raise InputError(f"{field}.law", name, remedy)
-            if draws and law.state:
-                remedy = f"{frame_fields.NO_STRESS} (law {name!r} of {scene.label(index)})"
-                raise InputError("fields", "von_mises", remedy)
 
 
 def _warn_steep(scene: Scene, planned: Plan) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import InputError
 from ..mesh.mesh import Mesh
-from .cell_blocks import BodyBlock, blocks_of, checked_material
+from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 
@@ -63,8 +63,8 @@ class Body:
     integration; tetrahedra with "node-averaged": volume changes averaged at the nodes, for poisson near 1/2 (not with
     `StVenantKirchhoff`); hexahedra with "mean-dilatation": one volume change per cell, for the same, or "reduced": one
     point, the mean gradient, and a stiffness against hourglassing; in a mesh of several kinds those that have one of
-    the latter two take it, the others are integrated fully. None: "node-averaged" for tetrahedra above poisson 0.4 that
-    can have it, else "full";
+    the latter two take it, the others are integrated fully; None: what suits the material, "mean-dilatation" for
+    hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4, else "full";
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
@@ -87,6 +87,8 @@ class Body:
         if not isinstance(self.mesh, Mesh):
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         object.__setattr__(self, "material", checked_material(self.material, self.mesh))
+        if self.formulation is None:
+            object.__setattr__(self, "formulation", suited_formulation(self.mesh, self.material))
         self.blocks  # noqa: B018 - unknown formulations are found here
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise InputError("Body.name", self.name, "give a non-empty string or None")

@@ -78,21 +78,32 @@ def checked_material(material: Any, mesh: Mesh) -> Any:
     return dict(material)
 
 
-def default_formulation(element: Element, material: Material, alone: bool) -> str:
-    """Return the formulation of cells of a body that names none; alone: its mesh has no other kind of cells.
+def suited_formulation(mesh: Mesh, material: Any) -> str | None:
+    """Return the formulation of a body that names none; None if each material of tetrahedra has its own.
 
-    Tetrahedra that would lock have their volume changes averaged at nodes.
+    Full integration locks in plastic flow, that of tetrahedra above poisson 0.4 too.
     """
-    locks = material.poisson > element.formulations["full"].locks + ROUNDING
-    averaged = AVERAGED in element.formulations and alone and material.volumetric
-    return AVERAGED if locks and averaged else "full"
+    given = [*material.values()] if isinstance(material, Mapping) else [material]
+    kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    if len(kinds) == 1 and AVERAGED in kinds[0].formulations:
+        names = {_averaged_or_full(kinds[0], one) for one in given}
+        return names.pop() if len(names) == 1 else None
+    can = any("mean-dilatation" in kind.formulations for kind in kinds)
+    if can and any(one.plastic for one in given) and all(one.volumetric for one in given):
+        return "mean-dilatation"
+    return "full"
+
+
+def _averaged_or_full(element: Element, material: Material) -> str:
+    locks = material.plastic or material.poisson > element.formulations["full"].locks + ROUNDING
+    return AVERAGED if locks and material.volumetric else "full"
 
 
 def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
     """Return the blocks of a body, kind after kind and material after material; `formulation` where a kind has it.
 
-    formulation: None for the default of every block. Raises `InputError` for a formulation that no kind of the mesh
-    has, or that a law does not have.
+    formulation: None for what suits each material of tetrahedra. Raises `InputError` for a formulation that no kind of
+    the mesh has, or that a law does not have.
     """
     kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
     if formulation is not None:
@@ -109,7 +120,7 @@ def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, .
                 rows = cells[numbers - first]
             own = formulation if formulation in ELEMENTS[kind].formulations else "full"
             if formulation is None:
-                own = default_formulation(ELEMENTS[kind], one, len(kinds) == 1)
+                own = _averaged_or_full(ELEMENTS[kind], one)
             if len(rows):
                 found.append(BodyBlock(kind, own, one, numbers, rows, region))
         first += len(cells)

@@ -24,13 +24,15 @@ class Material:
 
     young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name in cases and
     in the benchmark; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
-    times the square of the volume change is a part of W, which formulation="mean-dilatation" takes per cell.
+    times the square of the volume change is a part of W, which formulation="mean-dilatation" takes per cell; plastic:
+    whether its points flow plastically (metals.py).
     """
 
     law: ClassVar[str]
     word: ClassVar[str]
     linear: ClassVar[bool] = False
     volumetric: ClassVar[bool] = True
+    plastic: ClassVar[bool] = False
 
     young: float
     poisson: float

@@ -120,6 +120,11 @@ class Scene:
         return self.touching and self.bodies[index].touches and (bool(self.obstacles) or paired)
 
     @property
+    def plastic(self) -> bool:
+        """Return whether a body is of a metal that flows plastically."""
+        return any(material.plastic for body in self.bodies for material in body.materials)
+
+    @property
     def largest_friction(self) -> float:
         """Return the largest coefficient of friction, of obstacles and of pairs of bodies; 0 without friction."""
         return max([coefficient_of(self.friction), *(pair.coefficient for pair in self.body_pairs)])

@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ...cells.internal_force import InternalForce
+from ...cells.point_state import PointState
 from ...device import arrays
 from ...friction_layer import LayerState
 from ...planning.domain import Domain
@@ -25,6 +27,7 @@ class Stepped(Protocol):
     u: arrays.Array
     v: arrays.Array
     start_velocity: np.ndarray
+    internal_force: InternalForce
     contact: Any
     serial: Any
     views: list[BodyView]
@@ -41,6 +44,7 @@ class BodyView:
     def __init__(self, state: Stepped, number: int) -> None:
         domain = state.domain
         self.state, self.plan = state, domain.bodies[number]
+        self._number = number
         self._nodes = slice(int(domain.node_start[number]), int(domain.node_start[number + 1]))
         self._contact = slice(int(domain.contact_start[number]), int(domain.contact_start[number + 1]))
 
@@ -71,6 +75,10 @@ class BodyView:
     def start_velocity(self) -> np.ndarray:
         """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
         return self.state.start_velocity[self._nodes]
+
+    def point_state(self) -> np.ndarray:
+        """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
+        return PointState(self.state.domain, self.state.internal_force).of_body(self._number)
 
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""

@@ -39,7 +39,7 @@ class DomainState:
         self.layout = layout or Layout()
         self.groups = raw_groups(scene, domain)
         self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs])
-        self._places = raw_places(domain.dissipates)
+        self._places = raw_places(domain.dissipates, domain.plastic)
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
@@ -119,12 +119,12 @@ class DomainState:
         """
         force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
-            force.set_steps(kick_before, kick_after, drift)
+            force.set_steps(kick_before, kick_after, drift, before=steps[0])
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
-            force.advance(self.u, self.v, kick_before, kick_after, drift)
+            force.advance(self.u, self.v, kick_before, kick_after, drift, before=steps[0])
             raw = self._raw[number]
             if serial is None:
                 raw[:] = force.sums()

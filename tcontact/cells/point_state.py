@@ -1,0 +1,81 @@
+"""State of the quadrature points of a domain as numbers of the cells, for output and for the heat of other terms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..device import arrays
+from ..kernels.lanes import WIDTH
+from ..planning.domain import CellBlock, Domain
+from ..scene.body import Body
+from ..scene.scene import Scene
+from .internal_force import InternalForce
+
+
+class PointState:
+    """Reads the state of the points of every body, see kernels/language/point_memory.py; domain: all its cells."""
+
+    def __init__(self, domain: Domain, force: InternalForce) -> None:
+        from ..kernels.elements import FUNCTIONS
+        from ..kernels.materials import LAWS
+
+        self.domain, self.force = domain, force
+        self._shapes = [
+            (FUNCTIONS[block.variant].points, len(LAWS[block.material.law].state)) for block in domain.blocks
+        ]
+
+    def of_block(self, number: int) -> np.ndarray:
+        """Return a copy of the state [cells, points, numbers] of a block, its contact cells last."""
+        block, (points, size) = self.domain.blocks[number], self._shapes[number]
+        count, contact = len(block.cells), len(block.contact)
+        places = self.force.packs.memory_places
+        memory = np.zeros(0) if self.force.memory is None else arrays.get(self.force.memory)
+        parts = []
+        for place, cells in ((places[number], count - contact), (places[len(self._shapes) + number], contact)):
+            packs = -(-cells // WIDTH)
+            stored = memory[place : place + packs * points * size * WIDTH].reshape(packs, points, size, WIDTH)
+            parts.append(stored.transpose(0, 3, 1, 2).reshape(-1, points, size)[:cells])
+        return np.concatenate(parts)
+
+    def cells_of(self, block: CellBlock) -> np.ndarray:
+        """Return the cells [m] of the body, in the user's numbering, that a block has, its contact cells last."""
+        own = block.own
+        inside = np.ones(len(own.cells), dtype=bool)
+        inside[own.contact] = False
+        order = np.concatenate([np.flatnonzero(inside), own.contact])
+        return block.body.cell_order[own.first + order]
+
+    def of_body(self, number: int) -> np.ndarray:
+        """Return the mean state [cells, numbers] of the points of every cell of a body, in the user's numbering.
+
+        Cells of a law without state have zeros.
+        """
+        body = self.domain.bodies[number]
+        size = max(count for _, count in self._shapes)
+        result = np.zeros((body.body.mesh.cell_count, size))
+        for index, block in enumerate(self.domain.blocks):
+            if block.body is body and self._shapes[index][1]:
+                result[self.cells_of(block), : self._shapes[index][1]] = self.of_block(index).mean(axis=1)
+        return result
+
+
+def has_state(scene: Scene) -> bool:
+    """Return whether the points of some body keep a state."""
+    from ..kernels.materials import LAWS
+
+    return any(LAWS[material.law].state for body in scene.bodies for material in body.materials)
+
+
+def metal_field(body: Body, name: str, state: np.ndarray | None) -> np.ndarray:
+    """Return "plastic_strain" or "temperature" [K] of every cell [m] of a body from its mean state; NaN without one."""
+    from ..kernels.materials import LAWS
+
+    result = np.full(body.mesh.cell_count, np.nan)
+    for block in body.blocks:
+        plastic = LAWS[block.material.law].plastic
+        if plastic is not None and state is not None:
+            place, start = plastic.strain, 0.0
+            if name == "temperature":
+                place, start = plastic.warming, block.material.parameters[plastic.initial_temperature]
+            result[block.numbers] = start + state[block.numbers, place]
+    return result
