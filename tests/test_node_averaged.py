@@ -10,10 +10,14 @@ from one_point import Force, moved
 from oracle import meshes
 from scenes import TWINS, block, material, simulate, stable_steps, state_of
 from scipy.spatial import Delaunay
+from test_resume import split
 
 import tcontact as tc
 from tcontact.cells.stress import VonMises
 from tcontact.device import arrays
+from tcontact.planning.describe import memory
+from tcontact.planning.domain_packs import pack_domain
+from tcontact.planning.node_volumes import volume_arrays
 
 AVERAGED = "node-averaged"
 SPLIT = ["neo", "linear", "mooney"]
@@ -180,6 +184,8 @@ def contact_stiffness(body, removal, u):
     plan = tc.plan(scene).bodies[0]
     state = state_of(scene, plan, u)
     term, graph, block = state.contact, plan.contact.graph, plan.contact.block
+    for place in state.internal_force.strengths:  # elastic, as the products
+        arrays.set_values(state.internal_force.parameters, np.array([1e300]), place)
     out = arrays.zeros(len(graph.column) * block * block)
     kinds = state.domain.kinds
     tangent, phase = make_surface_tangent(*kinds[0], block, term.plain), make_volume_phase(kinds)
@@ -418,3 +424,88 @@ def test_impacts_keep_the_ledger_on_both_paths(case, parallel_path, monkeypatch)
     first, second = (run.history["contact_force"] for run in runs)
     count = min(len(first), len(second))
     assert np.abs(first[:count] - second[:count]).max() <= 1e-9 * np.abs(first).max()
+
+
+COPPER = tc.ElastoPlastic(117e9, 0.35, 8930.0, tc.LinearHardening(4e8, 1e8), specific_heat=383.0)
+
+
+def test_the_guard_of_metals_is_part_of_energy_force_and_contact_stiffness():
+    """Below yield: q/4 (J - 1)^4 of each cell, q = 0.2 mu, and its slopes; a metal is averaged by default."""
+    body = tc.Body(MESHES["delaunay"], COPPER, contact="zmin")
+    assert body.formulation == AVERAGED
+    force, u = force_of(body), moved(body.mesh, 0.02)
+    found, ends = force(u), []
+    way, step = np.random.default_rng(3).uniform(-1, 1, u.shape), 1e-6
+    for sign in (1.0, -1.0):
+        force(u + sign * step * way)
+        ends.append(force.energy)
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(np.sum(found * way), rel=1e-6)
+    stiffness, nodes, basis = contact_stiffness(body, "normal", u)
+    dofs, spread = spread_of(nodes, basis)
+    slope = spread.T @ force.stiffness(u, 1e-6 * 0.06, dofs)[dofs] @ spread
+    assert np.abs(stiffness - slope).max() <= 1e-7 * np.abs(slope).max()
+
+
+def taylor_bar(cells, duration=80e-6):
+    """A quarter of a copper bar, 32.4 mm long and of 3.2 mm radius, that hits a wall with 227 m/s."""
+    radius, length = 3.2e-3, 32.4e-3
+    box = tc.box_mesh((1.0, 1.0, length), (cells, cells, round(length * cells / radius)), "tet4")
+    nodes, across = np.array(box.nodes), box.nodes[:, :2]
+    largest, distance = across.max(axis=1), np.linalg.norm(across, axis=1)
+    scale = np.where(distance > 0.0, largest / np.maximum(distance, 1e-300), 1.0) ** largest
+    nodes[:, :2] = radius * across * scale[:, None]
+    mesh = tc.Mesh(nodes, box.cells, "tet4", face_sets=box.face_sets)
+    sides = [tc.Support("xmin", "x"), tc.Support("ymin", "y")]
+    body = tc.Body(mesh, COPPER, (0.0, 0.0, -227.0), contact="zmin", supports=sides)
+    return tc.Scene([body], [tc.Plane()], duration, contact=tc.MasslessContact(removal="normal"))
+
+
+@pytest.mark.parametrize(("cells", "long", "wide", "strain", "error", "smallest"), [
+    (3, 21.555, 7.445, (2.5, 4.2), 3e-3, 0.5),
+    pytest.param(5, 21.48, 7.48, (3.0, 4.2), 2e-3, 0.4, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_copper_bar_spreads_as_it_should(cells, long, wide, strain, error, smallest):
+    """Taylor bar: length and foot radius [mm] after 80 us, plastic strain, ledger, volume changes, sweeps."""
+    scene = taylor_bar(cells)
+    result = simulate(scene)
+    mesh, history, x = scene.bodies[0].mesh, result.history, result.position
+    foot = mesh.nodes[:, 2] < 1e-9
+    assert 1e3 * np.ptp(x[:, 2]) == pytest.approx(long, abs=0.04)
+    assert 1e3 * np.linalg.norm(x[foot, :2], axis=1).max() == pytest.approx(wide, abs=0.06)
+    assert strain[0] < history["plastic_strain_max"][-1] < strain[1]
+    assert np.abs(history["energy_error"]).max() <= error
+    assert history["sweeps"].max() <= 60
+    assert history["static_residual"].max() <= 1e-4
+    there = oracle.NodeAveraged(np.array(mesh.nodes), np.array(mesh.cells), oracle.NeoHookean(1.0, 0.3))
+    average, change, _, _ = there.changes(x - mesh.nodes)
+    assert 1.0 + change.min() > smallest
+    assert np.abs(average).max() <= 0.03
+
+
+def test_resume_has_the_same_bits(monkeypatch, tmp_path):
+    """Averages are no state: they are made anew from the displacements."""
+    scene = thrown(MESHES["delaunay"], removal="full", duration=8e-4, friction=tc.Coulomb(0.3))
+    split(monkeypatch, tmp_path, scene, 2)
+
+
+def test_scene_files_keep_the_choice(tmp_path):
+    """The default stays the default, and full integration where it was asked for stays that."""
+    for formulation, element in ((None, "tet4-node-averaged"), ("full", "tet4")):
+        mesh = block("tet4", 2)
+        body = tc.Body(mesh, material(poisson=0.45), formulation=formulation)
+        tc.save_scene(tc.Scene([body], duration=1.0), tmp_path / "scene.toml")
+        assert ("formulation" in (tmp_path / "scene.toml").read_text()) == (formulation == "full")
+        assert tc.load_scene(tmp_path / "scene.toml")[0].bodies[0].element == element
+
+
+def test_the_plan_foresees_the_memory(parallel_path):
+    """Lists and numbers of the averages count among those of the force pass; a full body has none of them."""
+    scene = thrown(MESHES["kuhn"], duration=2e-5)
+    planned = tc.plan(scene)
+    foreseen, taken = memory(planned, planned.domains[0])["internal-force"], simulate(scene).memory["internal-force"]
+    assert foreseen == pytest.approx(taken, abs=512)
+    assert "volume change averaged at the nodes" in planned.describe()
+    plain = tc.plan(replace(scene, bodies=[replace(scene.bodies[0], formulation="full")]))
+    lists, values = volume_arrays(planned.domains[0], pack_domain(planned.domains[0]))
+    assert foreseen - memory(plain, plain.domains[0])["internal-force"] == lists.nbytes + values.nbytes
+    assert volume_arrays(plain.domains[0], pack_domain(plain.domains[0])) is None
