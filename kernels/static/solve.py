@@ -19,9 +19,10 @@ from ..contact.cell_viscosity import RATE, stiffen, viscous_force
 from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_cell, first_node, island_count
 from ..contact.pair_rows import collect as collect_forces
-from ..lanes import CONTACT_BLOCK, KIND
+from ..lanes import CONTACT_BLOCK, KIND, STEP
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
+from ..materials import LAWS
 from ..node_places import PLACES
 from .averaged_tangent import averaged_entry, sum_members
 from .chosen_rows import choose_rows
@@ -66,6 +67,7 @@ from .reduced_tangent import make_reduced_tangent
 from .sliding import measure_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
+from .viscous_tangent import make_viscous_tangent
 
 
 @ti.func
@@ -262,6 +264,8 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         else make_surface_tangent(kind, law, block, plain)
         for kind, law in cells
     ]
+    viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
+    metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
     def resolve_island(
@@ -282,6 +286,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         if ti.static(contact.options.viscous):
             if viscous[RATE] != stats[at + VISCOUS_RATE]:
                 stats[at + STALE] = 1.0
+        elif ti.static(body.viscous_metal):
+            if body.params[STEP] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
         judge(stats, system.settings, island, first)
         stats[at + NEXT] = DONE
         if stats[at + TODO] != DONE:
@@ -291,9 +298,13 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                     for i in ti.static(range(len(tangents))):
                         if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
                             tangents[i](body, contact.basis, pairs, number)
+                            if ti.static(body.viscous_metal and metals[i]):
+                                viscous_tangents[i](body, contact.basis, pairs, number)
                 if ti.static(contact.options.viscous):
                     stiffen(pairs, viscous, block, cell, end)
                     stats[at + VISCOUS_RATE] = viscous[RATE]
+                elif ti.static(body.viscous_metal):
+                    stats[at + VISCOUS_RATE] = body.params[STEP]
                 blocks(body, pairs, contact, system, island, block)
                 stats[at + STALE] = 0.0
             solved = 0

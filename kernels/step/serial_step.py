@@ -22,7 +22,7 @@ import functools
 
 import taichi as ti
 
-from ..cells.cell_phase import make_cell_phase
+from ..cells.cell_phase import keep_places, make_cell_phase
 from ..cells.node_averages import ring_changes
 from ..cells.node_volumes import make_volume_phase
 from ..columns import raw_places
@@ -102,7 +102,7 @@ def make_serial_step(
     volume_phase = make_volume_phase(cells)
     cell_kinds, cornered = len(cells), contact_model == "massless"
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
-    rates = any(LAWS[law].rates for _, law in cells)
+    timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
@@ -287,6 +287,8 @@ def make_serial_step(
                     if state == PASS or state == BOUNDARY:
                         viscous_load(body, boundary, viscous_cells)
                 if state == PASS or state == BOUNDARY:
+                    if ti.static(body.viscous_metal):
+                        keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
@@ -304,7 +306,7 @@ def make_serial_step(
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
                     number += 1
-                    if ti.static(rates):
+                    if ti.static(timed):
                         body.params[STEP_LENGTH] = control[AFTER]
                     if ti.static(coupled and contact_model == "penalty"):
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:

@@ -66,7 +66,12 @@ class InternalForce:
         self.volume_lists, self.volumes = (None if part is None else arrays.put(part) for part in volumes)
         laws = [LAWS[block.material.law].plastic for block in domain.blocks]
         self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
-        self.rates = any(LAWS[law].rates for _, law in domain.kinds)
+        heated = self.viscous and self.plastic  # metals, whose viscosity acts in contact cells and heats the points
+        self.timed = heated or any(LAWS[law].rates for _, law in domain.kinds)
+        self.bulk_viscosity = None
+        if heated and self.corner_rows is not None:
+            self.bulk_viscosity = arrays.zeros(1 + 3 * massless_count(domain) + packs.lanes - packs.first_contact_lane)
+            arrays.set_values(self.bulk_viscosity, np.array([float(packs.first_contact_lane)]))
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -101,8 +106,8 @@ class InternalForce:
     def set_steps(
         self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True, before: float = 0.0
     ) -> None:
-        """Set the parameters of the next pass; before [s]: the step that ends at u, for laws that depend on rates."""
-        if self.rates:
+        """Set the parameters of the next pass; before [s]: the step that ends at u, for metals that need it."""
+        if self.timed:
             arrays.set_values(self.parameters, np.array([before]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)
         arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
@@ -118,8 +123,8 @@ class InternalForce:
             cells.append(self.corner_rows)
         nodes = (self.info, self.reference, self.mass, self.parameters)
         sums = (self.rows, self.special_force, self.node_sums, self.cell_sums)
-        rest = [part for part in (self.memory, self.volume_lists, self.volumes) if part is not None]
-        return (*cells, *nodes, *sums, *rest)
+        rest = (self.memory, self.volume_lists, self.volumes, self.bulk_viscosity)
+        return (*cells, *nodes, *sums, *(part for part in rest if part is not None))
 
     def bundle(self) -> Body:
         """Return the arrays by name; the positions take the places of u and v."""
@@ -143,6 +148,7 @@ class InternalForce:
             memory=self.memory,
             volume_lists=self.volume_lists,
             volumes=self.volumes,
+            bulk_viscosity=self.bulk_viscosity,
         )
 
     def without_boundary(self) -> InternalForce:
@@ -178,6 +184,6 @@ class InternalForce:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
-        parts = (self.corner_rows, self.memory, self.volume_lists, self.volumes)
+        parts = (self.corner_rows, self.memory, self.volume_lists, self.volumes, self.bulk_viscosity)
         shared += [part for part in parts if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ..device import arrays
@@ -93,3 +96,10 @@ def metal_field(body: Body, name: str, state: np.ndarray | None) -> np.ndarray:
                 place, start = plastic.warming, block.material.parameters[plastic.initial_temperature]
             result[block.numbers] = start + state[block.numbers, place]
     return result
+
+
+def metal_fields(views: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return `metal_field` of all bodies by name, stacked in order; views: their BodyView."""
+    kept = [(view.plan.body, view.point_state()) for view in views]
+    names = ("plastic_strain", "temperature")
+    return {name: np.concatenate([metal_field(body, name, state) for body, state in kept]) for name in names}

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..kernels.lanes import SWEEP_LANES
+from ..kernels.lanes import SWEEP_LANES, WIDTH
 from ..kernels.node_places import PLACES
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
@@ -183,6 +183,7 @@ class StaticSolve:
 
 def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
     """Return the contact cells by block, as in kernels/language/bundles.Pairs: their nodes and quadrature data."""
+    lane = 0
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
@@ -199,8 +200,10 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
                     force.material_at[number],
                     force.packs.memory_places[len(domain.blocks) + number],
                     domain.kinds.index(block.kind),
+                    lane,
                 )
             )
+            lane += -(-len(block.contact) // WIDTH) * WIDTH
             nodes.append(block.contact_cells.reshape(-1))
             gradients.append(slopes.reshape(-1, 3))
             weights.append(own)
