@@ -48,6 +48,7 @@ from ..lanes import (
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
 from ..language.vectors import MASK
 from ..materials import LAWS
+from .node_averages import averages_of
 
 TINY = 1e-100
 
@@ -117,7 +118,24 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     points = elements.FUNCTIONS[kind].points
     pack_memory = points * size * width
     lane_numbers = list(range(width))
-    viscosity_of = elements.FUNCTIONS[kind].viscosity
+    viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
+
+    @ti.func
+    def answer_of(
+        body: ti.template(),
+        segment,
+        pack,
+        x: ti.template(),
+        y: ti.template(),
+        weight: ti.template(),
+        parameters: ti.template(),
+        memory: ti.template(),
+    ):
+        if ti.static(averaged):
+            averages = averages_of(body, segment, pack, corners, width)
+            return force_of(x, y, weight, parameters, law_of, memory, averages)
+        else:
+            return force_of(x, y, weight, parameters, law_of, memory)
 
     @ti.func
     def block_phase(body: ti.template(), base, own, first, end, commit):
@@ -147,7 +165,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     if size
                     else None
                 )
-                answer = force_of(x, y, weight, parameters, law_of, memory)
+                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):

@@ -40,6 +40,20 @@ class PointState:
             parts.append(stored.transpose(0, 3, 1, 2).reshape(-1, points, size)[:cells])
         return np.concatenate(parts)
 
+    def warming(self, number: int) -> np.ndarray:
+        """Return where the temperature rises [cells, points] of a block of metal stand, its contact cells last."""
+        from ..kernels.materials import LAWS
+
+        block, (points, size) = self.domain.blocks[number], self._shapes[number]
+        count, contact = len(block.cells), len(block.contact)
+        places, law = self.force.packs.memory_places, LAWS[block.material.law].plastic
+        assert law is not None
+        found = []
+        for place, cells in ((places[number], count - contact), (places[len(self._shapes) + number], contact)):
+            pack, lane = np.divmod(np.arange(cells)[:, None], WIDTH)
+            found.append(place + ((pack * points + np.arange(points)) * size + law.warming) * WIDTH + lane)
+        return np.concatenate(found)
+
     def cells_of(self, block: CellBlock) -> np.ndarray:
         """Return the cells [m] of the body, in the user's numbering, that a block has, its contact cells last."""
         own = block.own
@@ -47,6 +61,34 @@ class PointState:
         inside[own.contact] = False
         order = np.concatenate([np.flatnonzero(inside), own.contact])
         return block.body.cell_order[own.first + order]
+
+    def blocks_of_body(self, number: int) -> tuple[np.ndarray, ...]:
+        """Return the state [cells, points, numbers] of every block of a body (`Body.blocks`), cells as in the mesh."""
+        body = self.domain.bodies[number]
+        return tuple(
+            self.of_block(index)[np.argsort(self.cells_of(block))]
+            for index, block in enumerate(self.domain.blocks)
+            if block.body is body
+        )
+
+    def put_blocks_of_body(self, number: int, states: Sequence[np.ndarray]) -> None:
+        """Set the state of every block of a body, as `blocks_of_body` returns it."""
+        body, memory = self.domain.bodies[number], self.force.memory
+        if memory is None:
+            return
+        values, places, left = np.array(arrays.get(memory)), self.force.packs.memory_places, iter(states)
+        for index, block in enumerate(self.domain.blocks):
+            if block.body is not body:
+                continue
+            state = next(left)[np.argsort(np.argsort(self.cells_of(block)))]
+            _count, points, size = state.shape
+            contact = len(state) - len(block.contact)
+            for place, part in ((places[index], state[:contact]), (places[len(self._shapes) + index], state[contact:])):
+                packs = -(-len(part) // WIDTH)
+                # the lanes that fill up the last pack repeat its last cell
+                rows = part[np.minimum(np.arange(packs * WIDTH), len(part) - 1)].reshape(packs, WIDTH, points, size)
+                values[place : place + rows.size] = rows.transpose(0, 2, 3, 1).reshape(-1)
+        arrays.set_values(memory, values)
 
     def of_body(self, number: int) -> np.ndarray:
         """Return the mean state [cells, numbers] of the points of every cell of a body, in the user's numbering.

@@ -14,7 +14,7 @@ from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
-from ..planning.static_solver import projected
+from ..planning.static_solver import MAXIMUM_POISSON, projected
 from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -27,8 +27,6 @@ MAXIMUM_SWEEPS = 500  # after which the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 PAIR_SOLVES = 3  # linear problems of a step with pairs of bodies, at most
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-# largest poisson with a mean dilatation at which the sweeps (False), or MPRGP (True), converge with either removal
-MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
 STEP_LENGTH = 1.9  # of a projected step, times the bound of the largest eigenvalue; below 2 it converges
 MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
@@ -74,9 +72,8 @@ class StaticSolve:
             "nodes": graph.pair_nodes,
             "values": np.zeros(len(graph.pair_nodes) * block * block),
             "row_start": graph.row_start,
-            "entry_start": graph.entry_start,
+            "entries": np.column_stack([graph.entry_start, np.append(order.entry_place, 0)]),
             "entry_pairs": graph.entry_pairs,
-            "entry_place": order.entry_place,
         }
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         self.stats = arrays.put(self._start())

@@ -28,7 +28,9 @@ class Result:
     contact_pressures: pressures of the contact nodes at every row of the history, a record per body that can touch, if
     `simulate` was asked for `pressures`; layers: the friction layers of every body at the end, None for one without
     (`friction_layer.LayerState`); metals: with metals "plastic_strain" and "temperature" [K] of every cell at the end,
-    in the user's numbering, bodies stacked in order, NaN in cells of other materials.
+    in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law keeps a
+    state, of every body the numbers of each of its blocks [cells, points, numbers], with which `simulate(initial=)`
+    goes on.
     """
 
     ok: bool
@@ -53,6 +55,7 @@ class Result:
     scheme: Any = None
     layers: tuple[LayerState | None, ...] = ()
     metals: dict[str, np.ndarray] = field(default_factory=dict)
+    points: tuple[tuple[np.ndarray, ...], ...] = ()
 
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
