@@ -50,6 +50,9 @@ def upward(points):
 GRID = tc.Sdf(below, origin=(-0.1, -0.1, -0.1), spacing=0.05, nodes=(6, 6, 6))
 SURFACE = (np.eye(3), np.array([[0, 1, 2]]))
 # an instance of every class, and another value for every one of its fields: a value, or a function of the instance
+GUINAN = STAINLESS_304.hardening_law
+COOK = tc.JohnsonCook(1e8, 2e8, 0.3, 0.02, 1.1, 1500.0)
+METAL = tc.ElastoPlastic(2e11, 0.3, 7.85e3, tc.LinearHardening(3e8), specific_heat=500.0)
 CHANGES = {
     tc.NeoHookean: (tc.NeoHookean(**ROUND), OTHER),
     tc.StVenantKirchhoff: (tc.StVenantKirchhoff(**ROUND), OTHER),
@@ -61,6 +64,17 @@ CHANGES = {
     tc.Ogden: (
         tc.Ogden((1e6, -1e3), (1.3, -2.0), 0.4, 1200.0),
         {"mu": (1e6, -1.1e3), "alpha": (1.3, -2.1), "poisson": 0.41, "density": 1e3},
+    ),
+    tc.LinearHardening: (tc.LinearHardening(1e6, 1e5), {"yield_stress": 1.1e6, "modulus": 1.1e5}),
+    tc.SteinbergGuinan: (
+        GUINAN,
+        {field.name: 1.01 * (getattr(GUINAN, field.name) or 2e9) for field in dataclasses.fields(GUINAN)},
+    ),
+    tc.JohnsonCook: (COOK, {field.name: 1.01 * getattr(COOK, field.name) for field in dataclasses.fields(COOK)}),
+    tc.ElastoPlastic: (
+        METAL,
+        {"young": 2.1e11, "poisson": 0.31, "density": 7.9e3, "hardening": GUINAN, "heat_share": 0.8,
+         "specific_heat": 501.0, "initial_temperature": 301.0, "pressure": "barrier"},
     ),
     tc.Plane: (tc.Plane(), FAR | MOTION | {"normal": (0.0, 1e-3, 1.0)}),
     tc.Sphere: (
@@ -166,6 +180,8 @@ def placed(thing):
         bodies, place = [_with(body, "supports", [thing])], "bodies[0].supports[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
+    elif type(thing).__name__ in CLASSES["hardening"]:
+        bodies, place = [_with(body, "material", _with(METAL, "hardening", thing))], "bodies[0].material.hardening."
     elif type(thing).__name__ in CLASSES["obstacles"]:
         obstacles, place = [thing], "obstacles[0]."
     elif type(thing).__name__ in CLASSES["metal"]:

@@ -21,7 +21,7 @@ from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
-from .classes import CLASSES, METALS, RUN, SCENE_PARTS, SURFACE, keys_of
+from .classes import CLASSES, METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -184,6 +184,9 @@ class Reader:
         check_keys(place, values, keys_of(built))
         if kind == "friction" and "material" in values:
             values["material"] = self.plain(f"{place}.material", values["material"], "metal")
+        for key in NESTED:
+            if isinstance(values.get(key), dict):
+                values[key] = self.plain(f"{place}.{key}", values[key], key)
         return made(place, built, values)
 
     def array(self, place: str, data: Any) -> Any:

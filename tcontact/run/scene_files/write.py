@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from ...scene.body import Body
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
-from .classes import METALS, RUN, SCENE_PARTS, word_of
+from .classes import METALS, NESTED, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
 
 INLINE = 24  # numbers of an array; longer ones go to the .npz file
@@ -171,6 +171,8 @@ class Writer:
             if field.name == "material":
                 names = [name for name, metal in METALS.items() if metal == given]
                 data["material"] = names[0] if names else self.plain("metal", given)
+            elif field.name in NESTED and is_dataclass(given):
+                data[field.name] = self.plain(field.name, given)
             elif field.default is MISSING or not np.array_equal(given, field.default):
                 data[field.name] = given.tolist() if isinstance(given, (np.ndarray, np.generic)) else given
         return data

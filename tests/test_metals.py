@@ -1,0 +1,119 @@
+"""Bodies of metal: what their state does in runs, files, frames and resumed runs; invariance; what other scenes pay."""
+
+import numpy as np
+import pytest
+from scenes import block, state_of
+from test_resume import split
+
+import tcontact as tc
+from tcontact.results.files.vtkhdf import ResultData
+
+COPPER = tc.ElastoPlastic(117e9, 0.35, 8930.0, tc.LinearHardening(400e6, 100e6), specific_heat=385.0)
+
+HALF = tc.CentralDifference(cfl=0.45)
+
+
+def hit(formulation=None, material=COPPER, cells=2, duration=1e-6, speed=150.0, **options):
+    """A small block of copper on its way into a wall."""
+    mesh = block("hex8", cells, size=(2e-3, 2e-3, 2e-3))
+    body = tc.Body(mesh, material, (0.0, 0.0, -speed), contact="zmin", formulation=formulation)
+    return tc.Scene([body], [tc.Plane()], duration, contact=tc.MasslessContact(removal="normal"), **options)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("metal")
+    return tc.simulate(hit(), HALF, out=folder / "run", frames=3), folder / "run"
+
+
+def test_the_energy_balance_closes_with_the_plastic_work(run):
+    result, _folder = run
+    history = result.history
+    assert result.ok
+    assert result.scene.bodies[0].formulation == "mean-dilatation"
+    assert history["plastic_work"][-1] > 0.2 * history["kinetic"][0]
+    assert history["plastic_heat"] == pytest.approx(0.9 * history["plastic_work"], rel=1e-12)
+    assert (np.diff(history["plastic_work"]) >= 0.0).all()
+    assert (np.diff(history["plastic_strain_max"]) >= 0.0).all()
+    assert history["energy_error"].max() < 0.05  # eight cells; of second order in the step
+    stored = history["kinetic"] + history["elastic"] + history["plastic_work"]
+    assert history["energy"] == pytest.approx(stored, rel=1e-12)
+
+
+def test_frames_hold_plastic_strain_temperature_and_the_stress_of_the_state(run):
+    result, folder = run
+    data = ResultData.open(folder / "result.vtkhdf")
+    last = data.frame(len(data) - 1)
+    strain, temperature, stress = (last.cell_data[name] for name in ("plastic_strain", "temperature", "von_mises"))
+    assert 0.0 < strain.max() <= result.history["plastic_strain_max"][-1]
+    assert 300.0 <= temperature.min() < temperature.max() <= result.history["temperature_max"][-1]
+    assert stress.max() < 1.3 * 500e6  # on the yield surface, not that of an elastic body at this strain
+
+
+@pytest.mark.parametrize("formulation", ["mean-dilatation", "reduced"])
+def test_resume_has_the_same_bits(monkeypatch, tmp_path, formulation):
+    whole = split(monkeypatch, tmp_path, hit(formulation, duration=4e-7), 1, HALF, every=3, pressures=False)
+    assert whole.history["plastic_work"][-1] > 0.0
+
+
+def test_scene_files_give_the_same_scene(tmp_path):
+    for number, law in enumerate(
+        (tc.LinearHardening(3e8, 1e9), tc.friction_layer.COPPER.hardening_law, tc.JohnsonCook(9e7, 3e8, 0.31))
+    ):
+        metal = tc.ElastoPlastic(117e9, 0.35, 8930.0, law, heat_share=0.7, specific_heat=385.0, pressure="barrier")
+        tc.save_scene(hit(material=metal), tmp_path / f"{number}.toml")
+        scene, _options = tc.load_scene(tmp_path / f"{number}.toml")
+        assert scene.bodies[0].material == metal
+        assert scene.bodies[0].formulation == "mean-dilatation"
+
+
+def test_a_plastic_block_that_spins_or_flies_does_no_plastic_work():
+    mesh = hit().bodies[0].mesh
+    rate = 5e4  # 60 m/s at the corners
+    velocity = np.cross([0.0, 0.6 * rate, 0.8 * rate], mesh.nodes - mesh.nodes.mean(axis=0)) + np.array(
+        [300.0, 0.0, 0.0]
+    )
+    body = tc.Body(mesh, COPPER, velocity)
+    turned = tc.simulate(tc.Scene([body], [], 20.0 * np.pi / rate))
+    assert turned.ok
+    assert turned.history["plastic_work"][-1] == 0.0
+    assert turned.history["plastic_strain_max"][-1] == 0.0
+
+
+def test_other_units_give_the_same_run():
+    """Lengths 1e3, times 1e-2, masses 1e4: every number of the run changes by its unit alone."""
+    length, time, mass = 1e3, 1e-2, 1e4
+    stress, density = mass / (length * time**2), mass / length**3
+    first = tc.simulate(hit(duration=3e-7), HALF)
+    law = tc.LinearHardening(400e6 * stress, 100e6 * stress)
+    heat = 385.0 * length**2 / time**2
+    metal = tc.ElastoPlastic(117e9 * stress, 0.35, 8930.0 * density, law, specific_heat=heat)
+    body = first.scene.bodies[0]
+    mesh = body.mesh.scaled(length)
+    other = tc.Body(mesh, metal, (0.0, 0.0, -150.0 * length / time), contact="zmin")
+    scene = tc.Scene([other], [tc.Plane()], 3e-7 * time, contact=tc.MasslessContact(removal="normal"))
+    second = tc.simulate(scene, HALF)
+    assert len(second.history["time"]) == len(first.history["time"])
+    energy = mass * length**2 / time**2
+    for name, unit in (("plastic_work", energy), ("temperature_max", 1.0), ("plastic_strain_max", 1.0)):
+        assert second.history[name] == pytest.approx(unit * first.history[name], rel=1e-9), name
+    assert second.position == pytest.approx(length * first.position, abs=1e-10 * np.abs(first.position).max() * length)
+
+
+def test_full_integration_is_accepted_with_a_named_warning():
+    with pytest.warns(tc.LockingWarning, match="plastic-locking"):
+        tc.simulate(hit("full", duration=1e-8))
+
+
+def test_implicit_schemes_refuse_it_by_name():
+    with pytest.raises(tc.InputError, match="j2_linear"):
+        tc.simulate(hit(), tc.Midpoint(dt=1e-8))
+
+
+def test_a_scene_without_metals_has_no_byte_and_no_column_of_them():
+    scene = hit(material=tc.NeoHookean(117e9, 0.35, 8930.0), duration=1e-7)
+    planned = tc.plan(scene)
+    assert not any(name.startswith(("plastic", "temperature", "hourglass_work")) for name in planned.layout.place)
+    state = state_of(scene, planned.bodies[0])
+    assert state.internal_force.memory is None
+    assert "memory" not in [name for name, part in state.internal_force.bundle()._asdict().items() if part is not None]
