@@ -94,7 +94,7 @@ def disc(radius: float, cells: int, thickness: float, layers: int = 1) -> tc.Mes
 
 
 def quarter_bar(radius: float, length: float, cells: int) -> tc.Mesh:
-    """Return the quarter x, y >= 0 of a cylinder about the z axis from z = 0 to length, `cells` cells across its radius.
+    """Return the quarter x, y >= 0 of a cylinder about the z axis, from z = 0 on, with `cells` cells across its radius.
 
     A square core, rounded a little, and a shell of two blocks around it; the cells are about as long as wide. Face sets
     xmin, ymin (planes of symmetry), zmin, zmax and rim.
