@@ -128,10 +128,10 @@ def quarter_bar(radius: float, length: float, cells: int) -> tc.Mesh:
     )
 
 
-def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -> tc.Mesh:
+def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3, cap: float = 0.4) -> tc.Mesh:
     """Return the quarter x, y >= 0 of a ball about 0, fine at its lowest point: `even` cells of size `finest` [m].
 
-    Face sets xmin, ymin (planes of symmetry) and cap, the skin within 0.4 radius of the axis at the bottom.
+    Face sets xmin, ymin (planes of symmetry) and cap, the skin within `cap` radii of the axis at the bottom.
     """
     core = 0.5 * radius
     across = graded(core, finest * core / radius, even, growth)  # cells widen on the way out to the skin
@@ -163,7 +163,7 @@ def quarter_ball(radius: float, finest: float, even: int, growth: float = 1.3) -
                 (np.linalg.norm(c, axis=1) > 0.98 * radius)
                 & (c[:, :2].min(axis=1) > tiny)
                 & (c[:, 2] < 0)
-                & (np.hypot(c[:, 0], c[:, 1]) < 0.4 * radius)
+                & (np.hypot(c[:, 0], c[:, 1]) < cap * radius)
             ),
         },
         radius,
