@@ -163,6 +163,6 @@ FIRST = namedtuple("First", SHARED)(*(group_size(*SHARED[:number]) for number in
 # places within one group, and how many numbers it has
 BOUNDARY, BOUNDARY_SUMS = places("boundary"), group_size("boundary")
 SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
-CONTACT, CONTACT_SUMS = places("contact"), group_size("contact")
+CONTACT = places("contact")
 OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
 PAIR_LOAD, PAIR_LOADS = places("pair"), group_size("pair")

@@ -59,6 +59,7 @@ from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContac
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
+from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
@@ -130,6 +131,7 @@ __all__ = [
     "box_mesh",
     "friction_layer",
     "load_scene",
+    "metal",
     "plan",
     "read_mesh",
     "resume",

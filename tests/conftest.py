@@ -13,6 +13,8 @@ ROOT = Path(__file__).resolve().parent.parent
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))  # a bare checkout
 
+# search for common subexpressions (compile_options.py), simplification of the intermediate code
+SHORT = ("TI_OPT_LEVEL", "TI_ADVANCED_OPTIMIZATION")
 THREADS = 2  # other counts run in processes of their own: Taichi starts once
 
 
@@ -26,12 +28,15 @@ def slow(config):
 
 
 def pytest_configure(config):
-    """Let all kernels leave common subexpressions to LLVM, as most do anyway (compile_options.py); child processes too.
+    """Let Taichi leave the optimization of all kernels to LLVM; in child processes too.
 
-    Small bodies compile in half the time, to the same bits (test_threads.py). With --slow it is as for a user.
+    Small bodies compile in half the time or less, to the same bits (test_threads.py). With --slow it is as for a user.
+    Compiled kernels are kept for the next run: all tests need many times Taichi's limit of 100 MB, above which every
+    process that ends removes a quarter of the kernels.
     """
     if not slow(config):
-        os.environ.setdefault("TI_OPT_LEVEL", "0")
+        os.environ |= {name: "0" for name in SHORT if name not in os.environ}
+    os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(2**31 - 1))
 
 
 def pytest_collection_modifyitems(config, items):

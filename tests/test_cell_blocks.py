@@ -238,7 +238,8 @@ def test_two_materials_with_the_same_constants_are_one(path, removal, request):
 
 
 def test_the_serial_and_the_parallel_path_agree(request):
-    scene = thrown(falling(corner()), "full", friction=tc.Coulomb(0.3), viscosity=tc.BulkViscosity())
+    terms = {"friction": tc.Coulomb(0.3), "viscosity": tc.BulkViscosity(), "damping": tc.MassDamping(40.0)}
+    scene = thrown(falling(corner()), "full", **terms)
     small = tc.simulate(scene, FINE)
     request.getfixturevalue("parallel_path")
     large = tc.simulate(scene, FINE)

@@ -51,7 +51,7 @@ def displaced(mesh, share, seed=4):
 
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
-def test_force_is_the_stress_of_the_rate_of_greens_strain(kind):
+def test_force_is_the_stress_of_the_rate_of_greens_strain(kind, parallel_path):
     """sigma = eta C : F^-t (E - E_before) F^-1 with steps as large as the cells deform, on present positions."""
     scene = rubbing(kind=kind)
     mesh = scene.bodies[0].mesh
@@ -72,7 +72,7 @@ def test_force_is_the_stress_of_the_rate_of_greens_strain(kind):
 
 
 @pytest.mark.parametrize("formulation", ["reduced", "mean-dilatation"])
-def test_formulations_damp_what_they_stiffen(formulation):
+def test_formulations_damp_what_they_stiffen(formulation, parallel_path):
     """A small step: eta times the linear stiffness of the deformed cells, hourglass stiffness and mean pressure too."""
     scene = rubbing(formulation=formulation)
     mesh = scene.bodies[0].mesh
@@ -87,7 +87,7 @@ def test_formulations_damp_what_they_stiffen(formulation):
 
 
 @pytest.mark.parametrize(("kind", "formulation"), KINDS)
-def test_a_rigid_motion_has_no_viscous_force(kind, formulation):
+def test_a_rigid_motion_has_no_viscous_force(kind, formulation, parallel_path):
     """From a strained state through a finite turn: an angle of 40 degrees in one step leaves rounding."""
     scene = rubbing(kind=kind, formulation=formulation)
     mesh = scene.bodies[0].mesh
@@ -102,7 +102,7 @@ def test_a_rigid_motion_has_no_viscous_force(kind, formulation):
     assert np.abs(rigid).max() <= 1e-12 * np.abs(other).max()
 
 
-def test_the_linear_law_has_linear_viscosity():
+def test_the_linear_law_has_linear_viscosity(parallel_path):
     """On the reference state, eta K step; a small turn is free of force."""
     scene = rubbing("linear")
     mesh = scene.bodies[0].mesh

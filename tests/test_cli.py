@@ -1,4 +1,4 @@
-"""The command line: exit codes, files, messages; nothing is lost, nothing of others is touched."""
+"""The command line: exit codes, files, messages of runs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import csv
 import dataclasses
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -18,9 +17,8 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact import cases
-from tcontact.cases import bar_impact, cube_impact
-from tcontact.commands import folder, info, settings
+from tcontact.cases import bar_impact
+from tcontact.commands import folder, info
 from tcontact.commands.cli import main
 from tcontact.results.checks import at_most
 from tcontact.results.files.vtkhdf import ResultData
@@ -63,34 +61,6 @@ def cube(tmp_path_factory) -> tuple[Path, str]:
     return out, done.stdout + done.stderr
 
 
-def test_list_names_every_case(capsys):
-    assert main(["list"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    files = sorted(path.stem.replace("_", "-") for path in (ROOT / "cases").glob("[a-z]*.py"))
-    assert [line.split()[0] for line in lines] == files
-    assert {"bar-impact", "cube-impact", "friction-layer", "sliding-block"} <= set(files)
-
-
-def test_list_verbose_shows_parameters_with_their_choices(capsys):
-    assert main(["list", "-v"]) == 0
-    text = capsys.readouterr().out
-    assert "massless | penalty | impulse" in text
-    assert "10 / 3.6" in text
-    assert "compare " in text
-
-
-def test_list_verbose_explains_every_case_and_its_parameters(capsys):
-    """What a case is about and what its parameters mean stands in the list, not only their names."""
-    for name in cases.names():
-        assert main(["list", "-v", name]) == 0
-        text = capsys.readouterr().out
-        assert cases.about(name).partition("\n")[0] in text
-        assert len(cases.about(name)) > 200, f"{name}: a case says what happens and what is checked"
-        assert len(cases.about_parameters(name)) > 100, f"{name}: its scene explains its parameters"
-    assert main(["list", "no-such-case"]) == 2
-    assert "cube-impact" in capsys.readouterr().err
-
-
 def test_info_draws_a_curve_in_a_line():
     line = info.sparkline(np.concatenate([np.zeros(60), np.linspace(0, 1, 60), np.full(60, np.nan)]), 30)
     assert len(line) == 30
@@ -98,90 +68,6 @@ def test_info_draws_a_curve_in_a_line():
     assert list(line[10:20]) == sorted(line[10:20])
     assert line[19] == "█"
     assert info.sparkline(np.zeros(3)) == "   "
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "COMMAND"),
-        (["fly"], "invalid choice"),
-        (["run"], "CASE"),
-        (["run", "cube"], f"use one of {', '.join(cases.names())}"),
-        (["run", "cube-impact", "--set", "cell=4"], "it knows cells, kind"),
-        (["run", "cube-impact", "--set", "cells"], "KEY=VALUE"),
-        (["run", "cube-impact", "--set", "cells=four"], "a whole number"),
-        (["run", "cube-impact", "--set", "cells=4.5"], "a whole number"),
-        (["run", "cube-impact", "--set", "speed=fast"], "a number"),
-        (["run", "cube-impact", "--set", "kind=hex20"], "hex8, tet4"),
-        (["run", "cube-impact", "--set", "compare=perhaps"], "true or false"),
-        (["run", "cube-impact", "--set", "density=-1"], "density = -1.0: must be greater than 0"),
-        (["run", "cube-impact", "--set", "cfl=.5", "--set", "dt=1e-6"], "one of them"),
-        (["run", "cube-impact", "--set", "scheme=euler"], "central-difference"),
-        (["run", "cube-impact", "--set", "cfl=-1"], "cfl"),
-        (["run", "bar-impact", "--set", "compare=true"], "no such parameter"),
-        (["run", "cube-impact", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
-        (["run", "cube-impact", "--threads", "two"], "--threads: 'two': give whole numbers, 1 or more"),
-        (["run", "cube-impact", "--frames", "-1"], "--frames: '-1': give a whole number, 0 or more"),
-        (["run", "cube-impact", "--frames", "2.5"], "--frames: '2.5': give a whole number, 0 or more"),
-        (["run", "cube-impact", "--checkpoint", "soon"], "--checkpoint: 'soon': give a number, 0 or more"),
-        (["run", "bar-impact", "--out", ""], "--out: '': give the name of a folder"),
-        (["study", "bar-impact", "--out", ""], "--out: '': give the name of a folder"),
-        (["resume", "nowhere", "--threads", "0"], "--threads: '0': give whole numbers, 1 or more"),
-        (["resume", "nowhere", "--checkpoint", "-1"], "--checkpoint: '-1': give a number, 0 or more"),
-        (["resume", "nowhere"], "no such folder"),
-        (["render", "nowhere", "--scale", "nan"], "--scale: 'nan': give a number"),
-        (["render", "nowhere", "--fps", "0"], "--fps: '0': give numbers above 0"),
-        (["export", "nowhere", "--every", "0"], "--every: '0': give whole numbers, 1 or more"),
-        (["study", "bar-impact", "--steps", "0.9,x"], "--steps: 'x': give numbers above 0"),
-        (["study", "bar-impact", "--budget", "0"], "--budget: '0': give numbers above 0"),
-        (["run", "cube-impact", "--arch", "abacus"], "--arch"),
-        (["info", "nowhere"], "no such file"),
-        (["render", "nowhere"], "no such file"),
-        (["render", "nowhere", "--size", "big"], "--size"),
-        (["render", "nowhere", "--clip", "x=0"], "x>0.05"),
-        (["render", "nowhere", "--camera", "1,2"], "give 3 numbers"),
-        (["render", "nowhere", "--range", "low,high"], "give 2 numbers"),
-        (["export", "nowhere"], "no such file"),
-        (["export", "nowhere", "--to", "stl"], "--to"),
-        (["run", "cube-impact", "--set", "cells=2", "--fields", "heat"], "von_mises"),
-    ],
-)
-def test_bad_usage_ends_with_2_and_says_what_to_do(arguments, message, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(arguments) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert not names(tmp_path), "bad usage must not leave files"
-    assert not (tmp_path / "runs").exists()
-
-
-def test_help_ends_with_0(capsys):
-    assert main(["--help"]) == 0
-    assert main(["run", "--help"]) == 0
-    assert main(["--version"]) == 0
-    assert tc.__version__ in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("key", "text", "expected"),
-    [
-        ("cells", "8", 8),
-        ("speed", "1e1", 10.0),
-        ("penalty", "none", None),
-        ("penalty", "1e4", 1e4),
-        ("kind", "tet4", "tet4"),
-        ("duration", "None", None),
-    ],
-)
-def test_values_are_read_by_their_declared_type(key, text, expected):
-    found = settings.read("cube-impact", cube_impact, [f"{key}={text}"]).scene[key]
-    assert found == expected
-    assert type(found) is type(expected)
-
-
-def test_keys_go_to_scene_scheme_or_comparison():
-    wanted = settings.read("cube-impact", cube_impact, ["cells=4", "cfl=0.8", "compare=true"])
-    assert (wanted.scene, wanted.scheme, wanted.compare) == ({"cells": 4}, {"cfl": 0.8}, True)
 
 
 def test_run_leaves_numbers_result_and_pictures(cube):
@@ -349,63 +235,6 @@ def test_export_writes_a_series_beside_the_run_that_a_new_run_replaces(cube, tmp
     assert {path.parent.name for path in folder.our_files(tmp_path)} == {"export"}
 
 
-def test_another_run_is_never_overwritten_without_force(tmp_path, capsys):
-    out = tmp_path / "run"
-    assert main(["run", "bar-impact", *SMALL, "--quiet", "--out", str(out)]) == 0
-    assert capsys.readouterr().out == ""
-    assert names(out) == NUMBERS
-    before = {path: path.read_bytes() for path in out.iterdir()}
-    foreign = out / "notes.txt"
-    foreign.write_text("mine", encoding="utf-8")
-    assert main(["run", "bar-impact", *SMALL, "--out", str(out)]) == 2
-    assert "--force" in capsys.readouterr().err
-    assert {path: path.read_bytes() for path in before} == before
-
-    thin = ["--set", "cells=1", "--set", "pitch=45", "--frames", "0"]
-    wrong = ["run", "cube-impact", *thin, "--force", "--out", str(out)]
-    assert main(wrong) == 2, "one cell cannot lose the mass of two faces: found when the run is planned"
-    assert {path: path.read_bytes() for path in before} == before, "bad input must not cost the older run"
-
-    assert main(["run", "bar-impact", "--set", "cells=5", "--frames", "0", "--force", "--out", str(out)]) == 0
-    assert read(out / "summary.json")["parameters"]["cells"] == 5
-    assert foreign.read_text(encoding="utf-8") == "mine"
-    assert names(out) == NUMBERS | {"notes.txt"}
-
-
-def test_default_folder_is_named_after_the_case(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["run", "bar-impact", *SMALL, "--quiet"]) == 0
-    assert names(tmp_path / "runs" / "bar-impact") == NUMBERS
-
-
-def test_out_may_not_be_a_file(tmp_path, capsys):
-    (tmp_path / "taken").write_text("mine", encoding="utf-8")
-    assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path / "taken")]) == 2
-    assert "is a file" in capsys.readouterr().err
-
-
-def test_every_file_that_a_case_draws_is_ours(tmp_path):
-    """Else `--force` would leave the picture of an older run beside the new ones."""
-    drawn = set()
-    for path in [*(ROOT / "cases").glob("*.py"), *(ROOT / "tcontact" / "commands").glob("*.py")]:
-        drawn |= set(re.findall(r'\b(?:folder|out) / "([\w-]+\.(?:png|csv|json))"', path.read_text(encoding="utf-8")))
-    assert {"motion.png", "sliding.png", "tractions.png", "profile.csv", "energy.png", "study.csv"} <= drawn
-    drawn -= {"bench.json", "bench.csv", "bench.png", "solvers.json", "pairs.json"}  # a bench is repeated in place
-    for name in drawn:
-        (tmp_path / name).write_text("")
-    assert {path.name for path in folder.our_files(tmp_path)} == drawn
-
-
-def test_files_that_are_not_ours_are_never_counted(tmp_path):
-    for name in ("summary.json.bak", "photo.png", "frames/mine.png", "other/summary.json"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("{}", encoding="utf-8")
-    assert folder.our_files(tmp_path) == []
-    (tmp_path / "summary.json").write_text('{"runs": ["../other", "/", "..", 5]}', encoding="utf-8")
-    assert folder.our_files(tmp_path) == [tmp_path / "summary.json"]
-
-
 def test_a_failed_check_ends_with_1_and_is_shown_even_when_quiet(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(bar_impact, "checks", lambda result: [at_most("impossible", 2.0, 1.0)])
     assert main(["run", "bar-impact", *SMALL, "--quiet", "--out", str(tmp_path)]) == 1
@@ -500,10 +329,3 @@ def test_doctor_finds_this_machine_able(capsys):
         "energy error",
     ):
         assert word in text
-
-
-def test_python_m_is_the_command_line():
-    done = subprocess.run(
-        [sys.executable, "-m", "tcontact", "list"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert "cube-impact" in done.stdout

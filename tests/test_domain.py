@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import oracle
 import pytest
-from scenes import block, domain_of, material, twin
+from scenes import block, domain_of, material, state_of, twin
 
 import tcontact as tc
 from tcontact.cells.internal_force import InternalForce
@@ -210,3 +210,26 @@ def test_one_pass_gives_every_body_its_own_force():
         assert np.abs(found[own] - wanted).max() <= 1e-12 * np.abs(wanted).max()
         energy += oracle.energy(points, there.law, u[own])
     assert force.sum_of("elastic") == pytest.approx(energy, rel=1e-12)
+
+
+def test_what_an_exchange_adds_to_boundary_nodes_accelerates_their_body(parallel_path):
+    """Once a step, between the force pass and the motion of the boundary nodes: p(t) = F t."""
+    body = tc.Body(block("tet4", 2), material("linear"), supports=[tc.Support("zmin", "z")])
+    scene = tc.Scene([body], [], 1.0, contact=None)
+    plan = tc.plan(scene).bodies[0]
+    dt, steps, force, seen = 1e-6, 5, (0.3, -0.2), []
+
+    def exchange(special_force):
+        seen.append(arrays.get(special_force).copy())
+        arrays.set_values(special_force, seen[-1] - np.tile((*force, 0.0), len(seen[-1]) // 3))
+
+    state = state_of(scene, plan)
+    state.exchange = exchange
+    for step in range(steps):
+        state.advance(0.5 * dt if step else 0.0, 0.5 * dt, dt, step * dt, (dt if step else 0.0, dt))
+    nodes = len(seen[0]) // 3
+    momentum = np.einsum("n,nc->c", plan.lumped, arrays.get(state.v).reshape(-1, 3))
+    assert len(seen) == steps
+    assert not seen[0].any()
+    assert seen[-1].any()
+    assert momentum[:2] == pytest.approx(nodes * (steps - 0.5) * dt * np.array(force), rel=1e-12)

@@ -237,3 +237,37 @@ def test_bad_yield_stresses_name_the_field(build, field):
     with pytest.raises(tc.InputError) as error:
         build()
     assert error.value.field == field
+
+
+def test_presets_are_metals_with_their_sources():
+    from tcontact.scene import metal_presets
+    from tcontact.scene.metal_presets import PRESETS
+
+    for name, preset in PRESETS.items():
+        assert f"| {name} |" in metal_presets.__doc__
+        assert tc.metal(name) == preset
+        assert preset.specific_heat > 0.0
+    assert tc.metal("steel-4340", initial_temperature=400.0).initial_temperature == 400.0
+    with pytest.raises(tc.InputError, match="steel-4340"):
+        tc.metal("steel")
+
+
+def test_the_inverse_cube_root_is_exact_to_the_last_digits():
+    """Over all scales a volume change may have; the law takes J^(-2/3) and 1/J from it."""
+    from tcontact.device import runtime
+
+    runtime.start("cpu")
+    import taichi as ti
+
+    from tcontact.kernels.language.arguments import ARRAY
+    from tcontact.kernels.language.transcendental import inverse_cube_root
+
+    @ti.kernel
+    def roots(a: ARRAY, out: ARRAY):
+        for i in range(a.shape[0]):
+            out[i] = inverse_cube_root(a[i])
+
+    values = np.concatenate([np.exp(np.random.default_rng(2).uniform(-23.0, 23.0, 2000)), [1.0, 1.0 + 1e-15, 2.0]])
+    found = np.zeros_like(values)
+    roots(values, found)
+    assert found * np.cbrt(values) == pytest.approx(np.ones(len(values)), abs=1e-15)

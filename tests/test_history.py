@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 
 import tcontact as tc
-from tcontact.kernels.columns import COLUMNS, DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS, group_columns
+from tcontact.kernels.columns import (
+    COLUMNS,
+    DAMPED,
+    FRICTION,
+    HOURGLASS,
+    LAYERS,
+    LOADS,
+    PAIRED,
+    PLASTIC,
+    PLASTIC_HOURGLASS,
+    VISCOUS,
+    group_columns,
+)
 from tcontact.planning.measured import Layout, RawRows, combined
 from tcontact.results.report import write_history
 from tcontact.run.history import History
@@ -125,7 +137,7 @@ def test_a_thinned_history_has_the_sums_of_every_row():
         assert np.array_equal(thin.columns()[name], whole[name][[0, 5, 10, 11]]), name
 
 
-TERMS = [DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, VISCOUS]
+TERMS = [DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):

@@ -13,6 +13,7 @@ import house
 import pytest
 
 import tcontact
+from tcontact.base import moved
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted(path for place in ("tcontact", "kernels", "cases") for path in (ROOT / place).rglob("*.py"))
@@ -246,6 +247,13 @@ assert Motion is tcontact.scene.obstacles.motion.Motion
 
 def test_old_names_of_modules_lead_to_the_modules():
     modules_after(OLD_NAMES)
+
+
+def test_old_names_hide_no_module_of_today():
+    """Old names are looked for first."""
+    present = {name.partition(".")[2] for name in house.MODULES}
+    assert not present & {*moved.MOVED, *moved.KEPT}
+    assert {moved.destination(old) for old in moved.MOVED} <= present
 
 
 def test_an_old_attribute_warns_and_works():

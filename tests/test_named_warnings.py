@@ -122,7 +122,7 @@ def test_a_slave_much_stiffer_than_its_master_is_named():
     from pair_scenes import oblique_cubes
 
     def kinds(ratio, low=None, **options):
-        scene = oblique_cubes(young=ratio, duration=1e-9, **options)
+        scene = oblique_cubes(3, 3, "tet4", tc.LinearElastic, ratio, duration=1e-9, **options)
         bodies = [scene.bodies[0], replace(scene.bodies[1], supports=low or ())]
         return warned(replace(scene, bodies=bodies))
 

@@ -165,7 +165,7 @@ def test_lanes_and_memory_of_points_never_meet_and_leave_no_room(width, chunks):
             held[at] += 1
             size = blocks[number].memory
             if owns:
-                assert segment[lanes.MEMORY] == packs.contact_memory[number]
+                assert segment[lanes.MEMORY] == packs.memory_places[len(blocks) + number]
             if lane == 0:
                 first = segment[lanes.MEMORY] + packed * size * width
                 kept[first : first + size * width] += 1

@@ -207,7 +207,7 @@ def test_formulations_of_hexahedra(formulation):
 
 
 def test_damping_and_viscosity_keep_the_balance():
-    scene = replace(oblique_cubes(), damping=tc.MassDamping(0.2), viscosity=tc.BulkViscosity())
+    scene = replace(oblique_cubes(kind="tet4"), damping=tc.MassDamping(0.2), viscosity=tc.BulkViscosity())
     result = tc.simulate(scene)
     assert result.ok
     assert np.abs(result.history["energy_error"]).max() <= 4e-3
@@ -294,7 +294,7 @@ def test_bodies_of_two_kinds_of_cells_and_two_materials_touch():
 
 def test_a_moving_wall_under_a_pair_has_its_own_load_and_work():
     """The wall pushes the lower cube up against the upper one; the force of the pair is not a load of the wall."""
-    scene = oblique_cubes()
+    scene = oblique_cubes(kind="tet4")
     low = replace(scene.bodies[1], contact=("zmax", "zmin"))
     wall = tc.Plane((0.0, 0.0, -1.05), velocity=(0.0, 0.0, 0.05), name="wall")
     scene = replace(scene, bodies=[scene.bodies[0], low], obstacles=[wall])

@@ -11,7 +11,7 @@ from scenes import LAWS, material
 
 import tcontact as tc
 from tcontact.cells.stress import VonMises
-from tcontact.run.worst_cell import worst_cell
+from tcontact.run.worst_cell import worst_cell_of
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -104,10 +104,11 @@ def test_worst_cell_is_judged_by_the_mean_gradient():
     mesh = tc.box_mesh((2.0, 1.0, 1.0), (2, 1, 1))
     u = np.zeros_like(mesh.nodes)
     u[mesh.cells[0]] = 1.2 * np.outer(HOURGLASS_MODES[0], (1.0, 0, 0))
-    assert worst_cell(mesh, u)[1] < 0.0 < worst_cell(mesh, u, "reduced")[1]
+    full, reduced = (tc.Body(mesh, material(), formulation=name) for name in ("full", "reduced"))
+    assert worst_cell_of(full, u)[1] < 0.0 < worst_cell_of(reduced, u)[1]
     u = np.zeros_like(mesh.nodes)
     u[:, 0] = -1.1 * np.maximum(mesh.nodes[:, 0] - 1.0, 0.0)
-    assert worst_cell(mesh, u, "reduced") == (1, pytest.approx(-0.1))
+    assert worst_cell_of(reduced, u) == (1, pytest.approx(-0.1))
 
 
 @pytest.mark.parametrize(("kind", "formulation"), [("tet4", "reduced"), ("hex8", "Reduced"), ("hex8", "mean")])

@@ -23,9 +23,9 @@ def rubber(law=tc.LinearElastic):
 
 
 def pushed(more=(), first=False, removal="full", penalty=None, friction=None):
-    """A linear cube between a floor and a side wall, thrown at both; `more` obstacles before or behind these."""
+    """A linear cube of tets between floor and side wall, thrown at both; `more` obstacles before or behind these."""
     body = tc.Body(
-        tc.box_mesh((0.1,) * 3, (4,) * 3),
+        tc.box_mesh((0.1,) * 3, (4,) * 3, "tet4"),
         rubber(),
         velocity=(-0.3 * SPEED, 0.0, -SPEED),
         contact=["xmin", "zmin"],

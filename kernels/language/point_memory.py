@@ -44,6 +44,15 @@ def recall(memory: ti.template(), point):
 
 
 @ti.func
+def any_above_zero(a):
+    """Return whether a number, or any lane of a vector, is above 0."""
+    if ti.static(a.is_tensor()):
+        return a.max() > 0.0
+    else:
+        return a > 0.0
+
+
+@ti.func
 def respond(law: ti.template(), h, parameters, memory: ti.template(), point, volume):
     """Return the result of a law at a point of the cell; its state is read and, if the pass commits, stored.
 
@@ -54,7 +63,8 @@ def respond(law: ti.template(), h, parameters, memory: ti.template(), point, vol
         memory.tally[WORK] = memory.tally[WORK] + volume * answer[4]
         for j, number in ti.static(((STRAIN, law.plastic.strain), (WARMING, law.plastic.warming))):
             memory.tally[j] = ti.max(memory.tally[j], answer[3][number])
-        store(memory, point, answer[3])
+        if any_above_zero(answer[4]):  # else the state is the old one, bit for bit
+            store(memory, point, answer[3])
         return answer
     elif ti.static(memory):
         answer = law.update(h, parameters, recall(memory, point))

@@ -18,6 +18,8 @@ R4, R5, R6 = 0.18182889455674946039, 0.15331710618210771568, 0.14616585424888621
 LN2_HIGH = 6.93147180369123816490e-01  # 32 bits: k LN2_HIGH is exact
 LN2_LOW = 1.90821492927058770002e-10
 LARGEST = 300.0  # of an exponent, either way: exp(300) = 2e130 leaves room for products
+TWO_52 = 4503599627370496.0
+THIRD_GUESS = 5858043333968.0  # 4/3 (1023 - 0.051) 2^32, for the high 44 bits of a number
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to the nearest whole number
 
 
@@ -61,6 +63,22 @@ def logarithm(a):
     z = f * f
     series = log_series(z)
     return k * LN2_HIGH + (k * LN2_LOW + (t - f * (t - z * series)))
+
+
+@ti.func
+def inverse_cube_root(a):
+    """Return a^(-1/3) of a normal number a > 0, to one or two units in the last place, without a division.
+
+    The bits of the result are about a constant less a third of those of a (error 4 %); three iterations of third order
+    y <- y (1 + r/3 + 2 r^2/9), r = 1 - a y^3, follow.
+    """
+    high = tensor3.from_bits((tensor3.to_bits(a) >> ti.u64(20)) | ti.u64(0x4330000000000000)) - TWO_52
+    shifted = tensor3.to_bits((THIRD_GUESS - high * (1.0 / 3.0)) + TWO_52)
+    y = tensor3.from_bits((shifted & ti.u64(0x000FFFFFFFFFFFFF)) << ti.u64(20))
+    for _ in ti.static(range(3)):
+        r = 1.0 - (a * y) * (y * y)
+        y = y + y * (r * (1.0 / 3.0 + r * (2.0 / 9.0)))
+    return y
 
 
 @ti.func

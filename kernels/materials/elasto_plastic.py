@@ -16,14 +16,16 @@ state has det Cp^-1 = 1 exactly:
 
     D_new = k D + (k - 1) I + w (cof F)^t cof F,   w = [(1 + y)/J^(-2/3) - k (1 + tr(b - I)/3)]/J^2
 
-Dissipated are (min(Y, q) + Y_new)/2 dep per reference volume, and a share of it heats the point. An elastic point keeps
-its state bit for bit; nothing cancels at small strains. The second derivative keeps the symmetric part.
+Dissipated are (min(Y, q) + Y_new)/2 dep, Y with the rate of the step, per reference volume, and a share of it heats the
+point. An elastic point keeps its state bit for bit; nothing cancels at small strains. The second derivative keeps the
+symmetric part.
 """
 
 import taichi as ti
 
 from ..language import tensor3
-from ..language.transcendental import JACOBIAN_FLOOR, exponential_less_one, log_split
+from ..language.point_memory import any_above_zero
+from ..language.transcendental import JACOBIAN_FLOOR, inverse_cube_root
 from .equation_of_state import EQUATIONS_OF_STATE, EquationOfState
 from .law import Law, Plastic, Tangent
 from .yield_stress import FIRST, YIELD_STRESSES, YieldStress
@@ -64,12 +66,13 @@ def elastic_strain(h, old):
 
 @ti.func
 def volume_of_shape(k, square, third):
-    """Return y with det(k d + (1 + y) I) = 1, from d:d and det d."""
+    """Return y with det(k d + (1 + y) I) = 1, from d:d and det d; both iterations take the slope of the first."""
     a = 0.5 * k * k * square
     c = k * k * k * third
     y = (a - c) * (1.0 / 3.0)
+    rate = 1.0 / (3.0 * (1.0 + y) * (1.0 + y) - a)
     for _ in ti.static(range(2)):
-        y = y - (y * (3.0 + y * (3.0 + y)) - a * (1.0 + y) + c) / (3.0 * (1.0 + y) * (1.0 + y) - a)
+        y = y - (y * (3.0 + y * (3.0 + y)) - a * (1.0 + y) + c) * rate
     return y
 
 
@@ -79,11 +82,13 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
 
     @ti.func
     def returned(h, change, old, parameters, pressure):
-        """Return [j, mean of b - I, d, d:d, det d, q, f, k, G3, dep, slope of Y, dissipation] of a point."""
+        """Return [J^(-1/3), mean of b - I, d, d:d, det d, q, k, modulus G3, dep, slope of Y, dissipation] of a point.
+
+        The plastic part is left out where no lane yields.
+        """
         mu = parameters[1]
-        floored = ti.max(change, 0.0 * change + (JACOBIAN_FLOOR - 1.0))
-        logarithm = floored - log_split(change)[0]
-        scale = 1.0 + exponential_less_one((0.0 - 2.0 / 3.0) * logarithm)
+        root = inverse_cube_root(1.0 + ti.max(change, 0.0 * change + (JACOBIAN_FLOOR - 1.0)))
+        scale = root * root
         b = elastic_strain(h, old)
         mean = (b[0] + b[1] + b[2]) * (1.0 / 3.0)
         d = [scale * (b[i] - (mean if ti.static(i < 3) else 0.0)) for i in range(6)]
@@ -92,14 +97,21 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         begin = start(old[STRAIN], parameters[INITIAL] + old[WARMING], 0.0 - pressure, parameters)
         f = trial - begin[0]
         zero = 0.0 * f
-        ratio = ti.min(begin[0] / trial, zero + 1.0)
-        modulus = 3.0 * mu / ti.max(1.0 - 1.5 * (third / (square + TINY)) * (1.0 + ratio), zero + SMALLEST)
-        step = flow(begin, ti.max(f, zero), modulus, old[STRAIN], parameters)
-        dep = ti.select(f > 0.0, step[0], zero)
-        left = ti.max(trial - modulus * dep, zero)
-        k = ti.select(f > 0.0, left / trial, zero + 1.0)
-        lost = 0.5 * (ti.min(begin[0], trial) + left) * dep
-        return [scale, mean, d, square, third, trial, f, k, modulus, dep, step[1], lost]
+        k, dep, slope, lost = zero + 1.0, zero, zero, zero
+        modulus = zero + 3.0 * mu
+        if any_above_zero(f):
+            above = ti.max(f, zero)
+            per_trial = 1.0 / trial
+            ratio = ti.min(begin[0] * per_trial, zero + 1.0)
+            bent = (1.5 * 1.5 * mu * mu) * (third * per_trial * per_trial) * (1.0 + ratio)  # 3/2 det d/d:d (1 + ratio)
+            modulus = 3.0 * mu / ti.max(1.0 - bent, zero + SMALLEST)
+            step = flow(begin, above, modulus, old[STRAIN], parameters)
+            dep = ti.select(f > 0.0, step[0], zero)
+            left = ti.max(trial - modulus * dep, zero)
+            k = ti.select(f > 0.0, left * per_trial, zero + 1.0)
+            slope = step[1]
+            lost = 0.5 * (ti.min(step[2], trial) + left) * dep
+        return [root, mean, d, square, third, trial, k, modulus, dep, slope, lost]
 
     @ti.func
     def of_volume(change, parameters, old, pressure: ti.template()):
@@ -117,25 +129,28 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         change = tensor3.volume_change(h, cofactor_h)
         stretch = 1.0 + tensor3.trace(h)
         cofactor_f = tensor3.plus_identity([[cofactor_h[i][j] - h[j][i] for j in range(3)] for i in range(3)], stretch)
-        inverse = log_split(change)[1]
         own = of_volume(change, parameters, old, pressure)
         spherical, energy = own[0], own[1]
         point = returned(h, change, old, parameters, own[2])
-        d, k, dep = point[2], point[7], point[9]
+        root, mean, d, k, dep, lost = point[0], point[1], point[2], point[6], point[8], point[10]
+        scale = root * root
+        inverse = scale * root
         y = volume_of_shape(k, point[3], point[4])
         shear = mu * inverse * k
         # P = (tau/J) cof F, tau/J = mu k d/J + U' I
         tau = [[shear * d[PLACE[i][j]] + (spherical if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
         stress = tensor3.product(tau, cofactor_f)
-        w = ti.select(point[6] > 0.0, (1.0 + y) / point[0] - k * (1.0 + point[1]), 0.0 * k) * inverse * inverse
+        # 1/J^(-2/3) = J J^(-1/3); J^-2 = (J^(-1/3))^6
+        grown = (1.0 + y) * ((1.0 + change) * root) - k * (1.0 + mean)
+        w = ti.select(dep > 0.0, grown, 0.0 * k) * (inverse * inverse)
         c = [
             cofactor_f[0][i] * cofactor_f[0][j] + cofactor_f[1][i] * cofactor_f[1][j]
             + cofactor_f[2][i] * cofactor_f[2][j]
             for i, j in SIX
         ]  # fmt: skip
         new = [k * old[i] + ((k - 1.0) if ti.static(i < 3) else 0.0) + w * c[i] for i in range(6)]
-        warming = old[WARMING] + parameters[SHARE] * parameters[2] * point[11]
-        return [stress, 1.5 * mu * y + energy, change, new + [old[STRAIN] + dep, warming], point[11]]
+        warming = old[WARMING] + parameters[SHARE] * parameters[2] * lost
+        return [stress, 1.5 * mu * y + energy, change, new + [old[STRAIN] + dep, warming], lost]
 
     @ti.func
     def tangent(f, parameters, pressure, old):
@@ -145,9 +160,9 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         own = volume(jacobian - 1.0, parameters, old)
         total = own[0] + pressure
         point = returned(h, jacobian - 1.0, old, parameters, total)
-        d, trial, k, modulus = point[2], point[5], point[7], point[8]
-        shear = parameters[1] * point[0] * (1.0 + point[1])
-        softer = ti.select(point[6] > 0.0, ti.max(k - point[10] / (modulus + point[10]), 0.0), 0.0)
+        d, trial, k, modulus, slope = point[2], point[5], point[6], point[7], point[9]
+        shear = parameters[1] * point[0] * point[0] * (1.0 + point[1])
+        softer = ti.select(point[8] > 0.0, ti.max(k - slope / (modulus + slope), 0.0), 0.0)
         s = ti.Matrix([[parameters[1] * d[PLACE[i][j]] for j in range(3)] for i in range(3)])
         spherical = jacobian * total
         growth = spherical + jacobian * jacobian * own[2]  # J (J U')' of the point itself, J U' of the cell's pressure

@@ -15,9 +15,9 @@ with the trial stress q and the flow modulus G3 of j2.py. Its left side is conve
 the left is monotone: two iterations reach rounding for steinberg_guinan; for johnson_cook, whose power has an infinite
 slope at 0, four iterations in ln dep (residual 7e-10).
 
-`start` returns what the step needs of the state [Y at its beginning, slope of Y, factor of softening ..]; `flow`
-returns [dep, slope of Y at its end] for f = q - Y > 0; the caller drops dep where f <= 0. No branches, no library
-calls.
+`start` returns what the step needs of the state [Y at its beginning without rate, ..]; `flow` returns [dep, slope of Y
+at its end, Y at its start with the rate of the step] for f = q - Y > 0; the caller drops dep where f <= 0. No branches,
+no library calls.
 """
 
 from typing import Any, NamedTuple
@@ -37,8 +37,9 @@ LONGEST = 3.0  # largest change of ln dep in an iteration
 class YieldStress(NamedTuple):
     """Functions of a yield stress; parameters: names of its constants; rates: whether it depends on the strain rate.
 
-    start(ep, T, P, parameters) -> list that begins with Y and dY/dep; flow(begin, f, G3, ep, parameters) -> [dep,
-    dY/dep at the end], begin: the list of `start`; hardened(ep, parameters): Y without softening by heat and rate.
+    start(ep, T, P, parameters) -> list that begins with Y at rest; flow(begin, f, G3, ep, parameters) -> [dep, dY/dep
+    at the end, Y at the start at the rate of the step], begin: the list of `start`; hardened(ep, parameters): Y
+    without softening by heat and rate.
     """
 
     parameters: tuple[str, ...]
@@ -67,18 +68,18 @@ def linear_start(ep, temperature, pressure, parameters):
 
 @ti.func
 def linear_flow(begin, f, modulus, ep, parameters):
-    return [f / (modulus + begin[1]), begin[1]]
+    return [f / (modulus + begin[1]), begin[1], begin[0]]
 
 
 @ti.func
 def guinan_curve(ep, parameters):
-    """Return [Y without softening, its slope]."""
+    """Return [Y without softening, its slope times 1 + beta ep, 1 + beta ep]."""
     first, beta, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     grown = 1.0 + beta * ep
     free = first * power(grown, exponent)
-    slope = exponent * beta * free / grown
     zero = 0.0 * ep
-    return [ti.min(free, zero + parameters[FIRST + 3]), ti.select(free < parameters[FIRST + 3], slope, zero)]
+    most = zero + parameters[FIRST + 3]
+    return [ti.min(free, most), ti.select(free < most, exponent * beta * free, zero), grown]
 
 
 @ti.func
@@ -96,22 +97,21 @@ def guinan_start(ep, temperature, pressure, parameters):
     softening = softening * (1.0 + exponential_less_one(0.0 - sharpness * temperature / below))
     softening = ti.select(zero + temperature < melting, softening, zero)
     curve = guinan_curve(ep, parameters)
-    return [softening * curve[0], softening * curve[1], softening]
+    return [softening * curve[0], softening * curve[1], softening, curve[2]]
 
 
 @ti.func
 def guinan_flow(begin, f, modulus, ep, parameters):
     zero = 0.0 * ep
     softening, trial = begin[2], f + begin[0]
-    most = f / modulus
-    dep = f / (modulus + begin[1])
-    slope = begin[1]
+    dep = f * begin[3] / (modulus * begin[3] + begin[1])
+    steep, grown = begin[1], begin[3]
     for _ in ti.static(range(NEWTON_GUINAN)):
         curve = guinan_curve(ep + dep, parameters)
-        slope = softening * curve[1]
-        dep = dep + (trial - modulus * dep - softening * curve[0]) / (modulus + slope)
-        dep = ti.max(ti.min(dep, most), zero)
-    return [dep, slope]
+        steep, grown = softening * curve[1], curve[2]
+        dep = dep + (trial - modulus * dep - softening * curve[0]) * grown / (modulus * grown + steep)
+        dep = ti.max(dep, zero)
+    return [dep, steep / grown, begin[0]]
 
 
 @ti.func
@@ -129,8 +129,7 @@ def cook_start(ep, temperature, pressure, parameters):
     softening = 1.0 - power(relative, parameters[FIRST + 5])
     strain = ti.max(ep, zero + SMALLEST_STRAIN)
     grown = parameters[FIRST + 1] * power(strain, parameters[FIRST + 2])
-    slope = softening * parameters[FIRST + 2] * grown / strain
-    return [softening * (parameters[FIRST] + grown), slope, softening]
+    return [softening * (parameters[FIRST] + grown), softening]
 
 
 @ti.func
@@ -139,7 +138,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
     zero = 0.0 * ep
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     by_rate, step = parameters[FIRST + 3], parameters[-1]
-    softening, trial = begin[2], f + begin[0]
+    softening, trial = begin[1], f + begin[0]
     safe = ti.max(f, zero + TINY)
     # ln of the increment at which the rate is rate0
     slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], TINY)), 600.0)
@@ -151,7 +150,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
     # w with w + ln w = kap, about
     z = ti.select(kap > 1.0, logarithm(large - logarithm(large)), ti.min(kap, zero + 1.0) - 0.5) + ratio
     z = ti.min(z, most)
-    slope = begin[1]
+    steep, dep = zero, zero
     for _ in ti.static(range(NEWTON_COOK)):
         dep = 1.0 + exponential_less_one(z)
         strain = ti.max(ep + dep, zero + SMALLEST_STRAIN)
@@ -159,14 +158,14 @@ def cook_flow(begin, f, modulus, ep, parameters):
         faster = ti.max(z - slow, zero)
         rise = 1.0 + by_rate * faster
         hardened = initial + grown
-        # d(Y)/d(ln dep)
+        # dY/d(ln dep)
         steep = softening * (exponent * grown * (dep / strain) * rise)
         steep += softening * hardened * ti.select(faster > 0.0, zero + by_rate, zero)
         left = trial - modulus * dep - softening * hardened * rise
         change = left / (modulus * dep + steep)
         z = ti.min(z + ti.max(ti.min(change, zero + LONGEST), zero - LONGEST), most)
-        slope = steep / dep
-    return [1.0 + exponential_less_one(z), slope]
+    fast = begin[0] * (1.0 + by_rate * ti.max(z - slow, zero))
+    return [1.0 + exponential_less_one(z), steep / dep, fast]
 
 
 YIELD_STRESSES = {

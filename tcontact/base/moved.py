@@ -53,12 +53,38 @@ ROOMS = {
     ),
     "device": "runtime arrays launch tracing atomic_file",
     "base": "validate warning_kinds",
+    "kernels.step": "kernels.internal_force kernels.raw_rows kernels.serial_step",
+    "kernels.static": (
+        "kernels.massless_contact kernels.massless_node kernels.reduced_tangent kernels.static_control=control "
+        "kernels.static_friction=sliding kernels.static_solve=solve kernels.surface_tangent kernels.sweeps"
+    ),
+    "kernels.contact": (
+        "kernels.cell_viscosity kernels.contact_load kernels.friction kernels.kick_friction kernels.local_contact "
+        "kernels.obstacle_queries kernels.obstacle_shapes kernels.obstacles"
+    ),
+    "kernels.cells": (
+        "kernels.cell_phase kernels.implicit_cells kernels.implicit_laws=implicit_rules kernels.implicit_points "
+        "kernels.plain_force kernels.von_mises"
+    ),
+    "kernels.nodes": "kernels.boundary_nodes kernels.damping kernels.images kernels.node_phase",
+    "kernels.layer": (
+        "kernels.layer1d kernels.layer1d_phases kernels.layer1d_residual kernels.layer1d_secant kernels.layer1d_solve"
+    ),
+    "kernels.elements": (
+        "kernels.bulk_viscosity kernels.mean_dilatation=hex8_mean_dilatation kernels.reduced_hex=hex8_reduced"
+    ),
+    "kernels.materials": "kernels.law_tangents=law",
+    "kernels.language": (
+        "kernels.arguments kernels.bundles kernels.compile_options kernels.implicit_stress=implicit_geometry "
+        "kernels.tensor3 kernels.transcendental kernels.vectors"
+    ),
+    "kernels.pictures": "kernels.raster",
 }
 MOVED = {
     old: f"{room}.{new or old.rpartition('.')[2]}"
     for room, names in ROOMS.items()
     for old, _, new in (name.partition("=") for name in names.split())
-} | {"terms": "contact"}
+} | {"terms": "contact", "kernels.laws": "kernels.materials"}
 # former modules whose names are functions now, of the package or of a part of it
 FUNCTIONS = ("plan", "resume", "simulate", "friction_layer.solve")
 

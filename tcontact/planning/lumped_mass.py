@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
-from ..mesh.mesh import Mesh
 from ..scene.body import Body
 
 QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
-
-
-def cell_masses(mesh: Mesh, density: float) -> np.ndarray:
-    """Lumped mass of each corner of each cell [m, corners] [kg] of a mesh of one kind and one density."""
-    return corner_masses(mesh.kind, mesh.nodes[mesh.cells], density)
 
 
 def body_masses(body: Body) -> np.ndarray:

@@ -185,6 +185,11 @@ def lines(data: Mapping[str, Any]) -> list[str]:
     }
     if "hourglass_share_max" not in data:
         del rows["hourglass"]
+    last = data.get("last_row") or {}
+    if "plastic_work" in last:
+        rows["metal"] = f"plastic work {si(_number(last['plastic_work']), 'J')}"
+        rows["metal"] += f", plastic strain at most {_number(last['plastic_strain_max']):.3g}"
+        rows["metal"] += f", temperature at most {_number(last['temperature_max']):.4g} K"
     smooth = data.get("smoothness")
     if smooth:
         rows["contact"] = f"force variation {_number(smooth['force_variation']):.3g}"

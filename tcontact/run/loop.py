@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -32,6 +33,7 @@ from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .progress import ProgressBar
 from .recorder import Recorder
+from .shape_watch import ShapeWatch
 from .snapshot import Snapshot
 from .watches.looks import Looks
 
@@ -100,6 +102,7 @@ class Run:
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.linear for state in self.states):
             self.limits = []  # it does not change: free the memory
+        self.shape = ShapeWatch(self.domains, self.limits) if self.limits else None
         self.dt: float = self.scheme.step_size(self.dt_limit)
         self.history = History(history_every, planned.layout, planned.factors, scheme.implicit, history_rows)
         records = [(state, state.pressure_record()) for state in self.states if pressures]
@@ -271,7 +274,10 @@ class Run:
             return 1
         stop_at = self.guards.limits(self.history, self._jacobian - CRUSHED)
         if self.scene.viscosity is not None and self.scheme.dt is None:
-            stop_at["viscous_rate"] = largest_rate(self._elastic, self.dt / CLOSE, self._damped)
+            factor = 1.0 if self.shape is None else self.shape.factor
+            stop_at["viscous_rate"] = largest_rate(self._elastic * factor, self.dt / CLOSE, self._damped * factor**2)
+        if self.shape is not None and stop_at:
+            stop_at["touching"] = self.shape.touching_limit()
         try:
             return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
         except FunctionError:  # in one of these rows: do one row
@@ -282,8 +288,8 @@ class Run:
         if len(self.domains) > 1 or self.pressures:
             return 1
         rows = min(self.domains[0].rows_at_once, int(span / self.dt))
-        if any(self.guards.nonlinear):
-            rows = min(rows, self._next_check - number + 1)
+        if self.shape is not None:
+            rows = min(rows, self._next_check - number + 1, self.shape.due - number + 1)
         return max(1, min(rows, self.looks.rows(number)))
 
     def _of(self, row: np.ndarray, name: str) -> float:
@@ -298,25 +304,42 @@ class Run:
         if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
+    def _present(self, rate: float, factor: float | None = None) -> float:
+        """Return the stable step [s] at a viscous rate [1/s]; factor: of the last estimate, None: by the last look."""
+        if factor is None:
+            factor = 1.0 if self.shape is None else self.shape.factor
+        return with_viscosity(self._elastic * factor, rate, self._damped * factor**2)
+
     def _watch(self, row: np.ndarray, number: int) -> None:
-        """Estimate the stable step again: at every row of a viscous body, at intervals as a nonlinear one deforms."""
+        """Follow the stable step: at every row of a viscous body, by looks at the shape of nonlinear ones.
+
+        It is estimated again where these ask for it, at intervals and where the smallest det F has fallen.
+        """
         self._warn_flutter()
+        rate = 0.0
         if self.scene.viscosity is not None:
-            self._keep_below(with_viscosity(self._elastic, self._of(row, "viscous_rate"), self._damped))
-        if self.scheme.implicit or not any(self.guards.nonlinear):
+            rate = self._of(row, "viscous_rate")
+            self._keep_below(self._present(rate))
+        if self.shape is None or self.over_limit:
             return
-        jacobian = self._of(row, "jacobian_min")
+        jacobian, touching = self._of(row, "jacobian_min"), self._of(row, "contact_nodes")
         crushed = jacobian < self._jacobian - CRUSHED
-        if number < self._next_check and not crushed:
+        due = number >= self._next_check or crushed
+        if not (due or self.shape.wanted(number, touching)):
             return
         if not all(np.isfinite(arrays.get(domain.u)).all() for domain in self.domains):
             return  # the guards stop at the next row
+        used = self.shape.look(number, touching, self.dt, partial(self._present, rate))
+        if not (due or used):
+            return
         limit = self._limit(products=FEW_PRODUCTS)
-        if self._keep_below(limit):
+        self.shape.anchor(number)
+        if self._keep_below(limit) and due:
             self._check_every = FIRST_CHECK // 2
         if crushed:
             self._jacobian = jacobian
-        self._check_every = min(2 * self._check_every, LAST_CHECK)
+        if due:
+            self._check_every = min(2 * self._check_every, LAST_CHECK)
         self._next_check = number + self._check_every
 
     def _keep_below(self, limit: float) -> bool:

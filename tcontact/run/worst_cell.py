@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.elements import shape_functions
-from ..mesh.mesh import Mesh
 from ..scene.body import Body
 
 
@@ -23,14 +22,6 @@ def _mean_gradient(kind: str, corners: np.ndarray, moved: np.ndarray) -> np.ndar
     return total / volume[:, None, None]
 
 
-def worst_cell(mesh: Mesh, displacement: np.ndarray, formulation: str = "full") -> tuple[int, float]:
-    """Return the cell with the smallest det F at its integration points, and that value; displacement [n, 3] [m].
-
-    The mesh is of one kind.
-    """
-    return _smallest(_compression(mesh.kind, mesh.nodes[mesh.cells], displacement[mesh.cells], formulation))
-
-
 def worst_cell_of(body: Body, displacement: np.ndarray, failing: bool = False) -> tuple[int, float]:
     """Return the cell of a body with the smallest det F, and that value; displacement [n, 3] [m] of the user.
 
@@ -42,7 +33,8 @@ def worst_cell_of(body: Body, displacement: np.ndarray, failing: bool = False) -
             continue
         corners, moved = body.mesh.nodes[block.cells], displacement[block.cells]
         smallest[block.numbers] = _compression(block.kind, corners, moved, block.formulation)
-    return _smallest(smallest)
+    cell = int(np.argmin(smallest))
+    return cell, float(smallest[cell])
 
 
 def _compression(kind: str, corners: np.ndarray, moved: np.ndarray, formulation: str) -> np.ndarray:
@@ -60,8 +52,3 @@ def _compression(kind: str, corners: np.ndarray, moved: np.ndarray, formulation:
             here = np.linalg.det(jacobian + slope) / np.linalg.det(jacobian)
         smallest = np.fmin(smallest, np.where(np.isfinite(here), here, -np.inf))
     return smallest
-
-
-def _smallest(values: np.ndarray) -> tuple[int, float]:
-    cell = int(np.argmin(values))
-    return cell, float(values[cell])

@@ -112,12 +112,13 @@ class SerialStep:
         jacobian: float = -np.inf,
         energy: float = np.inf,
         viscous_rate: float = np.inf,
+        touching: float = np.inf,
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
-        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s] or a
-        static solve that did not converge.
+        a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s], more
+        than `touching` nodes in contact or a static solve that did not converge.
         """
         names = self.names
         contact = self.contact
@@ -127,7 +128,7 @@ class SerialStep:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
-        control[names.FIRST], control[names.RATE_LIMIT] = 1.0, viscous_rate
+        control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
         if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
             self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
             self.cells.measure(u, v)

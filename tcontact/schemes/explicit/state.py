@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...cells.internal_force import InternalForce
@@ -25,7 +27,11 @@ class DomainState:
     """Displacement u and velocity v (flat [3n]) of a domain, and its terms.
 
     displacement, velocity: start of every body [n, 3], in the user's numbering; views: one for each body.
+    exchange: where another process holds copies of boundary nodes, it is called between the force pass of a large
+    domain and the motion of its boundary nodes, and adds the parts of their force [3*s+c, N] that stand there.
     """
+
+    exchange: Callable[[arrays.Array], None] | None = None
 
     def __init__(
         self,
@@ -110,6 +116,7 @@ class DomainState:
         jacobian: float = -np.inf,
         energy: float = np.inf,
         viscous_rate: float = np.inf,
+        touching: float = np.inf,
     ) -> int:
         """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
@@ -120,11 +127,15 @@ class DomainState:
         force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
-            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, jacobian, energy, viscous_rate)
+            limits = jacobian, energy, viscous_rate, touching
+            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
-            force.advance(self.u, self.v, kick_before, kick_after, drift, before=steps[0])
+            before = steps[0] if number == 0 else steps[1]
+            force.advance(self.u, self.v, kick_before, kick_after, drift, before=before)
+            if self.exchange is not None:
+                self.exchange(force.special_force)
             raw = self._raw[number]
             if serial is None:
                 raw[:] = force.sums()
@@ -135,6 +146,7 @@ class DomainState:
             if serial is not None:
                 total += raw[places.shared.kinetic]
             calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
+            calm = calm and (self.contact is None or not raw[places.shared.contact_nodes] > touching)
             calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
