@@ -35,7 +35,7 @@ def scene(
     speed: float = 10.0,
     balls: int = 3,
     formulation: Literal["mean-dilatation", "reduced"] = "mean-dilatation",
-    removal: choices.Removal = "auto",
+    removal: choices.Removal = "normal",
     tolerance: float | None = None,
 ) -> tc.Scene:
     """An elastic ball at half the speed, and `balls` of steel at speed, 2 speed, 4 speed .. just touch the plane.
