@@ -3,6 +3,7 @@
 An elastic ball keeps all but a small share of its speed, in waves. One that yields keeps less, the less the faster:
 Johnson (Contact Mechanics, 11.5) has e = 3.8 (Y/E*)^(1/2) (m v^2/(2 Y R^3))^(-1/8), E* = E/(1 - nu^2), for shallow
 indents under a constant mean pressure of 3 Y; deeper ones lose more, up to e ~ v^(-1/2). The steel does not harden.
+At 10, 20, 40 m/s, contact radii of .19, .27, .39 radii, e is .30, .23, .15, and the formula has .37, .31, .26.
 A quarter of each ball is computed, with planes of symmetry; the balls stand side by side and do not touch each other.
 """
 
@@ -21,6 +22,8 @@ import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
+
+SHALLOW = 0.3  # contact radius over that of the ball up to which the formula of Johnson is taken to hold
 
 
 def scene(
@@ -88,6 +91,12 @@ def restitution(result: tc.Result) -> np.ndarray:
     return np.array(kept)
 
 
+def indent(body: tc.Body) -> float:
+    """Return the contact radius over that of the ball at which a mean pressure of 3 Y stops a ball of steel."""
+    steel = body.material
+    return float((8.0 / 9.0 * steel.density * body.velocity[2] ** 2 / steel.hardening.yield_stress) ** 0.25)
+
+
 def johnson(scene: tc.Scene) -> np.ndarray:
     """Return the restitution of the balls of steel after Johnson."""
     steel = scene.bodies[1].material
@@ -119,7 +128,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
     ]
     if result.scene.bodies[1].material.hardening.modulus == 0.0:
         for body, share in zip(result.scene.bodies[1:], kept[1:] / johnson(result.scene), strict=True):
-            found.append(ck.between(f"restitution at {body.name} / Johnson", share, 0.6, 1.0))
+            lowest = 0.6 * min(1.0, SHALLOW / indent(body)) ** 0.5  # e ~ v^(-1/2) in place of v^(-1/4), a ~ v^(1/2)
+            found.append(ck.between(f"restitution at {body.name} / Johnson", share, lowest, 1.0))
     return found
 
 
