@@ -24,6 +24,7 @@ SMALL = {
     "layered-bar": ({"cells": 12}, {}),
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
     "penetration-energy": ({"cells": 4}, {}),
+    "plate-impact": ({"cells": 30}, {}),
     "pressure-shear": ({"cells": 20}, {}),
     "ring-in-ring": ({"cells": 16, "outer_cells": 48}, {"density": "the pressure is that of elastic rings"}),
     "rolling-cylinder": ({"cells": 12}, RIGID),

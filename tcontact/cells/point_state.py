@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ..device import arrays
@@ -36,6 +39,20 @@ class PointState:
             stored = memory[place : place + packs * points * size * WIDTH].reshape(packs, points, size, WIDTH)
             parts.append(stored.transpose(0, 3, 1, 2).reshape(-1, points, size)[:cells])
         return np.concatenate(parts)
+
+    def warming(self, number: int) -> np.ndarray:
+        """Return where the temperature rises [cells, points] of a block of metal stand, its contact cells last."""
+        from ..kernels.materials import LAWS
+
+        block, (points, size) = self.domain.blocks[number], self._shapes[number]
+        count, contact = len(block.cells), len(block.contact)
+        places, law = self.force.packs.memory_places, LAWS[block.material.law].plastic
+        assert law is not None
+        found = []
+        for place, cells in ((places[number], count - contact), (places[len(self._shapes) + number], contact)):
+            pack, lane = np.divmod(np.arange(cells)[:, None], WIDTH)
+            found.append(place + ((pack * points + np.arange(points)) * size + law.warming) * WIDTH + lane)
+        return np.concatenate(found)
 
     def cells_of(self, block: CellBlock) -> np.ndarray:
         """Return the cells [m] of the body, in the user's numbering, that a block has, its contact cells last."""
@@ -79,3 +96,10 @@ def metal_field(body: Body, name: str, state: np.ndarray | None) -> np.ndarray:
                 place, start = plastic.warming, block.material.parameters[plastic.initial_temperature]
             result[block.numbers] = start + state[block.numbers, place]
     return result
+
+
+def metal_fields(views: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return `metal_field` of all bodies by name, stacked in order; views: their BodyView."""
+    kept = [(view.plan.body, view.point_state()) for view in views]
+    names = ("plastic_strain", "temperature")
+    return {name: np.concatenate([metal_field(body, name, state) for body, state in kept]) for name in names}

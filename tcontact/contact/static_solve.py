@@ -8,13 +8,13 @@ import numpy as np
 
 from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..kernels.lanes import SWEEP_LANES
+from ..kernels.lanes import SWEEP_LANES, WIDTH
 from ..kernels.node_places import PLACES
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
-from ..planning.static_solver import projected
+from ..planning.static_solver import MAXIMUM_POISSON, projected
 from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -28,8 +28,6 @@ LINEARISATIONS = 4  # a nonlinear law has this many times as many
 PAIR_SOLVES = 3  # linear problems of a step with pairs of bodies, at most
 METAL_SOLVES = 8  # the same with a metal, whose tangent changes within a step as fronts pass
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-# largest poisson with a mean dilatation at which the sweeps (False), or MPRGP (True), converge with either removal
-MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
 STEP_LENGTH = 1.9  # of a projected step, times the bound of the largest eigenvalue; below 2 it converges
 MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
@@ -75,9 +73,8 @@ class StaticSolve:
             "nodes": graph.pair_nodes,
             "values": np.zeros(len(graph.pair_nodes) * block * block),
             "row_start": graph.row_start,
-            "entry_start": graph.entry_start,
+            "entries": np.column_stack([graph.entry_start, np.append(order.entry_place, 0)]),
             "entry_pairs": graph.entry_pairs,
-            "entry_place": order.entry_place,
         }
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         self.stats = arrays.put(self._start())
@@ -188,6 +185,7 @@ class StaticSolve:
 
 def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
     """Return the contact cells by block, as in kernels/language/bundles.Pairs: their nodes and quadrature data."""
+    lane = 0
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
@@ -204,8 +202,10 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
                     force.material_at[number],
                     force.packs.memory_places[len(domain.blocks) + number],
                     domain.kinds.index(block.kind),
+                    lane,
                 )
             )
+            lane += -(-len(block.contact) // WIDTH) * WIDTH
             nodes.append(block.contact_cells.reshape(-1))
             gradients.append(slopes.reshape(-1, 3))
             weights.append(own)

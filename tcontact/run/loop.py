@@ -13,6 +13,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
+from ..cells.point_state import metal_fields
 from ..device import arrays
 from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
@@ -395,4 +396,5 @@ class Run:
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
             layers=tuple(state.layers() for state in self.states),
+            metals=metal_fields(self.states) if self.scene.plastic else {},
         )
