@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.errors import FunctionError, InputError
 from ..scene.body import Body
+from ..scene.metals import ElastoPlastic
 from ..scene.obstacles import Obstacle
 from ..scene.obstacles.motion import Rate
 from ..scene.pairs import area_vectors
@@ -42,7 +43,7 @@ def fast_metal(scene: Scene, numbers: list[int]) -> bool:
 
 def impact_number(scene: Scene, index: int) -> float:
     """Return m = rho v^2/Y of a body, with its largest normal speed v against what it may meet; 0 if it is no metal."""
-    metals = [material for material in scene.bodies[index].materials if material.plastic]
+    metals = [material for material in scene.bodies[index].materials if isinstance(material, ElastoPlastic)]
     if not metals:
         return 0.0
     speed = impact_speed(scene, index)
