@@ -171,7 +171,6 @@ def outlines(path: Path, lines: Curves, title: str = "") -> None:
     factor, prefix = si_scale(max(float(np.abs(values).max()) for pair in lines.values() for values in pair))
     for (label, (radius, height)), colour in zip(lines.items(), itertools.cycle((GREY, BLUE, RED, ORANGE, PURPLE))):
         axes.plot(radius / factor, height / factor, color=colour, lw=1.1, label=label)
-    axes.set_aspect("equal")
     axes.set_xlabel(f"radius [{_greek(prefix)}m]")
     axes.set_ylabel(f"height [{_greek(prefix)}m]")
     axes.legend(loc="best", frameon=False, fontsize=8)
