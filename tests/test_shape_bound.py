@@ -87,6 +87,22 @@ def test_rates_are_those_of_the_worst_cells(kind, viscosity):
             assert found[place, number] == pytest.approx(speed**2 * max(cells), rel=1e-3)
 
 
+def test_viscosity_does_not_change_the_rates():
+    """Its constants stand before those of the law."""
+    runtime.start("cpu", THREADS)
+    body = tc.Body(block("tet4", 2), material("neo"))
+    found = []
+    for viscosity in (None, tc.BulkViscosity()):
+        scene = tc.Scene(bodies=[body], duration=1.0, viscosity=viscosity)
+        (domain,) = plan(scene).domains
+        start = [0.1 * body.mesh.nodes]
+        state = DomainState(scene, domain, start, [0 * start[0]])
+        rates = ShapeRates(domain, state.internal_force, state.u, arrays.put(state._started(start)))
+        found.append(rates.measure(0.0))
+    assert (found[0] > 0.0).all()
+    assert (found[0] == found[1]).all()
+
+
 def true_step(body, u):
     """2/omega of the free body at displacement u [n, 3], by a dense eigenvalue."""
     there = twin(body)
