@@ -3,7 +3,8 @@
 An elastic ball keeps all but a small share of its speed, in waves. One that yields keeps less, the less the faster:
 Johnson (Contact Mechanics, 11.5) has e = 3.8 (Y/E*)^(1/2) (m v^2/(2 Y R^3))^(-1/8), E* = E/(1 - nu^2), for shallow
 indents under a constant mean pressure of 3 Y; deeper ones lose more, up to e ~ v^(-1/2). The steel does not harden.
-At 10, 20, 40 m/s, contact radii of .19, .27, .39 radii, e is .30, .23, .15, and the formula has .37, .31, .26.
+At 10, 20, 40 m/s, contact radii of .19, .27, .39 radii, e is .30, .23, .15, and the formula has .37, .31, .26: at 40 m/s
+the ball loses more than the check allows (`--set speed=20`), on meshes of 700 to 4600 cells alike.
 A quarter of each ball is computed, with planes of symmetry; the balls stand side by side and do not touch each other.
 """
 
@@ -23,8 +24,6 @@ from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
 
-SHALLOW = 0.3  # contact radius over that of the ball up to which the formula of Johnson is taken to hold
-
 
 def scene(
     *,
@@ -41,7 +40,7 @@ def scene(
     removal: choices.Removal = "normal",
     tolerance: float | None = None,
 ) -> tc.Scene:
-    """An elastic ball at half the speed, and `balls` of steel at speed, 2 speed, 4 speed .. just touch the plane.
+    """An elastic ball at half the speed, and `balls` of steel at speed, 2 speed, 3 speed just touch the plane.
 
     SI units. cells: across the contact radius of the slowest ball of steel; hardening: modulus of its linear hardening.
     """
@@ -53,7 +52,7 @@ def scene(
     steel = tc.ElastoPlastic(young, poisson, density, tc.LinearHardening(yield_stress, hardening))
     # a mean pressure of 3 Y stops the ball at the contact radius a: m v^2/2 = 3 Y pi a^4/(4 R)
     contact = (8.0 / 9.0 * density * speed**2 / yield_stress) ** 0.25 * radius
-    largest = contact * 2.0 ** (0.5 * (balls - 1))
+    largest = contact * balls**0.5
     if largest > 0.5 * radius:
         raise tc.InputError("speed", speed, "the ball would be crushed: its contact radius exceeds half its own")
     mesh = meshes.quarter_ball(
@@ -61,7 +60,7 @@ def scene(
     )
     bodies = []
     for number in range(balls + 1):
-        speed_of = speed * 2.0 ** (number - 1)
+        speed_of = speed * (number or 0.5)
         material = steel if number else tc.NeoHookean(young, poisson, density)
         place = mesh.nodes + np.array([3.0 * number * radius, 0.0, radius])
         bodies.append(
@@ -89,12 +88,6 @@ def restitution(result: tc.Result) -> np.ndarray:
         mass, velocity = plan.mass, result.velocity[result.nodes_of(plan.label)]
         kept.append(np.einsum("nij,nj->i", mass, velocity)[2] / (plan.body.mass * -plan.body.velocity[2]))
     return np.array(kept)
-
-
-def indent(body: tc.Body) -> float:
-    """Return the contact radius over that of the ball at which a mean pressure of 3 Y stops a ball of steel."""
-    steel = body.material
-    return float((8.0 / 9.0 * steel.density * body.velocity[2] ** 2 / steel.hardening.yield_stress) ** 0.25)
 
 
 def johnson(scene: tc.Scene) -> np.ndarray:
@@ -128,8 +121,7 @@ def checks(result: tc.Result) -> list[ck.Check]:
     ]
     if result.scene.bodies[1].material.hardening.modulus == 0.0:
         for body, share in zip(result.scene.bodies[1:], kept[1:] / johnson(result.scene), strict=True):
-            lowest = 0.6 * min(1.0, SHALLOW / indent(body)) ** 0.5  # e ~ v^(-1/2) in place of v^(-1/4), a ~ v^(1/2)
-            found.append(ck.between(f"restitution at {body.name} / Johnson", share, lowest, 1.0))
+            found.append(ck.between(f"restitution at {body.name} / Johnson", share, 0.6, 1.0))
     return found
 
 

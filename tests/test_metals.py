@@ -131,3 +131,22 @@ def test_a_run_goes_on_from_another_with_its_plastic_state(formulation):
     assert second.dt == pytest.approx(first.dt, rel=0.2)
     with pytest.raises(tc.InputError, match="same materials and formulations"):
         tc.simulate(hit("full", duration=1e-8), initial=first)
+
+
+def test_a_run_goes_on_with_a_metal_beside_a_rubber():
+    """Only the metal keeps a state; a body of several materials keeps it block by block."""
+    mesh = hit(cells=3).bodies[0].mesh
+    low = mesh.nodes[mesh.cells].mean(axis=1)[:, 2] < 1e-3
+    mesh = mesh.with_sets(cell_sets={"low": np.flatnonzero(low), "high": np.flatnonzero(~low)})
+    mixed = {"low": COPPER, "high": tc.NeoHookean(117e9, 0.35, 8930.0)}
+    bodies = [
+        tc.Body(mesh, mixed, (0.0, 0.0, -150.0), contact="zmin", name="both"),
+        tc.Body(block("hex8", 2, (2e-3, 2e-3, 2e-3), shift=(5e-3, 0.0, 0.0)), mixed["high"], name="elastic"),
+    ]
+    scene = tc.Scene(bodies, [tc.Plane()], 1e-7, contact=tc.MasslessContact(removal="normal"))
+    first = tc.simulate(scene, HALF)
+    second = tc.simulate(scene, HALF, initial=first)
+    assert [len(own) for own in first.points] == [2, 1]
+    assert first.points[1][0].size == 0
+    for name in ("elastic", "plastic_strain_max", "temperature_max"):
+        assert second.history[name][0] == pytest.approx(first.history[name][-1], rel=1e-9), name

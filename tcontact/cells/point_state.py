@@ -37,7 +37,7 @@ class PointState:
         for place, cells in ((places[number], count - contact), (places[len(self._shapes) + number], contact)):
             packs = -(-cells // WIDTH)
             stored = memory[place : place + packs * points * size * WIDTH].reshape(packs, points, size, WIDTH)
-            parts.append(stored.transpose(0, 3, 1, 2).reshape(-1, points, size)[:cells])
+            parts.append(stored.transpose(0, 3, 1, 2).reshape(packs * WIDTH, points, size)[:cells])
         return np.concatenate(parts)
 
     def warming(self, number: int) -> np.ndarray:
