@@ -21,6 +21,7 @@ from typing import NamedTuple
 FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
 PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
+HEATED = "friction layers of metals"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -95,6 +96,10 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("pair_rebuilds", "1", "times that the rows of all pairs were built so far", 1, ("pairs",), PAIRED),
     Column("solver_products", "1", "products of the static solve of pairs", 1, ("pairs",), PAIRED, "max"),
     Column("layer_heat", "J", "heat in the friction layers", 1, ("layers",), LAYERS),
+    Column("obstacle_heat", "J", "heat that went from the friction layers into the obstacles so far", 1, ("layers",),
+           LAYERS),
+    Column("body_heat", "J", "heat that went from the friction layers into the cells of the bodies so far", 1,
+           ("layers",), HEATED),
     Column("layer_temperature_max", "K", "hottest surface of a friction layer", 1, ("layers",), LAYERS, "max"),
     Column("layer_shear_min", "Pa", "lowest shear stress of a sliding layer", 1, ("layers",), LAYERS, "fmin", NAN),
     Column("layer_error", "1", "estimated error of a layer step", 1, ("layers",), LAYERS, "max"),

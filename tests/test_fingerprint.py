@@ -10,7 +10,7 @@ import pytest
 from stopped_runs import quietly, scene
 
 import tcontact as tc
-from tcontact.friction_layer.metals import STAINLESS_304
+from tcontact.friction_layer.metals import COPPER, STAINLESS_304
 from tcontact.results.files.vtkhdf import ResultFile
 from tcontact.run.checkpoint import fingerprint as module
 from tcontact.run.checkpoint import store
@@ -24,7 +24,7 @@ BOX = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), origin=(0.0, 0.0, 1e-3))
 TETS = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), "tet4", origin=(0.0, 0.0, 1e-3))
 ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
 OTHER = {"young": 2.1e7, "poisson": 0.31, "density": 1201.0}
-MOTION = {"name": "ram", "velocity": (0.0, 0.0, 0.1), "angular_velocity": (0.0, 0.1, 0.0)}
+MOTION = {"name": "ram", "velocity": (0.0, 0.0, 0.1), "angular_velocity": (0.0, 0.1, 0.0), "metal": COPPER}
 IMPLICIT = {
     "dt": 1e-5, "cfl": lambda s: type(s)(cfl=2.0), "rtol": 1e-11, "iterations": 16, "mass": "consistent",
     "reproject": False, "solver": "krylov", "verbose": True, "alpha": -0.2, "chi": 0.2,
@@ -134,7 +134,7 @@ CHANGES = {
             "mesh": tc.box_mesh((0.06, 0.06, 0.05), (2, 2, 2), origin=(0, 0, 1e-3)),
             "material": tc.LinearElastic(**ROUND), "velocity": lambda b: _with(b, "velocity", 0.1 * b.mesh.nodes),
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
-            "periodic": "x", "displacement": (0.0, 0.0, 1e-3),
+            "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
         },
     ),
     tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),

@@ -82,7 +82,7 @@ def test_layers_are_what_the_model_says():
     for given in ({"material": COPPER} | options, {}):
         scene = sliding(**given)
         body = tc.plan(scene).bodies[0]
-        layer, wanted = state_of(scene, body).contact.friction.layer, defaults | given
+        layer, wanted = state_of(scene, body).contact.friction.layers.batches[0], defaults | given
         assert layer.metals == (wanted["material"],)
         for name in set(options) - {"grading"}:
             assert getattr(layer, name) == wanted[name], name

@@ -131,9 +131,10 @@ def test_implicit_schemes_refuse_pairs_by_name(scheme):
         tc.simulate(replace(CUBES, pairs=[tc.Pair("up", "low")]), scheme)
 
 
-def test_with_friction_layers_bodies_stop_where_they_meet():
+def test_with_another_solver_bodies_stop_where_they_meet():
     """Nothing is silently wrong where contact between bodies is not available."""
-    scene = replace(CUBES, friction=tc.FrictionLayer(), obstacles=[tc.Plane((0, 0, -5.0))])
+    contact = tc.MasslessContact("full", solver="gauss-seidel")
+    scene = replace(CUBES, contact=contact, obstacles=[tc.Plane((0, 0, -5.0))])
     assert scene.body_pairs == ()
     assert tc.simulate(scene).reason == "bodies-meet"
 

@@ -1,5 +1,6 @@
 """Scenes as TOML: what is written and read again gives the same run, bit for bit; refusals name the place."""
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -41,6 +42,7 @@ def bodies_of_all_kinds():
     ]  # fmt: skip
 
 
+WARM = dataclasses.replace(friction_layer.COPPER, density=8900.0)
 FLOOR = tc.Plane(point=(0, 0, -1e-3), normal=(0, 0, 1 / 3), velocity=(0, 0, 0.1), name="floor")
 SCENES = {
     "least": lambda: scene(),
@@ -66,6 +68,15 @@ SCENES = {
     "impulse": lambda: scene(contact=tc.ImpulseContact()),
     "nothing": lambda: scene(contact=None, obstacles=[]),
     "rubber": lambda: scene(body=tc.Body(BOX, material("mooney"), contact="zmin")),
+    "metals": lambda: scene(
+        body=tc.Body(BOX, MAT, velocity=(0, 0, -3.0), contact="zmin", metal=friction_layer.COPPER),
+        obstacles=[
+            tc.Plane(point=(0, 0, 0.33), metal=friction_layer.STAINLESS_304),
+            tc.Sdf.from_surface(surfaces.sphere(8, 8, 0.2), cells=8, metal=WARM),
+        ],
+        friction=tc.FrictionLayer(),
+        duration=1e-5,
+    ),
     "layer": lambda: scene(friction=tc.FrictionLayer(friction_layer.COPPER, points=8, reload=False), duration=1e-5),
 }
 
@@ -85,6 +96,7 @@ def test_a_scene_comes_back_as_it_was(name, tmp_path):
         assert np.array_equal(a.prescribed, b.prescribed, equal_nan=True)
         assert np.array_equal(a.contact_faces, b.contact_faces)
         assert (a.material, a.name, a.formulation, a.periodic) == (b.material, b.name, b.formulation, b.periodic)
+        assert a.metal == b.metal
         for ours, theirs in ((a.mesh.node_sets, b.mesh.node_sets), (a.mesh.face_sets, b.mesh.face_sets)):
             assert {k: v.tolist() for k, v in ours.items()} == {k: v.tolist() for k, v in theirs.items()}
     for part in ("contact", "friction", "damping", "viscosity", "duration"):
@@ -93,7 +105,7 @@ def test_a_scene_comes_back_as_it_was(name, tmp_path):
     for a, b in zip(first.obstacles, second.obstacles, strict=True):
         assert np.array_equal(a.gap(points), b.gap(points))
         assert np.array_equal(a.normal_at(points), b.normal_at(points))
-        assert (a.name, a.moves) == (b.name, b.moves)
+        assert (a.name, a.moves, a.metal) == (b.name, b.moves, b.metal)
 
 
 def test_it_runs_to_the_same_bits(tmp_path):
@@ -140,6 +152,8 @@ BAD = {
     "supports": ("contact =", "supports = [3]\ncontact =", "bodies[0].supports"),
     "support": ("contact =", 'supports = [{ set = "xmin" }]\ncontact =', "bodies[0].supports[0]"),
     "friction": ("duration", 'friction = "much"\nduration', "friction"),
+    "metal of an obstacle": ("[[obstacles]]", '[[obstacles]]\nmetal = "WOOD"', "obstacles[0].metal"),
+    "metal of a body": ("[[bodies]]", "[[bodies]]\nmetal = 3", "bodies[0].metal"),
     "metal": ("duration", 'friction = { type = "FrictionLayer", material = "WOOD" }\nduration', "friction.material"),
     "syntax": ("[[bodies]]", "[[bodies", "TOML"),
     "twice": ("duration = 1e-5", "duration = 1\nduration = 2", "TOML"),

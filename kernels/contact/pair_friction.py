@@ -5,6 +5,8 @@
 v* is the velocity after the kick over `span` [s] without friction, B has the rows (1, -P), W = span B M^-1 B^t. Rows
 are solved one after another, each exactly for the forces of the others (Gauss and Seidel), from the forces of the last
 kick; rows of obstacles have the obstacle in place of the masters. Momentum is exact after any number of sweeps.
+Friction layers lower the limit; the slip that they are solved with is that of the forces of the last kick in all other
+rows.
 """
 
 import taichi as ti
@@ -16,7 +18,18 @@ from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW, ROWS, SLAVES, VELOCITIES
 from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
-from .friction import SLIP_SPEED, friction_force, tangents
+from .friction import (
+    FORCE,
+    LIMIT,
+    MEAN_SPEED,
+    SLIP_SPEED,
+    SOFTNESS,
+    SPEED,
+    WORK,
+    friction_force,
+    node_place,
+    tangents,
+)
 from .islands import node_count
 from .kick_friction import velocity_without_friction
 from .pair_rows import entry, pair_row, press_masters, weight
@@ -106,9 +119,91 @@ def row_mobility(body: ti.template(), boundary: ti.template(), coupling: ti.temp
 
 
 @ti.func
-def limit_of(rows: ti.template(), row_number):
+def limit_of(contact: ti.template(), rows: ti.template(), row_number):
     """Return the largest friction [N] that a row can transmit."""
-    return number_of(rows, row_number, rows.at.coefficient) * number_of(rows, row_number, rows.at.pressing)
+    limit = number_of(rows, row_number, rows.at.coefficient) * number_of(rows, row_number, rows.at.pressing)
+    if ti.static(contact.options.layered):
+        limit = ti.min(limit, contact.friction[node_place(row_number // ti.static(contact.options.slots), LIMIT)])
+    return limit
+
+
+@ti.func
+def start_from_last_kick(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    damped: ti.template(),
+):
+    """Set the velocities after the kick with the friction of the last one, as far as rows can still transmit it."""
+    slots = ti.static(contact.options.slots)
+    span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
+    for s in range(boundary.nodes.shape[0]):
+        velocity, acceleration, _flexible = velocity_without_friction(body, boundary, s, damped)
+        first = coupling.lists[VELOCITIES] + 3 * s
+        last = velocity + span * acceleration
+        for j in ti.static(range(3)):
+            coupling.values[first + j] = last[j]
+    for number in range(slots * node_count(contact)):
+        k, p = number // slots, number % slots
+        start = vector_of(rows, number, rows.at.kick_friction)
+        if limit_of(contact, rows, number) <= 0.0 or span <= 0.0:
+            start = ti.Vector.zero(ti.f64, 3)
+            set_vector(rows, number, rows.at.kick_friction, start)
+        if start.norm_sqr() > 0.0:
+            push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * start)
+
+
+@ti.func
+def slip_of_row(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    damped: ti.template(),
+    number,
+):
+    """Return slip [2] [m/s] after the kick without the friction of a row, and its change by a unit force [2, 2]."""
+    slots = ti.static(contact.options.slots)
+    k, p = number // slots, number % slots
+    r = partner(coupling, rows, k, p)
+    span = body.params[KICK_BEFORE] + body.params[KICK_AFTER]
+    across = tangents(normal_of(rows, number))
+    flexible = row_mobility(body, boundary, coupling, damped, k, r)
+    mobility = span * (across @ flexible @ across.transpose())
+    own = across @ vector_of(rows, number, rows.at.kick_friction)
+    return across @ slip_speed(coupling, rows, k, p, r) - mobility @ own, mobility
+
+
+@ti.func
+def layer_slip_of_pairs(
+    body: ti.template(),
+    boundary: ti.template(),
+    contact: ti.template(),
+    rows: ti.template(),
+    coupling: ti.template(),
+    damped: ti.template(),
+):
+    """Set the input of the friction layers, of the row of each node with the largest pressing force."""
+    slots = ti.static(contact.options.slots)
+    start_from_last_kick(body, boundary, contact, rows, coupling, damped)
+    for k in range(node_count(contact)):
+        largest, speed, softness, mean = 0.0, 0.0, 0.0, 0.0
+        for p in range(slots):
+            number = k * slots + p
+            if number_of(rows, number, rows.at.pressing) > largest:
+                largest = number_of(rows, number, rows.at.pressing)
+                slip, mobility = slip_of_row(body, boundary, contact, rows, coupling, damped, number)
+                first = slip_before(body, boundary, coupling, rows, k, p, partner(coupling, rows, k, p))
+                speed, softness, mean = slip.norm(), 0.0, 0.0
+                if speed > 0.0:
+                    mean = 0.5 * slip.dot(slip + tangents(normal_of(rows, number)) @ first) / speed
+                    softness = slip.dot(mobility @ slip) / (speed * speed)
+        contact.friction[node_place(k, SPEED)] = speed
+        contact.friction[node_place(k, SOFTNESS)] = softness
+        contact.friction[node_place(k, MEAN_SPEED)] = mean
 
 
 @ti.func
@@ -124,42 +219,31 @@ def kick_pair_friction(
     slots = ti.static(contact.options.slots)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = before + after
-    for s in range(boundary.nodes.shape[0]):
-        velocity, acceleration, _flexible = velocity_without_friction(body, boundary, s, damped)
-        first = coupling.lists[VELOCITIES] + 3 * s
-        last = velocity + span * acceleration
-        for j in ti.static(range(3)):
-            coupling.values[first + j] = last[j]
+    start_from_last_kick(body, boundary, contact, rows, coupling, damped)
     largest = 0.0
     for number in range(slots * node_count(contact)):
-        k, p = number // slots, number % slots
-        largest = ti.max(largest, limit_of(rows, number))
-        start = vector_of(rows, number, rows.at.kick_friction)
-        if limit_of(rows, number) <= 0.0 or span <= 0.0:
-            start = ti.Vector.zero(ti.f64, 3)
-            set_vector(rows, number, rows.at.kick_friction, start)
-        if start.norm_sqr() > 0.0:
-            push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * start)
+        largest = ti.max(largest, limit_of(contact, rows, number))
     change = 2.0 * CHANGE * largest
     for _sweep in range(SWEEPS):
         if change > CHANGE * largest and span > 0.0:
             change = 0.0
             for number in range(slots * node_count(contact)):
-                limit = limit_of(rows, number)
+                limit = limit_of(contact, rows, number)
                 if limit > 0.0:
                     k, p = number // slots, number % slots
-                    r = partner(coupling, rows, k, p)
                     old = vector_of(rows, number, rows.at.kick_friction)
                     across = tangents(normal_of(rows, number))
-                    flexible = row_mobility(body, boundary, coupling, damped, k, r)
-                    mobility = span * (across @ flexible @ across.transpose())
-                    slip = across @ slip_speed(coupling, rows, k, p, r) - mobility @ (across @ old)
+                    slip, mobility = slip_of_row(body, boundary, contact, rows, coupling, damped, number)
                     force = across.transpose() @ friction_force(
                         contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
                     )
                     change = ti.max(change, (force - old).norm())
                     set_vector(rows, number, rows.at.kick_friction, force)
-                    push(body, boundary, coupling, damped, k, r, span * (force - old))
+                    push(body, boundary, coupling, damped, k, partner(coupling, rows, k, p), span * (force - old))
+    if ti.static(contact.options.layered and not contact.options.static_friction):
+        for k in range(node_count(contact)):
+            contact.friction[node_place(k, WORK)] = 0.0
+            contact.friction[node_place(k, FORCE)] = 0.0
     early, late = 0.0, 0.0
     for number in range(slots * node_count(contact)):
         force = vector_of(rows, number, rows.at.kick_friction)
@@ -171,6 +255,10 @@ def kick_pair_friction(
             middle = first + before / span * (last - first)
             early = early - 0.5 * before * force.dot(first + middle)
             late = late - 0.5 * after * force.dot(middle + last)
+            if ti.static(contact.options.layered and not contact.options.static_friction):
+                work, size = node_place(k, WORK), node_place(k, FORCE)
+                contact.friction[work] = contact.friction[work] - 0.5 * span * force.dot(first + last)
+                contact.friction[size] = ti.max(contact.friction[size], force.norm())
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
     contact.sums[SUMS.friction_after] = late
     for r in range(coupling.lists[ROWS]):

@@ -244,8 +244,8 @@ class Pairs(NamedTuple):
 
     blocks: contact blocks, numbers as in lanes.py; for each cell_nodes [c, corners], shape_gradients [q, corners, 3],
     with the weights [q] behind those of all blocks; start [c+1]: first pair of a cell; corners, nodes [p, 2] and values
-    [p, block, block] of a pair. row_start [k+1]: first entry of a row of K_KK; entry_start [e+1]: first pair of an
-    entry in entry_pairs (-1 - p: the transpose of pair p); entry_place [e]: place of the entry in System.values.
+    [p, block, block] of a pair. row_start [k+1]: first entry of a row of K_KK; entries [e+1, 2]: first pair of an entry
+    in entry_pairs (-1 - p: the transpose of pair p), and place of the entry in System.values.
     """
 
     blocks: Index = None
@@ -256,9 +256,8 @@ class Pairs(NamedTuple):
     nodes: Index = None
     values: Array = None
     row_start: Index = None
-    entry_start: Index = None
+    entries: Index = None
     entry_pairs: Index = None
-    entry_place: Index = None
 
 
 class Launch(NamedTuple):

@@ -7,9 +7,9 @@ surface temperatures obey the contact conductance:
     q_A = g (Tz_B - Tz_A) + (1 + g (Bq_B - Bq_A)) W/2,  q_B = W - q_A,  g = 1/(1/conductance + Bq_A + Bq_B)
 
 The state arrays are flat: rise [pack, node, lane] = T - base, growth = beta ep, hardening = (1 + beta ep)^n, carried
-[J/m^3] = plastic heat not yet released; cells [pack, CELL, lane]. A pack whose cells have never been in contact is
-skipped; an open cell conducts heat but neither slips nor flows. A pack has `stride` lanes in memory, of which a thread
-takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GPU.
+[J/m^3] = plastic heat not yet released; cells [pack, `cell_numbers`, lane]. A pack whose cells have never been in
+contact is skipped; an open cell conducts heat but neither slips nor flows. A pack has `stride` lanes in memory, of
+which a thread takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GPU.
 """
 
 import functools
@@ -21,7 +21,7 @@ from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.vectors import load, store
 from . import layer1d_residual as eq
 from .layer1d_phases import make_phases
-from .layer1d_residual import MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
+from .layer1d_residual import FAR_END, MATERIAL, NODE, SCRATCH, SQRT3, WARMTH
 from .layer1d_solve import NEWTON, make_solve
 
 # numbers of a cell: sqrt3 tau [Pa], stress from which the next step starts, its last two changes, 1 - sig/s_melt, last
@@ -30,8 +30,21 @@ from .layer1d_solve import NEWTON, make_solve
 STRESS, TRIAL, CHANGE, BEFORE, CLOSE, PRESSURE, FLOWED = range(7)
 WARM, WORK, PLASTIC_WORK, FAILURES, EVALUATIONS, DRAG, CAP = range(7, 14)
 CELL = 14
+# with two sides follows the heat through the surface into the second one [J/m^2]; with open far ends the temperature
+# beyond the far end of every side, less the base [K], and then the heat that left through it [J/m^2]
+OTHER = CELL
 MELTING = 0.05  # below this CLOSE the first guess has the last distance to melting, else it is extrapolated in time
 SETTINGS = 5  # numbers behind the materials in params: heat share, g, C, dt, 1: the yield limit may raise sig
+
+
+def far_places(sides: int) -> tuple[int, int]:
+    """Return where the temperatures beyond the far ends begin in a cell, and the heat that left through these."""
+    return CELL + sides - 1, CELL + 2 * sides - 1
+
+
+def cell_numbers(sides: int, ends: bool) -> int:
+    """Return how many numbers a cell has; ends: its far ends are open."""
+    return CELL + sides - 1 + 2 * sides * ends
 
 
 @ti.func
@@ -44,8 +57,10 @@ def melting_stress(heat, velocity, drag, cap):
 
 
 @functools.cache
-def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
+def make_layer(width: int, stride: int, sides: int, heating: bool, method: int, ends: bool = False):
     """Return the kernel of the layer, memoised; heating: plastic work heats; method: of `layer1d_solve`.
+
+    ends: heat flows through the far ends, at conductances [W/(m^2 K)] that are the last numbers of the materials.
 
     units: groups of `width` cells, taken in `chunks`, one per `grain` iterations; side_nodes, all_nodes: nodes of the
     first side, of all; steps from first_step on; velocity [m/s] and pressure [Pa] are tables [row, cell], row = step *
@@ -54,6 +69,8 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
     yield_limit, eliminate, substitute, commit = make_phases(width, stride, heating)
     solve = make_solve(width, stride, sides, method)
     per_pack = stride // width
+    numbers = cell_numbers(sides, ends)
+    far_at, out_at = far_places(sides)
 
     @ti.func
     def partition(nodes: ti.template(), rise: ti.template(), base, side_nodes, share, conductance):
@@ -64,6 +81,14 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
             even = conductance * (load(rise, base + side_nodes * stride, width) - load(rise, base, width))
             part = 0.5 + 0.5 * conductance * (nodes[side_nodes * NODE + WARMTH] - nodes[WARMTH])
             return [[even, part], [0.0 - even, 1.0 - part]]
+
+    @ti.func
+    def beyond(cells: ti.template(), place, zero):
+        """Return the temperature beyond a far end, 0 where all are insulated."""
+        found = zero
+        if ti.static(ends):
+            found = load(cells, place, width)
+        return found
 
     @ti.func
     def zone_end(reach, first, end):
@@ -104,14 +129,14 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                 at = sides * MATERIAL
                 share, conductance, compliance = params[at], params[at + 1], params[at + 2]
                 dt, reload = params[at + 3], params[at + 4]
-                firsts, ends = [0, side_nodes], [side_nodes, all_nodes]
+                firsts, lasts = [0, side_nodes], [side_nodes, all_nodes]
                 zero = ti.Vector([0.0 for _ in range(width)])
                 one = zero + 1.0
                 for unit in range(chunk * units // chunks, (chunk + 1) * units // chunks):
                     pack, lane = unit // per_pack, (unit % per_pack) * width
                     base = pack * all_nodes * stride + lane
                     spare = chunk * width // stride * (all_nodes * SCRATCH * stride) + chunk * width % stride
-                    cell = pack * CELL * stride + lane
+                    cell = pack * numbers * stride + lane
                     here = unit * width
                     for step in range(first_step, first_step + steps):
                         speed = eq.magnitude(load(velocity, step * velocity_row + here, width))
@@ -132,7 +157,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             if restart.max() > 0.0:
                                 limit = zero + 1e300
                                 for s in ti.static(range(sides)):
-                                    lowest = yield_limit(rise, hardening, base, firsts[s], ends[s], mats[s])
+                                    lowest = yield_limit(rise, hardening, base, firsts[s], lasts[s], mats[s])
                                     limit = ti.min(limit, lowest)
                                 limit = ti.select(restart > 0.0, limit, trial)
                                 trial = ti.select(fresh > 0.0, limit, ti.max(limit, trial))
@@ -143,8 +168,9 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                 load(cells, cell + DRAG * stride, width),
                                 load(cells, cell + CAP * stride, width),
                             ]
+                            far = [beyond(cells, cell + (far_at + s) * stride, zero) for s in range(sides)]
                             for s in ti.static(range(sides)):
-                                eliminate(nodes, rise, carried, base, firsts[s], ends[s], mats[s])
+                                eliminate(nodes, rise, carried, base, firsts[s], lasts[s], mats[s], far[s])
                             flows = partition(nodes, rise, base, side_nodes, zero + share, pressed * conductance)
                             top = eq.generated(trial, slip[0], slip[1], slip[2])[0]
                             found = [
@@ -154,7 +180,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     hardening,
                                     base,
                                     firsts[s],
-                                    ends[s],
+                                    lasts[s],
                                     mats[s],
                                     trial,
                                     flows[s][0] + flows[s][1] * top,
@@ -168,7 +194,7 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                             solving = ti.select(largest > 0.0, ti.select(trial > 0.0, one, zero), zero)
                             melt = melting_stress(largest, slip[0], slip[1], slip[2])
                             zones = [
-                                [firsts[s], zone_end(found[s][1] * solving, firsts[s], ends[s])] for s in range(sides)
+                                [firsts[s], zone_end(found[s][1] * solving, firsts[s], lasts[s])] for s in range(sides)
                             ]
                             sig = solving * trial
                             total, shift = zero, zero
@@ -206,13 +232,23 @@ def make_layer(width: int, stride: int, sides: int, heating: bool, method: int):
                                     base,
                                     spare,
                                     zones[s],
-                                    ends[s],
+                                    lasts[s],
                                     mats[s],
                                     flows[s][0] + flows[s][1] * heat,
                                     solving,
                                     sig,
                                     shift,
                                 )
+                            if ti.static(sides == 2):
+                                given = load(cells, cell + OTHER * stride, width)
+                                given += dt * (flows[1][0] + flows[1][1] * heat)
+                                store(cells, cell + OTHER * stride, given, width)
+                            if ti.static(ends):
+                                for s in ti.static(range(sides)):
+                                    warmer = load(rise, base + (lasts[s] - 1) * stride, width) - far[s]
+                                    out = load(cells, cell + (out_at + s) * stride, width)
+                                    out += (dt * params[s * MATERIAL + FAR_END]) * warmer
+                                    store(cells, cell + (out_at + s) * stride, out, width)
                             work = load(cells, cell + WORK * stride, width) + dt * heat
                             plastic = load(cells, cell + PLASTIC_WORK * stride, width) + sig * total
                             store(cells, cell + STRESS * stride, sig, width)

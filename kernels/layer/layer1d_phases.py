@@ -5,7 +5,7 @@
 The tridiagonal matrix depends on grid, step and material only: T' = Tz + Bq q, with one elimination from the depth to
 the surface and one substitution back per step. Node columns are weight, gain, link, back, Bq, 1/Bq:
 
-    d_i = gain_i T_i + link_i d_{i+1},    Tz_i = d_i + back_i Tz_{i-1}
+    d_i = gain_i T_i + link_i d_{i+1},    Tz_i = d_i + back_i Tz_{i-1},    d beyond the far end: its temperature
 
 `base` is the address of the first node of the pack and lane, mat the list of `layer1d_residual.material`.
 """
@@ -39,9 +39,12 @@ def make_phases(width: int, stride: int, heating: bool):
         return limit
 
     @ti.func
-    def eliminate(nodes: ti.template(), rise: ti.template(), carried: ti.template(), base, first, end, mat):
-        """Eliminate from the depth to the surface: rise becomes d; carried heat is released as melting allows."""
-        before = 0.0 * mat[7]
+    def eliminate(nodes: ti.template(), rise: ti.template(), carried: ti.template(), base, first, end, mat, far):
+        """Eliminate from the depth to the surface: rise becomes d; carried heat is released as melting allows.
+
+        far: temperature beyond the far end, which counts if that is open.
+        """
+        before = far
         for k in range(end - first):
             n = end - 1 - k
             at = base + n * stride

@@ -17,6 +17,7 @@ from ..language.vectors import load, store
 WEIGHT, GAIN, LINK, BACK, WARMTH, ROOM = range(6)  # columns of a node: w; elimination; Bq; 1/Bq
 NODE = 6
 MATERIAL = 12  # numbers per side in params, see `material`
+FAR_END = 11  # of them the conductance of the far end [W/(m^2 K)]
 SQRT3 = 1.7320508075688772
 SCRATCH = 3  # numbers per node and lane that an evaluation stores
 SMALL = 1e-7  # change of ln(1 + beta ep) whose square is negligible

@@ -177,7 +177,7 @@ def collect(body: ti.template(), k):
 def summed(pairs: ti.template(), e, block: ti.template()):
     """Return entry e of K_KK [block, block], summed over the cells that contribute to it."""
     total = ti.Matrix.zero(ti.f64, block, block)
-    for i in range(pairs.entry_start[e], pairs.entry_start[e + 1]):
+    for i in range(pairs.entries[2 * e], pairs.entries[2 * e + 2]):
         pair = pairs.entry_pairs[i]
         if pair >= 0:
             total += block_of(pairs.values, pair, block)
@@ -209,7 +209,7 @@ def blocks_of_node(pairs: ti.template(), contact: ti.template(), system: ti.temp
     for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
         total = summed(pairs, e, block)
         for i, j in ti.static(ti.ndrange(block, block)):
-            system.values[pairs.entry_place[e] + (i * block + j) * LANES] = total[i, j]
+            system.values[pairs.entries[2 * e + 1] + (i * block + j) * LANES] = total[i, j]
     diagonal = summed(pairs, pairs.row_start[k], block)
     trace = diagonal.trace()
     filled = diagonal

@@ -105,7 +105,7 @@ def make_serial_step(
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
-    find_squeezed = None
+    find_squeezed = layer_slip_of_pairs = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
@@ -125,7 +125,7 @@ def make_serial_step(
     if kick_has_friction:
         from ..contact.kick_friction import kick_friction, layer_slip
     if kick_has_friction and coupled:
-        from ..contact.pair_friction import kick_pair_friction
+        from ..contact.pair_friction import kick_pair_friction, layer_slip_of_pairs
     if solve_has_friction:
         from ..contact.friction import STEP
         from ..static.sliding import restart_slip, sliding_work
@@ -177,7 +177,10 @@ def make_serial_step(
         if ti.static(solve_has_friction):
             sliding_work(body, boundary, contact, rows, coupling)
         if ti.static(kick_has_friction and options.layered and not solve_has_friction):
-            layer_slip(body, boundary, contact, rows, damped)
+            if ti.static(coupled):
+                layer_slip_of_pairs(body, boundary, contact, rows, coupling, damped)
+            else:
+                layer_slip(body, boundary, contact, rows, damped)
 
     @ti.func
     def kick(

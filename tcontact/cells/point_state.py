@@ -37,6 +37,20 @@ class PointState:
             parts.append(stored.transpose(0, 3, 1, 2).reshape(-1, points, size)[:cells])
         return np.concatenate(parts)
 
+    def warming(self, number: int) -> np.ndarray:
+        """Return where the temperature rises [cells, points] of a block of metal stand, its contact cells last."""
+        from ..kernels.materials import LAWS
+
+        block, (points, size) = self.domain.blocks[number], self._shapes[number]
+        count, contact = len(block.cells), len(block.contact)
+        places, law = self.force.packs.memory_places, LAWS[block.material.law].plastic
+        assert law is not None
+        found = []
+        for place, cells in ((places[number], count - contact), (places[len(self._shapes) + number], contact)):
+            pack, lane = np.divmod(np.arange(cells)[:, None], WIDTH)
+            found.append(place + ((pack * points + np.arange(points)) * size + law.warming) * WIDTH + lane)
+        return np.concatenate(found)
+
     def cells_of(self, block: CellBlock) -> np.ndarray:
         """Return the cells [m] of the body, in the user's numbering, that a block has, its contact cells last."""
         own = block.own

@@ -29,5 +29,5 @@ def make_contact(
         term = ImpulseContactTerm(scene, domain)
     else:
         raise InputError("Scene.contact", scene.contact, "unknown contact model")
-    term.finish(scene, domain)
+    term.finish(scene, domain, force)
     return term

@@ -12,12 +12,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..friction_layer import Layer, LayerState
+from ..friction_layer import LayerState
 from ..planning.domain import Domain
 from ..scene.friction_models import FrictionLayer
+from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
 from .friction import Friction
+from .heat_exchange import HeatExchange
+from .node_layers import NodeLayers
+from .pairs.pair_contact import PairContact
+from .sliding_partners import SlidingPartners
 
 COOL = 0.5  # 1 - stress/(stress that would melt the surface) above which a layer step may span mechanical ones
 FIRST = 8  # layer steps in the first mechanical step that slides
@@ -32,33 +38,32 @@ def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Fricti
     assert scene.friction is not None
     assert domain.contact is not None
     if isinstance(scene.friction, FrictionLayer):
-        return LayeredFriction(scene.friction, domain.contact.areas, static_friction, domain.contact_start)
+        return LayeredFriction(scene, domain, static_friction)
     return Friction(scene.friction, len(domain.contact.nodes), static_friction)
 
 
 class LayeredFriction(Friction):
     """Friction limited by a layer under every contact node [k].
 
-    areas: area weights [k] [m^2]; starts: where the contact nodes of every body begin, and their end [bodies + 1].
+    areas: area weights [k] [m^2], of slaves of a pair the area that the other body covers; partners: what the nodes
+    slide on, None if there is one kind of layer and no pair.
     """
 
-    def __init__(self, model: FrictionLayer, areas: np.ndarray, static_friction: bool, starts: np.ndarray) -> None:
+    def __init__(self, scene: Scene, domain: Domain, static_friction: bool) -> None:
+        model = scene.friction
+        assert isinstance(model, FrictionLayer)
+        assert domain.contact is not None
+        areas, starts = domain.contact.areas, domain.contact_start
         super().__init__(model, len(areas), static_friction)
-        self.model, self.areas = model, areas
-        self.layer = Layer(
-            (model.material,),
-            len(areas),
-            points=model.points,
-            grading=model.grading,
-            thickness=model.thickness,
-            heat_share=model.heat_share,
-            plastic_heat=model.plastic_heat,
-            initial_temperature=model.initial_temperature,
-            method=model.method,
-            reload=model.reload,
-            threads=None,
-        )
-        self._speed, self._pressure = arrays.zeros(self.layer.padded), arrays.zeros(self.layer.padded)
+        self.model, self.areas = model, areas.copy()
+        self.coefficients = np.full(len(areas), model.coefficient)
+        places = {number: slice(*starts[place : place + 2]) for place, number in enumerate(domain.numbers)}
+        kinds = all_kinds(scene, domain.numbers)
+        every = np.arange(len(areas))
+        nodes = [np.concatenate([every[places[number]] for number in bodies]) for bodies in kinds.values()]
+        self.layers = NodeLayers(model, list(kinds), nodes, len(areas))
+        self.partners: SlidingPartners | None = None
+        self.exchange: HeatExchange | None = None
         # layer steps per mechanical step; mechanical steps per layer step
         self.substeps, self.span = min(FIRST, model.substeps), 1
         self.error = 0.0
@@ -76,16 +81,54 @@ class LayeredFriction(Friction):
         self._kick_work = np.zeros(len(areas))  # work of the last kick that the layers took with it [J/m^2]
         self._taken_over = False  # layers of another run
         self._owed = np.zeros(len(areas))  # work waiting at the end of the run before this one [J/m^2]
+        self._given_before = np.zeros(len(areas))  # heat to obstacles that does not count on the present area [J/m^2]
         # a layer solved with a kick ends half a step after the row: values at the row are interpolated with this share
-        # from those before the kick: surface temperature [K], shear stress [Pa], plastic work [J/m^2]
+        # from those before the kick: surface temperature [K], shear stress [Pa], plastic work and heat to the obstacles
+        # [J/m^2]
         self._share = 1.0
-        self._start = np.zeros((3, len(areas)))
+        self._start = np.zeros((4, len(areas)))
+
+    def find_partners(
+        self, scene: Scene, domain: Domain, candidates: arrays.Array, pairs: PairContact | None, force: InternalForce
+    ) -> None:
+        """Take over what the rows may belong to, candidates of obstacles and rows of pairs, and the cells to heat."""
+        if any(any(kind.open_ends) for kind in self.layers.kinds):
+            self.exchange = HeatExchange(domain, force, self.layers, pairs)
+        if len(self.layers.kinds) > 1 or pairs is not None:
+            self.partners = SlidingPartners(scene, domain, list(self.layers.kinds), self.rows, candidates, pairs)
+
+    def _follow_partners(self) -> None:
+        """Change to the layers, areas and coefficients of what the nodes slide on now; heat [J] stays what it is."""
+        if self.partners is None:
+            return
+        self.partners.look()
+        self.layers.used[:] = self.partners.used
+        self.coefficients = self.partners.coefficients
+        ratio = self.areas / self.partners.areas
+        if (ratio == 1.0).all():
+            return
+        self.areas = self.partners.areas.copy()
+        for values in (self._waiting, self._kick_work, self._friction_impulse, self._pressure_impulse, self._last):
+            values *= ratio
+        for total, before in ((self.layers.cell("WORK"), self._owed), (self.layers.to_obstacles(), self._given_before)):
+            before[:] = total - ratio * (total - before)
 
     def step(self, before: float, after: float) -> None:
         """Advance the layers and set the limit of friction for the next kick or static solve.
 
         before, after [s]: the steps that end and start at the present level.
         """
+        self._follow_partners()
+        if self.exchange is None:
+            self._step(before, after)
+            return
+        self.exchange.set_far_ends(self.rows.pressing() > 0.0)
+        left = self.exchange.heat_out()
+        self._step(before, after)
+        self.exchange.give(self.areas, left)
+
+    def _step(self, before: float, after: float) -> None:
+        """Advance the layers of the present partners as in `step`."""
         pressure = self.rows.pressing() / self.areas
         pressed = pressure > 0.0
         if (pressed & ~self._pressed).any():
@@ -111,7 +154,9 @@ class LayeredFriction(Friction):
         else:
             self._share = before / (before + after) if kick > 0.0 else 1.0
             start = self._shear_of_pressed(pressure)
-            self._start[:] = self.layer.surface_temperature(), start, self.layer.cell("PLASTIC_WORK")
+            self._start[:3] = self.layers.surface_temperature(), start, self.layers.cell("PLASTIC_WORK")
+            if not self.layers.plain:
+                self._start[3] = self.layers.to_obstacles()
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
         data = arrays.get(self.data).copy()
@@ -136,13 +181,13 @@ class LayeredFriction(Friction):
 
     def shear(self) -> np.ndarray:
         """Return the shear stress of the layers [k] [Pa]; 0 where the contact is open."""
-        return np.asarray(self.layer.cell("STRESS")) / np.sqrt(3.0)
+        return np.asarray(self.layers.cell("STRESS")) / np.sqrt(3.0)
 
     def _shear_of_pressed(self, pressure: np.ndarray) -> np.ndarray:
         """Return the shear stress [k] [Pa] of the layers; its start value where a contact has just closed."""
         shear = self.shear()
         fresh = (pressure > 0.0) & (shear == 0.0)
-        return np.where(fresh, self.layer.limit_stress(pressure), shear) if fresh.any() else shear
+        return np.where(fresh, self.layers.limit_stress(pressure), shear) if fresh.any() else shear
 
     def _solve(self, pressure: np.ndarray, kick: float) -> np.ndarray:
         """Solve layers and kick together; return the mean shear stress [Pa] over the kick [s]."""
@@ -152,11 +197,11 @@ class LayeredFriction(Friction):
         # the work of the kick is that of the mean of the speeds before and after it
         usual = self.shear() * kick
         mean = np.maximum(mean + np.where(usual > 0.0, self._waiting / np.where(usual > 0.0, usual, 1.0), 0.0), 0.0)
-        before = self.layer.cell("WORK")
+        before = self.layers.cell("WORK")
         parts = self.substeps
         dt = kick / parts
         softness = softness * self.areas / parts  # slip speed lost per shear stress in a part of the kick [m/(s Pa)]
-        dry = self.model.coefficient * np.maximum(pressure, 0.0)
+        dry = self.coefficients * np.maximum(pressure, 0.0)
         total = np.zeros(len(speed))
         for _ in range(parts):
             stick = np.where(softness > 0.0, speed / np.where(softness > 0.0, softness, 1.0), 1e300)
@@ -164,7 +209,7 @@ class LayeredFriction(Friction):
             speed = np.maximum(speed - softness * shear, 0.0)
             mean = np.maximum(mean - softness * shear, 0.0)
             total += shear
-        self._kick_work = self.layer.cell("WORK") - before
+        self._kick_work = self.layers.cell("WORK") - before
         self._judge(speed > 0.0)
         return np.asarray(total / parts)
 
@@ -189,10 +234,10 @@ class LayeredFriction(Friction):
         able = (friction > 0.0) & (pressure > 0.0)
         wanted = np.where(able, np.maximum(self._waiting, 0.0), 0.0)
         speed = np.where(able, wanted / np.where(able, friction * elapsed, 1.0), 0.0)
-        before = self.layer.cell("WORK")
+        before = self.layers.cell("WORK")
         for _ in range(self.substeps):
             self._advance(speed, pressure, friction, np.zeros(len(speed)), elapsed / self.substeps)
-        self._waiting -= self.layer.cell("WORK") - before
+        self._waiting -= self.layers.cell("WORK") - before
         self._judge(speed > 0.0)
         self._friction_impulse[:], self._pressure_impulse[:], self._elapsed = 0.0, 0.0, 0.0
 
@@ -200,10 +245,7 @@ class LayeredFriction(Friction):
         self, speed: np.ndarray, pressure: np.ndarray, cap: np.ndarray, drag: np.ndarray, dt: float
     ) -> np.ndarray:
         """Advance the layers by one step and return the shear stress that they transmit [k] [Pa]."""
-        self.layer.limit_traction(cap, drag)
-        arrays.set_values(self._speed, speed)
-        arrays.set_values(self._pressure, pressure)
-        self.layer.advance(self._speed, self._pressure, dt)
+        self.layers.advance(speed, pressure, cap, drag, dt)
         return np.asarray(np.minimum(self.shear(), cap))
 
     def _judge(self, sliding: np.ndarray) -> None:
@@ -212,16 +254,16 @@ class LayeredFriction(Friction):
         Backward Euler errs by half the second difference in a step; friction that uses the stress of the last step errs
         by its change since then.
         """
-        stress = self.layer.cell("STRESS")
+        stress = self.layers.cell("STRESS")
         known = sliding & (stress > 0.0)
-        change, last = self.layer.cell("CHANGE"), self.layer.cell("BEFORE")
+        change, last = self.layers.cell("CHANGE"), self.layers.cell("BEFORE")
         scale = np.where(known, stress, np.inf)
         off, drift = (float((np.abs(part) / scale).max()) for part in (0.5 * (change - last), change))
         lagging = self.static_friction or self.span > 1  # friction uses the stress of the step before
         self.error = max(off, drift * self.substeps) if lagging else off
         share = (max(off, drift) if self.span > 1 else off) / self.model.tolerance
         # heating later than the work was done makes a layer near melting too soft
-        cool = not known.any() or self.layer.cell("CLOSE")[known].min() > COOL
+        cool = not known.any() or self.layers.cell("CLOSE")[known].min() > COOL
         if share > 1.0 or not cool:
             if self.span > 1:
                 self.span = 1
@@ -237,27 +279,53 @@ class LayeredFriction(Friction):
 
         late [J]: friction work of the last kick after the row, which the heat at the row does not hold.
         """
-        layer, model = self.layer, self.model
-        done = layer.cell("WORK") + self._waiting - self._owed
+        layers, model = self.layers, self.model
+        done = layers.cell("WORK") + self._waiting - self._owed
         if not self.static_friction:  # without the last kick so far
             done = done + self._pending()
-        plastic = model.plastic_heat * self._at_row(2, layer.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
-        heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
+        plastic = model.plastic_heat * self._at_row(2, layers.cell("PLASTIC_WORK")) if model.plastic_heat > 0.0 else 0.0
+        if layers.plain:
+            heat = float((self.areas * (model.heat_share * done + plastic)).sum()) - model.heat_share * late
+            given = (1.0 - model.heat_share) * (float((self.areas * done).sum()) - late)
+        else:
+            given = self._to_obstacles(late)
+            heat = float((self.areas * (done + plastic)).sum()) - late - given
+        found = {}
+        if self.exchange is not None:
+            late_heat = (1.0 - self._share) * self.exchange.last
+            found["body_heat"] = float((self.exchange.given - late_heat).sum())
+            heat -= found["body_heat"]
         temperature, stress = self.fields()
         lowest = float(stress[stress > 0.0].min()) if (stress > 0.0).any() else float("nan")
-        return {
+        return found | {
             "layer_heat": heat,
+            "obstacle_heat": given,
             "layer_temperature_max": float(temperature.max()),
             "layer_shear_min": lowest,
             "layer_error": self.error,
             "layer_substeps": self.substeps / self.span,
         }
 
+    def _to_obstacles(self, late: float) -> float:
+        """Return the heat [J] that went into the obstacles up to the row; late: as in `row`.
+
+        Work that the layers have not taken yet is divided as what they took.
+        """
+        given, work = self.layers.to_obstacles(), self.layers.cell("WORK")
+        share = np.where(work > 0.0, given / np.where(work > 0.0, work, 1.0), 0.0).clip(0.0, 1.0) * self.areas
+        found = (self.areas * (self._at_row(3, given) - self._given_before)).sum() + (share * self._waiting).sum()
+        if not self.static_friction:
+            last = self._pending()
+            found += (share * last).sum()
+            if self._share == 1.0 and (self.areas * last).sum() > 0.0:  # the layers did not take the kick with it
+                found -= late * (share * last).sum() / (self.areas * last).sum()
+        return float(found)
+
     def fields(self) -> tuple[np.ndarray, np.ndarray]:
         """Return surface temperature [K] and shear stress [Pa] of every contact node [k] at the last row."""
         stress = self.shear()
         return (
-            self._at_row(0, self.layer.surface_temperature()),
+            self._at_row(0, self.layers.surface_temperature()),
             np.where(stress > 0.0, self._at_row(1, stress), 0.0),
         )
 
@@ -267,30 +335,62 @@ class LayeredFriction(Friction):
             return end
         return np.asarray(self._start[number] + self._share * (end - self._start[number]))
 
-    def state(self, nodes: np.ndarray, part: slice) -> LayerState:
+    def state(self, nodes: np.ndarray, part: slice) -> LayerState | None:
         """Return the layers at the end of a run; nodes [k]: in the user's numbering; part: their slice of all."""
-        layer = self.layer
+        layers = self.layers
+        numbers = layers.batches_of(part)
+        if not numbers:
+            return None
         waiting = self._waiting if self.static_friction else self._waiting + self._pending()
-        internal = {name: values[part] if np.ndim(values) else values for name, values in layer.state().items()}
-        internal |= {"waiting": waiting[part], "substeps": np.array(self.substeps)}
-        temperature, strain = layer.temperature()[part], layer.plastic_strain()[part]
-        return LayerState(nodes, layer.depth, temperature, strain, self.shear()[part], self.model.material, internal)
+        internal = {"waiting": waiting[part], "substeps": np.array(self.substeps)}
+        internal["used"] = np.searchsorted(numbers, layers.used[part])
+        for place, number in enumerate(numbers):
+            mine = layers.places(number, part)
+            known = layers.batches[number].state().items()
+            internal |= {f"{place}/{name}": values[mine] if np.ndim(values) else values for name, values in known}
+        kinds = [layers.kinds[number] for number in numbers]
+        warm, strain = (
+            [layers.profiles(name, side)[part] for side in (0, 1)] for name in ("temperature", "plastic_strain")
+        )
+        two = any(kind.partner is not None for kind in kinds)
+        return LayerState(
+            nodes,
+            layers.batches[0].depth,
+            warm[0],
+            strain[0],
+            self.shear()[part],
+            kinds[0].metal,
+            tuple((kind.partner, kind.bodies) for kind in kinds),
+            warm[1] if two else None,
+            strain[1] if two else None,
+            internal,
+        )
 
     def take_over(self, nodes: np.ndarray, state: LayerState, part: slice) -> None:
         """Start from the layers of another run; contact nodes [k] without one there start with a new layer.
 
         part: their slice of all contact nodes.
         """
+        layers, internal = self.layers, state.internal
         order = np.argsort(state.nodes)
         rows = order[np.minimum(np.searchsorted(state.nodes[order], nodes), len(order) - 1)]
         mine = np.flatnonzero(state.nodes[rows] == nodes)
         there = mine + part.start
-        self.layer.take_over(there, rows[mine], state.internal)
-        self._waiting[there] = self._owed[there] = state.internal["waiting"][rows[mine]]
-        taken = min(int(state.internal["substeps"]), self.model.substeps)
+        for number in layers.batches_of(part):
+            kind = layers.kinds[number]
+            if (kind.partner, kind.bodies) in state.partners:
+                place = state.partners.index((kind.partner, kind.bodies))
+                begin = f"{place}/"
+                known = {name[len(begin) :]: values for name, values in internal.items() if name.startswith(begin)}
+                layers.batches[number].take_over(mine + layers.places(number, part).start, rows[mine], known)
+                layers.used[there[internal["used"][rows[mine]] == place]] = number
+        if self.partners is not None:
+            self.partners.used = layers.used.copy()
+        self._waiting[there] = self._owed[there] = internal["waiting"][rows[mine]]
+        taken = min(int(internal["substeps"]), self.model.substeps)
         self.substeps = max(self.substeps, taken) if self._taken_over else taken
         self._taken_over = True
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term and of its layers."""
-        return [*super().owned(), self._speed, self._pressure, *self.layer.owned()]
+        return [*super().owned(), *self.layers.owned()]

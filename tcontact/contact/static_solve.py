@@ -74,9 +74,8 @@ class StaticSolve:
             "nodes": graph.pair_nodes,
             "values": np.zeros(len(graph.pair_nodes) * block * block),
             "row_start": graph.row_start,
-            "entry_start": graph.entry_start,
+            "entries": np.column_stack([graph.entry_start, np.append(order.entry_place, 0)]),
             "entry_pairs": graph.entry_pairs,
-            "entry_place": order.entry_place,
         }
         self.pairs = {name: arrays.put(values) for name, values in pairs.items()}
         self.stats = arrays.put(self._start())

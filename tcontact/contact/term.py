@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import MAXIMUM_ROWS, MAXIMUM_SLOTS
 from ..planning.body_plan import BodyPlan, ContactPlan
@@ -61,7 +62,7 @@ class ContactTerm:
         self.friction: Friction | None = None
         self.rows: ConstraintRows | None = None
 
-    def finish(self, scene: Scene, domain: Domain) -> None:
+    def finish(self, scene: Scene, domain: Domain, force: InternalForce) -> None:
         """Make the friction of the scene, if there is any, and the constraint rows."""
         if domain.contact is None or not len(domain.contact.nodes):
             return
@@ -75,6 +76,8 @@ class ContactTerm:
         self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
         if self.friction is not None:
             self.friction.rows = self.rows
+            if isinstance(self.friction, LayeredFriction):
+                self.friction.find_partners(scene, domain, self.candidates, self.pairs, force)
             if self.pairs is not None:
                 self.pairs.set_friction(self.rows, coefficient)
 

@@ -52,27 +52,33 @@ class Column:
         return np.column_stack([self.weight, self.gain, self.link, self.back, self.warmth, room])
 
 
-def column(metal: Metal, depth: np.ndarray, dt: float) -> Column:
-    """Compute the constants for a time step dt [s].
-
-    The pivots are sums of positive numbers only (the nodes below a node act on it as a capacity in series with a
-    conductance), so they keep all digits for any dt.
-    """
+def half_cells(depth: np.ndarray) -> np.ndarray:
+    """Return the widths [points] [m] of the nodes, the weights of the trapezoidal rule."""
     spacing = np.diff(depth)
     weight = np.zeros_like(depth)
     weight[:-1] += spacing / 2
     weight[1:] += spacing / 2
+    return weight
+
+
+def column(metal: Metal, depth: np.ndarray, dt: float, far_end: float = 0.0) -> Column:
+    """Compute the constants for a time step dt [s]; far_end: conductance of the far end [W/(m^2 K)], 0: insulated.
+
+    The pivots are sums of positive numbers only (the nodes below a node act on it as a capacity in series with a
+    conductance), so they keep all digits for any dt.
+    """
+    spacing, weight = np.diff(depth), half_cells(depth)
     capacity = metal.volumetric_heat * weight / dt
     conductance = metal.conductivity / spacing  # between node i and i + 1
     count = len(depth)
     gain, link, back, warmth = (np.zeros(count) for _ in range(4))
-    below = 0.0  # effective capacity of the nodes below this one
+    below = far_end  # effective capacity of the nodes below this one
     for i in range(count - 1, -1, -1):
         above = conductance[i - 1] if i > 0 else 0.0
         own = capacity[i] + below
         pivot = own + above
         gain[i] = capacity[i] / pivot
-        link[i] = conductance[i] / pivot if i < count - 1 else 0.0
+        link[i] = (conductance[i] if i < count - 1 else far_end) / pivot
         back[i] = above / pivot
         below = above * own / pivot
         if i == 0:

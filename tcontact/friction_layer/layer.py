@@ -11,7 +11,7 @@ from ..base.errors import InputError
 from ..device import arrays, runtime
 from ..device.launch import Prepared
 from ..kernels.lanes import GRAIN
-from .grid import Column, column, depths
+from .grid import Column, column, depths, half_cells
 from .metals import Metal
 
 METHODS = ("bracketed-newton", "thermal-softening-secant", "stress-secant")
@@ -27,6 +27,8 @@ class Layer:
     of the slip heat goes into the one layer. conductance: contact conductance between two sides [W/(m^2 K)], None =
     perfect; plastic_heat: share of the plastic work that heats; reload: whether the yield limit may raise the stress
     again while a cell is pressed, by cooling or pressure (after an open spell it always starts from the yield limit).
+    open_ends: whether heat flows through the far end of each side, to what `set_far_temperature` says one spacing
+    beyond its last point; None: all are insulated. start_temperatures [K]: of each side, None: initial_temperature.
     Starts Taichi. Raises `InputError`.
     """
 
@@ -44,6 +46,8 @@ class Layer:
         initial_temperature: float = 300.0,
         method: str = "bracketed-newton",
         reload: bool = False,
+        open_ends: tuple[bool, ...] | None = None,
+        start_temperatures: tuple[float, ...] | None = None,
         threads: int | None = None,
         arch: str = "cpu",
     ) -> None:
@@ -68,6 +72,10 @@ class Layer:
         self.heat_share, self.conductance, self.plastic_heat = heat_share, conductance, plastic_heat
         self.initial_temperature, self.method, self.reload = initial_temperature, method, reload
         self.columns: list[Column] = []
+        self._weight = half_cells(self.depth)
+        spacing = float(self.depth[-1] - self.depth[-2])
+        opened = open_ends or (False,) * len(metals)
+        self.far_ends = [metal.conductivity / spacing * is_open for metal, is_open in zip(metals, opened, strict=True)]
         self._dt = 0.0
 
         width, self._stride = LAYOUTS["cuda" if arch == "cuda" else "cpu"]
@@ -84,7 +92,9 @@ class Layer:
         from ..kernels.layer import layer1d
 
         heating = plastic_heat > 0.0
-        kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method))
+        ends = any(opened)
+        kernel = layer1d.make_layer(width, self._stride, len(metals), heating, METHODS.index(method), ends)
+        self._cell_numbers = layer1d.cell_numbers(len(metals), ends)
         self._grain = 1 if on_gpu else GRAIN
         self._launch = Prepared(kernel)
         self._names = layer1d
@@ -92,10 +102,12 @@ class Layer:
         self._nodes, self._params = arrays.zeros(nodes * layer1d.NODE), arrays.zeros(self._setting_count())
         self._rise, self._growth, self._hardening = arrays.zeros(count), arrays.zeros(count), arrays.put(np.ones(count))
         self._carried = arrays.zeros(count if heating else 1)
-        self._state = arrays.zeros(packs * layer1d.CELL * self._stride)
+        self._state = arrays.zeros(packs * self._cell_numbers * self._stride)
         lanes = -(-self._chunks * width // self._stride) * self._stride
         self._scratch = arrays.zeros(lanes * nodes * layer1d.SCRATCH)
         self._set_cell(layer1d.CAP, np.full(self.padded, 1e300))
+        self.start_temperatures = start_temperatures or (initial_temperature,) * len(metals)
+        self.start_at(np.arange(cells), np.tile(self.start_temperatures, (cells, 1)))
 
     def limit_traction(self, cap: np.ndarray, drag: np.ndarray) -> None:
         """Limit the traction of a contact that transmits less than the strength of the layer (METHOD 5, coupling).
@@ -177,19 +189,31 @@ class Layer:
 
     def heat(self, side: int = 0) -> np.ndarray:
         """Return the heat stored since the start [J/m^2], [cells]."""
-        capacity = self.metals[side].volumetric_heat * self.columns[side].weight
+        capacity = self.metals[side].volumetric_heat * self._weight
         return self._profile(self._rise, side) @ capacity
 
     def carried(self, side: int = 0) -> np.ndarray:
         """Return the plastic heat that waits for the next step [J/m^2], [cells]."""
         if self.plastic_heat == 0.0:
             return np.zeros(self.cells)
-        return self._profile(self._carried, side) @ self.columns[side].weight
+        return self._profile(self._carried, side) @ self._weight
 
     def cell(self, name: str) -> np.ndarray:
         """Return a number of every cell by its name in kernels/layer/layer1d (STRESS, WORK, ...), [cells]."""
-        values = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
-        return values[:, getattr(self._names, name), :].reshape(-1)[: self.cells].copy()
+        return self._number(getattr(self._names, name))
+
+    def set_far_temperature(self, temperature: np.ndarray, side: int = 0) -> None:
+        """Set the absolute temperature [cells] [K] beyond the open far end of a side."""
+        first = self._names.far_places(len(self.metals))[0]
+        self._set_cell(first + side, temperature - self.initial_temperature)
+
+    def start_at(self, cells: np.ndarray, temperatures: np.ndarray) -> None:
+        """Give the sides of cells [m] uniform absolute temperatures [m, sides] [K]."""
+        self._set_profiles(self._rise, cells, np.repeat(temperatures - self.initial_temperature, self.points, axis=1))
+
+    def heat_out(self, side: int = 0) -> np.ndarray:
+        """Return the heat that left through the open far end of a side so far [J/m^2], [cells]."""
+        return self._number(self._names.far_places(len(self.metals))[1] + side)
 
     def surface_temperature(self, side: int = 0) -> np.ndarray:
         """Return the absolute temperature of the surface [K], [cells]."""
@@ -197,24 +221,26 @@ class Layer:
         return self.initial_temperature + first.reshape(-1)[: self.cells]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the profiles [cells, points] of the first side and the numbers of the cells [cells, CELL]."""
-        known = {name: self._profile(getattr(self, f"_{name}"), 0) for name in ("rise", "growth", "hardening")}
+        """Return the profiles [cells, points of all sides] and the numbers of the cells [cells, numbers]."""
+        known = {name: self._profiles(getattr(self, f"_{name}")) for name in ("rise", "growth", "hardening")}
         if self.plastic_heat > 0.0:
-            known["carried"] = self._profile(self._carried, 0)
-        numbers = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride).transpose(0, 2, 1)
-        return known | {"cells": numbers.reshape(-1, self._names.CELL)[: self.cells].copy(), "base": self._base}
+            known["carried"] = self._profiles(self._carried)
+        numbers = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride).transpose(0, 2, 1)
+        return known | {"cells": numbers.reshape(-1, self._cell_numbers)[: self.cells].copy(), "base": self._base}
 
     def take_over(self, cells: np.ndarray, rows: np.ndarray, state: dict[str, np.ndarray]) -> None:
         """Start cells [m] of a new batch from rows [m] of the `state` of another one; their work starts at 0."""
         rise = state["rise"][rows] + (state["base"] - self._base)
         if "carried" in state and self.plastic_heat == 0.0:
-            rise += state["carried"][rows] / self.metals[0].volumetric_heat
+            rise += state["carried"][rows] / np.repeat([m.volumetric_heat for m in self.metals], self.points)
         for name, values in state.items():
             if name in ("growth", "hardening") or (name == "carried" and self.plastic_heat > 0.0):
-                self._set_profile(getattr(self, f"_{name}"), cells, values[rows])
-        self._set_profile(self._rise, cells, rise)
-        packs = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride).copy()
-        packs[cells // self._stride, :, cells % self._stride] = state["cells"][rows]
+                self._set_profiles(getattr(self, f"_{name}"), cells, values[rows])
+        self._set_profiles(self._rise, cells, rise)
+        packs = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride).copy()
+        kept = self._names.CELL
+        packs[cells // self._stride, :kept, cells % self._stride] = state["cells"][rows, :kept]
+        packs[:, kept:, :] = 0.0
         for name in ("WORK", "PLASTIC_WORK", "FAILURES", "EVALUATIONS"):
             packs[:, getattr(self._names, name), :] = 0.0
         arrays.set_values(self._state, packs)
@@ -243,15 +269,23 @@ class Layer:
         """Return the bytes of the state."""
         return arrays.size_in_bytes(self.owned())
 
+    def _number(self, number: int) -> np.ndarray:
+        values = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride)
+        return values[:, number, :].reshape(-1)[: self.cells].copy()
+
     def _profile(self, array: Any, side: int) -> np.ndarray:
         packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride)
         mine = packed[:, side * self.points : (side + 1) * self.points, :]
         return np.ascontiguousarray(mine.transpose(0, 2, 1)).reshape(-1, self.points)[: self.cells]
 
-    def _set_profile(self, array: Any, cells: np.ndarray, values: np.ndarray) -> None:
-        """Set values [m, points] of cells [m] on the first side."""
+    def _profiles(self, array: Any) -> np.ndarray:
+        """Return the values of all sides, one behind the other, [cells, points of all sides]."""
+        return np.concatenate([self._profile(array, side) for side in range(len(self.metals))], axis=1)
+
+    def _set_profiles(self, array: Any, cells: np.ndarray, values: np.ndarray) -> None:
+        """Set values [m, points of all sides] of cells [m]."""
         packed = arrays.get(array).reshape(-1, len(self.metals) * self.points, self._stride).copy()
-        packed[cells // self._stride, : self.points, cells % self._stride] = values
+        packed[cells // self._stride, :, cells % self._stride] = values
         arrays.set_values(array, packed)
 
     @property
@@ -260,7 +294,7 @@ class Layer:
         return np.array(float(self.initial_temperature))
 
     def _set_cell(self, number: int, values: np.ndarray) -> None:
-        state = arrays.get(self._state).reshape(-1, self._names.CELL, self._stride)
+        state = arrays.get(self._state).reshape(-1, self._cell_numbers, self._stride)
         wide = np.zeros(self.padded)
         wide[: len(values)] = values
         state[:, number, :] = wide.reshape(-1, self._stride)
@@ -274,7 +308,8 @@ class Layer:
         if dt == self._dt:
             return
         self._dt = dt
-        self.columns = [column(metal, self.depth, dt) for metal in self.metals]
+        sides = zip(self.metals, self.far_ends, strict=True)
+        self.columns = [column(metal, self.depth, dt, far_end) for metal, far_end in sides]
         arrays.set_values(self._nodes, np.concatenate([side.table() for side in self.columns]))
         warmth = [side.warmth[0] for side in self.columns]
         resistance = 0.0 if self.conductance is None else (1.0 / self.conductance if self.conductance > 0 else np.inf)
@@ -283,7 +318,7 @@ class Layer:
         params = np.zeros(self._setting_count())
         for side, metal in enumerate(self.metals):
             at = side * self._names.MATERIAL
-            params[at : at + 11] = (
+            params[at : at + self._names.MATERIAL] = (
                 metal.yield_stress,
                 metal.hardening_exponent,
                 metal.hardening,
@@ -295,6 +330,7 @@ class Layer:
                 self.initial_temperature,
                 metal.volumetric_heat,
                 self.plastic_heat,
+                self.far_ends[side],
             )
         params[-self._names.SETTINGS :] = (self.heat_share, even, compliance, dt, float(self.reload))
         arrays.set_values(self._params, params)

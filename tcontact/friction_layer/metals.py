@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..base import validate
+from ..base.errors import InputError
 from .steinberg_guinan import SteinbergGuinan
 
 
@@ -121,5 +123,12 @@ ALUMINIUM_6061 = Metal(
 )
 """Aluminium 6061-T6: Steinberg, Cochran and Guinan (1980) and UCRL-MA-106439 (1996) as for copper; T_f the solidus of
 the alloy, k and c at room temperature from the usual data sheets (ASM)."""
+
+
+def checked_metal(field: str, given: Any) -> None:
+    """Refuse what is neither a metal nor None. Raises `InputError`."""
+    if given is not None and not isinstance(given, Metal):
+        raise InputError(field, given, "give a friction_layer.Metal, such as STAINLESS_304, or None")
+
 
 METALS = {"stainless-304": STAINLESS_304, "copper": COPPER, "aluminium-6061": ALUMINIUM_6061}

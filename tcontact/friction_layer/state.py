@@ -15,7 +15,10 @@ class LayerState:
 
     nodes [k]: contact nodes in the user's numbering, of the body alone; depth [points] [m], 0 at the surface;
     temperature [K] and plastic_strain [-] [k, points]; shear_stress [k] [Pa], 0 where the contact is open; material:
-    the metal. `internal` holds the rest of the state.
+    the metal of the body; partners: for every layer that a node has the metal of its second side, None without one, and
+    whether that is another body; the values are those of the layer that the node used last. partner_temperature,
+    partner_plastic_strain: of its second side, NaN where it has none, None if no layer has one. `internal` holds the
+    rest of the state.
     """
 
     nodes: np.ndarray
@@ -24,6 +27,9 @@ class LayerState:
     plastic_strain: np.ndarray
     shear_stress: np.ndarray
     material: Metal
+    partners: tuple[tuple[Metal | None, bool], ...] = ((None, False),)
+    partner_temperature: np.ndarray | None = None
+    partner_plastic_strain: np.ndarray | None = None
     internal: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     def fits(self, material: Metal, depth: np.ndarray) -> bool:

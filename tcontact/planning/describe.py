@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+import numpy as np
+
 from ..kernels.columns import cell_groups, group_size
 from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
-from ..scene.friction_models import FrictionLayer, FrictionModel
+from ..scene.friction_models import FrictionLayer
+from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
 from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
 from .domain import Domain
@@ -161,7 +164,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
             size = REAL * (2 + count * FRICTION_NODE)
-            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene.friction, count)
+            result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene, domain)
     return result
 
 
@@ -194,13 +197,18 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 
 
-def _layers(friction: FrictionModel, count: int) -> int:
-    """Count the bytes of `count` friction layers: their state and the space of their solve."""
+def _layers(scene: Scene, domain: Domain) -> int:
+    """Count the bytes of the friction layers of a domain: their state and the space of their solve."""
+    friction, total = scene.friction, 0
     if not isinstance(friction, FrictionLayer):
         return 0
-    padded = -(-count // 8) * 8
     profiles = 3 + (friction.plastic_heat > 0.0)
-    return REAL * (padded * (friction.points * profiles + 14 + 2) + min(padded, 128) * friction.points * 3)
+    for kind, bodies in all_kinds(scene, domain.numbers).items():
+        count = sum(int(np.diff(domain.contact_start)[domain.numbers.index(number)]) for number in bodies)
+        padded, points = -(-count // 8) * 8, friction.points * len(kind.metals)
+        numbers = 14 + len(kind.metals) - 1 + 2
+        total += REAL * (padded * (points * profiles + numbers) + min(padded, 128) * points * 3)
+    return total
 
 
 def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:

@@ -12,10 +12,22 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.columns import DAMPED, FRICTION, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS
+from ..kernels.columns import (
+    DAMPED,
+    FRICTION,
+    HEATED,
+    HOURGLASS,
+    LAYERS,
+    LOADS,
+    PAIRED,
+    PLASTIC,
+    PLASTIC_HOURGLASS,
+    VISCOUS,
+)
 from ..scene.body import Body
 from ..scene.contact_models import ImpulseContact, MasslessContact
 from ..scene.friction_models import CELL_VISCOSITY, FrictionLayer
+from ..scene.layer_metals import warms_bodies
 from ..scene.scene import Scene
 from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
@@ -73,6 +85,7 @@ class Plan:
             VISCOUS: any(body.dissipates for body in self.bodies),
             FRICTION: can_touch and scene.friction is not None,
             LAYERS: can_touch and isinstance(scene.friction, FrictionLayer),
+            HEATED: can_touch and isinstance(scene.friction, FrictionLayer) and warms_bodies(scene),
             LOADS: can_touch and scene.tracked,
             PAIRED: bool(scene.body_pairs),
         }

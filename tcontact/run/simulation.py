@@ -24,6 +24,7 @@ from ..results.report import run_attributes, versions, write_history, write_json
 from ..results.result import Result
 from ..scene.contact_models import PenaltyContact
 from ..scene.friction_models import FrictionLayer
+from ..scene.layer_metals import metal_of
 from ..scene.scene import Scene
 from ..schemes import IMPLICIT, scheme_of
 from .checkpoint import Checkpoint, contents, store
@@ -258,14 +259,14 @@ def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
     if not isinstance(model, FrictionLayer):
         return ()
     depth = depths(model.points, model.grading, model.thickness)
-    for layers in initial.layers:
+    for index, layers in enumerate(initial.layers):
         if layers is None:
             continue
         if not (np.isfinite(layers.temperature).all() and np.isfinite(layers.plastic_strain).all()):
             raise InputError(
                 "initial", initial.reason, "its friction layers are not finite; start from a run that finished"
             )
-        if not layers.fits(model.material, depth):
+        if not layers.fits(metal_of(scene, index), depth):
             remedy = "its friction layers are of another metal or other depths; give the FrictionLayer of that run"
             raise InputError("initial", initial, f"{remedy} (material, points, grading, thickness)")
     return initial.layers

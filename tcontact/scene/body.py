@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
+from ..friction_layer.metals import Metal, checked_metal
 from ..mesh.mesh import Mesh
 from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
@@ -67,6 +68,7 @@ class Body:
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
+    metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
     a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
@@ -81,11 +83,13 @@ class Body:
     formulation: str | None = None
     periodic: str | None = None
     displacement: Nodal | None = None
+    metal: Metal | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")
         object.__setattr__(self, "material", checked_material(self.material, self.mesh))
+        checked_metal("Body.metal", self.metal)
         if self.formulation is None:
             object.__setattr__(self, "formulation", suited_formulation(self.mesh, self.material))
         self.blocks  # noqa: B018 - unknown formulations are found here

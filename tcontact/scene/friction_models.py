@@ -50,13 +50,16 @@ class RegularizedCoulomb:
 class FrictionLayer:
     """Friction by a thermo-plastic layer under every contact node, |t| = min(stick, layer, mu P) (METHOD 5, paper 2).
 
-    material: the metal of the layer; coefficient: mu [-], the limit of dry friction; points, grading,
-    thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and reload: as in
-    `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in their stress
-    (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that takes, at most
-    `substeps` (with full removal friction uses the stress of the step before: the reported error includes that
-    lag, which only a smaller mechanical step lowers).
-    History: `layer_heat` [J], `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
+    material: the metal of the layer on bodies without their own (`Body.metal`); coefficient: mu [-], the limit of dry
+    friction; points, grading, thickness [m], heat_share [-], plastic_heat [-], initial_temperature [K], method and
+    reload: as in `friction_layer.solve`; tolerance: bound on the relative error that a step of the layers may make in
+    their stress (the history reports it, `layer_error`): mechanical steps are cut into as many layer steps as that
+    takes, at most `substeps` (with full removal friction uses the stress of the step before: the reported error
+    includes that lag, which only a smaller mechanical step lowers).
+    Layers between two bodies, and on an obstacle with a metal, have two sides: conduction then divides the heat, not
+    heat_share. Through the far end of a layer heat flows into the cells of an `ElastoPlastic` with a specific heat.
+    History: `layer_heat`, `obstacle_heat` and `body_heat` [J], whose sum is the friction work (with plastic_heat more);
+    `layer_temperature_max` [K], `layer_shear_min` [Pa], `layer_error`, `layer_substeps`.
     All are values at the time of their row; while layers take one step for several mechanical ones (`layer_substeps`
     below 1) temperature and stress are those after the last of these. Raises `InputError`.
     """

@@ -19,7 +19,7 @@ from ..base import validate
 from ..base.errors import InputError
 from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
-from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
+from .friction_models import FrictionModel, coefficient_of
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
 DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
@@ -32,8 +32,8 @@ SLACK = 1.5  # factor on the way of two bodies, for waves that add to their spee
 class Pair:
     """Two bodies that can touch each other, by name (`Body.name`, or "body-0", "body-1", ...).
 
-    first, second: the names; forces in the history act on the first one. friction: `Coulomb` or `RegularizedCoulomb`
-    between these two bodies in place of `Scene.friction`; None takes `Scene.friction`. slave: the name of the body
+    first, second: the names; forces in the history act on the first one. friction: the model between these two bodies
+    in place of `Scene.friction`; None takes `Scene.friction`. slave: the name of the body
     whose contact nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces.
     initial_gap: "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa:
     curvature of the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
@@ -53,8 +53,8 @@ class Pair:
         if self.first == self.second:
             remedy = "contact of a body with itself is not modelled: name two bodies"
             raise InputError("Pair.second", self.second, remedy)
-        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb)):
-            remedy = "give Coulomb or RegularizedCoulomb, for example tcontact.Coulomb(0.3), or None for Scene.friction"
+        if self.friction is not None and not isinstance(self.friction, FrictionModel):
+            remedy = "give Coulomb, RegularizedCoulomb or FrictionLayer, or None for Scene.friction"
             raise InputError("Pair.friction", self.friction, remedy)
         if self.slave is not None and not (isinstance(self.slave, str) and self.slave in (self.first, self.second)):
             raise InputError("Pair.slave", self.slave, f"give {self.first!r}, {self.second!r} or None")
@@ -126,8 +126,6 @@ def hindrance(scene: Any) -> str:
         return "contact between bodies has no penalty without mass: leave MasslessContact.penalty at None"
     if getattr(scene.contact, "solver", "auto") == "gauss-seidel":
         return "contact between bodies is solved by projected gradients: leave MasslessContact.solver at 'auto'"
-    if isinstance(scene.friction, FrictionLayer):
-        return "contact between bodies goes with Coulomb or RegularizedCoulomb friction only"
     if any(body.images is not None for body in scene.bodies):
         return "contact between bodies is not available for periodic bodies"
     return ""

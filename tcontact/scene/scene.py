@@ -16,6 +16,7 @@ from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
 from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
+from .layer_metals import check_metals
 from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, joint_friction, meeting_faces, pairs_of
 from .periodic import check_obstacles
@@ -85,6 +86,7 @@ class Scene:
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
+        check_metals(self)
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)

@@ -116,6 +116,7 @@ class Reader:
                 raise InputError(f"{place}.{key}", "missing", "every body needs one")
         values["mesh"] = self.mesh(f"{place}.mesh", data["mesh"])
         values["material"] = self.materials(f"{place}.material", data["material"])
+        self.find_metal(place, values)
         for key in ("velocity", "displacement"):
             if key in data:
                 values[key] = self.array(f"{place}.{key}", data[key])
@@ -155,10 +156,12 @@ class Reader:
             return self.plain(place, data, "obstacles")
         values = {key: value for key, value in data.items() if key != "type"}
         if isinstance(data.get("surface"), str):
-            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center"])
+            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal"])
+            self.find_metal(place, values)
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)
         check_keys(place, values, keys_of(Sdf))
+        self.find_metal(place, values)
         for key in ("distance", "gradient"):
             if key in values:
                 values[key] = self.array(f"{place}.{key}", values[key])
@@ -182,12 +185,16 @@ class Reader:
             raise InputError(f"{place}.type", "missing", "use one of " + ", ".join(repr(one) for one in words))
         built = words[choice(f"{place}.type", word, words)]
         check_keys(place, values, keys_of(built))
-        if kind == "friction" and "material" in values:
-            values["material"] = self.plain(f"{place}.material", values["material"], "metal")
+        self.find_metal(place, values, "material" if kind == "friction" else "metal")
         for key in NESTED:
             if isinstance(values.get(key), dict):
                 values[key] = self.plain(f"{place}.{key}", values[key], key)
         return made(place, built, values)
+
+    def find_metal(self, place: str, values: dict[str, Any], key: str = "metal") -> None:
+        """Replace a metal among the values, if there is one, by the object that its name or table says."""
+        if key in values:
+            values[key] = self.plain(f"{place}.{key}", values[key], "metal")
 
     def array(self, place: str, data: Any) -> Any:
         """Return an array written out, or one of an .npz file."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...base import validate
 from ...base.errors import InputError
+from ...friction_layer.metals import Metal
 from ...mesh.box import box_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body
@@ -104,6 +105,8 @@ class Writer:
             data["displacement"] = self.nodal(f"displacement-{index}", body.displacement, body.initial_displacement)
         if body.contact is not None:
             data["contact"] = list(body.contact) if len(body.contact) > 1 else body.contact[0]
+        if body.metal is not None:
+            data["metal"] = self.metal(body.metal)
         if body.formulation != "full":
             data["formulation"] = body.formulation
         if body.periodic is not None:
@@ -168,14 +171,18 @@ class Writer:
             given = getattr(value, field.name)
             if field.name in leave or given is None:
                 continue
-            if field.name == "material":
-                names = [name for name, metal in METALS.items() if metal == given]
-                data["material"] = names[0] if names else self.plain("metal", given)
+            if isinstance(given, Metal):
+                data[field.name] = self.metal(given)
             elif field.name in NESTED and is_dataclass(given):
                 data[field.name] = self.plain(field.name, given)
             elif field.default is MISSING or not np.array_equal(given, field.default):
                 data[field.name] = given.tolist() if isinstance(given, (np.ndarray, np.generic)) else given
         return data
+
+    def metal(self, metal: Metal) -> Any:
+        """Return the name of a metal that has one, else its table."""
+        names = [name for name, known in METALS.items() if known == metal]
+        return names[0] if names else self.plain("metal", metal)
 
     def nodal(self, name: str, given: Any, values: np.ndarray) -> Any:
         """Return a vector as it is, anything else as an array."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base import validate
 from ...base.errors import InputError
+from ...friction_layer.metals import checked_metal
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -18,7 +19,9 @@ class Obstacle:
 
     name: for messages and results, or None; velocity [m/s] of its reference point and angular_velocity [rad/s], in
     world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is called
-    from t = 0 until up to one step after the duration, where the last row lies.
+    from t = 0 until up to one step after the duration, where the last row lies. metal: a `friction_layer.Metal`, in
+    which the `FrictionLayer` of what slides on the obstacle has a second side: conduction then divides the heat
+    between both. None: the layer has one side, and its heat_share divides it. Other friction does not use it.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.
     """
@@ -26,6 +29,7 @@ class Obstacle:
     name: str | None = None
     velocity: Any = None
     angular_velocity: Any = None
+    metal: Any = None
     shape: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -35,6 +39,7 @@ class Obstacle:
                 raise InputError(f"{kind}.name", self.name, "give a non-empty string or None")
             if "/" in self.name or not self.name.isprintable():  # columns of history and result files have the name
                 raise InputError(f"{kind}.name", self.name, "leave out '/' and characters that cannot be printed")
+        checked_metal(f"{kind}.metal", self.metal)
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
             if value is not None and not isinstance(value, Callable):  # type: ignore[arg-type]
