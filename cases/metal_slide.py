@@ -41,7 +41,7 @@ def scene(
     height: float = 2e-3,
     heat_share: float = 0.9,
     points: int = 40,
-    thickness: float = 10e-6,
+    thickness: float = 3e-6,
     tolerance: float = 1e-2,
     removal: choices.Removal = "auto",
     duration: float = 6e-7,

@@ -30,8 +30,8 @@ from tcontact.show import plots
 
 METALS = {"stainless-304": STAINLESS_304, "copper-ofhc-half-hard": COPPER, "aluminium-6061-t6": ALUMINIUM_6061}
 Plate = Literal["stainless-304", "copper-ofhc-half-hard", "aluminium-6061-t6"]
-WIDTH = 200.0  # width of the plates over the thickness of both
-SEEN = 0.95  # the run ends at this share of the time in which the normal wave comes back
+WIDTH = 40.0  # width of the plates over the thickness of one
+SEEN = 0.9  # the run ends at this share of the time in which the normal wave comes back
 
 
 def scene(
@@ -70,7 +70,7 @@ def scene(
     laws: list[tc.Material] = [tc.metal(name) for name in (flyer, target)]
     if law == "elastic":
         laws = [tc.LinearElastic(metal.young, metal.poisson, metal.density) for metal in laws]
-    width, turn = 2.0 * WIDTH * thickness, np.radians(angle)
+    width, turn = WIDTH * thickness, np.radians(angle)
     velocities = (speed * np.sin(turn), 0.0, -speed * np.cos(turn)), (0.0, 0.0, 0.0)
     bodies = [
         tc.Body(
