@@ -15,7 +15,7 @@ from tcontact.friction_layer import COPPER
 from tcontact.kernels.columns import group_columns
 from tcontact.results.files.vtkhdf import ResultData
 
-LAYERS = [column.name for column in group_columns("layers")]
+LAYERS = [column.name for column in group_columns("layers") if column.name != "body_heat"]  # for that of metals
 REMOVALS = ["normal", "full"]
 SPEED, PRESSURE = 34.0, 1e9
 AREAL_MASS, DENSITY = 0.5, 7900.0  # [kg/m^2], [kg/m^3]

@@ -4,13 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import simulate, state_of
+from scenes import simulate
 from test_layers_two_sides import blocks, sliding
 from test_resume import split
 
 import tcontact as tc
 from tcontact.friction_layer import COPPER, STAINLESS_304
 from tcontact.results.files.vtkhdf import ResultData
+from tcontact.schemes.explicit.state import DomainState
 
 FAST = tc.CentralDifference(cfl=0.5)
 STEEL = tc.ElastoPlastic(200e9, 0.3, 7900.0, tc.LinearHardening(1e9, 1e9), specific_heat=500.0)
@@ -78,7 +79,9 @@ def test_the_far_end_has_the_temperature_of_the_cells():
 def test_layers_that_touch_for_the_first_time_are_as_warm_as_the_cells(taichi):
     """What plastic flow has heated is not cold at its surface; layers that have touched keep their own temperature."""
     scene = metal_blocks()
-    state = state_of(scene, *tc.plan(scene).bodies)
+    plan = tc.plan(scene)
+    rest = [np.zeros_like(body.initial_nodes) for body in scene.bodies]
+    state = DomainState(scene, plan.domains[0], rest, rest, plan.layout)
     layers, exchange = state.layered.layers, state.layered.exchange
     state.begin_contact(1e-9)
     state.internal_force.memory[exchange._places] = 70.0

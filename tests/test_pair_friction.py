@@ -151,7 +151,10 @@ def test_a_scene_file_keeps_the_friction_of_pairs(tmp_path):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"pairs": [tc.Pair("up", "low")], "friction": tc.FrictionLayer()}, "RegularizedCoulomb friction only"),
+        (
+            {"pairs": [tc.Pair("up", "low", friction=tc.FrictionLayer(points=9))], "friction": tc.FrictionLayer()},
+            "coefficient only",
+        ),
         (
             {"pairs": [tc.Pair("up", "low", friction=tc.RegularizedCoulomb(0.3, 1.0))], "friction": tc.Coulomb(0.3)},
             "coefficient only",

@@ -1,5 +1,7 @@
 """Bodies that step together keep what is theirs alone: solver settings, limits of their law, layers, troubles."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -78,8 +80,11 @@ def test_the_body_whose_static_solve_fails_is_named():
 
 
 def test_layers_of_one_body_do_not_hide_that_another_starts_to_slide():
-    model = tc.FrictionLayer()
-    layers = LayeredFriction(model, np.full(5, 1e-4), False, np.array([0, 2, 2, 5]))
+    bodies = [cube() for _ in range(3)]
+    scene = SimpleNamespace(friction=tc.FrictionLayer(), bodies=bodies, obstacles=[PLANE], body_pairs=())
+    contact = SimpleNamespace(areas=np.full(5, 1e-4))
+    domain = SimpleNamespace(contact=contact, contact_start=np.array([0, 2, 2, 5]), numbers=(0, 1, 2))
+    layers = LayeredFriction(scene, domain, False)
     data = arrays.get(layers.data).copy()
     rows = data[layers.names.FIRST :].reshape(-1, layers.names.NODE)
     rows[:, layers.names.WORK] = [1.0, 0.0, 0.0, 1e-9, 0.0]  # [J]; the second body has no contact nodes

@@ -54,7 +54,7 @@ class Pair:
             remedy = "contact of a body with itself is not modelled: name two bodies"
             raise InputError("Pair.second", self.second, remedy)
         if self.friction is not None and not isinstance(self.friction, FrictionModel):
-            remedy = "give Coulomb, RegularizedCoulomb or FrictionLayer, or None for Scene.friction"
+            remedy = "give a model such as tcontact.Coulomb(0.3), or None for Scene.friction"
             raise InputError("Pair.friction", self.friction, remedy)
         if self.slave is not None and not (isinstance(self.slave, str) and self.slave in (self.first, self.second)):
             raise InputError("Pair.slave", self.slave, f"give {self.first!r}, {self.second!r} or None")
