@@ -111,7 +111,7 @@ def joules(result: tc.Result) -> tuple[dict[str, np.ndarray], np.ndarray]:
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw tractions, temperatures, and where the work has gone; plastic strain and temperature of cells, as frames."""
     history, time = result.history, result.history["time"]
-    stand, work = joules(result)
+    stand, _work = joules(result)
     pressure, shear = tractions(result)
     rows = {
         ("pressure", "Pa"): {"mean": (time, pressure)},
@@ -129,7 +129,7 @@ def draw(result: tc.Result, folder: Path, title: str) -> None:
 
         data = ResultData.open(folder / "result.vtkhdf")
         for field in ("plastic_strain", "temperature") if len(data) else ():
-            render_frames(folder / "result.vtkhdf", folder / field, field, view="front", animation=False, title=title)
+            render_frames(folder / "result.vtkhdf", folder / field, field, view="above", animation=False, title=title)
 
 
 def checks(result: tc.Result) -> list[ck.Check]:
@@ -149,8 +149,14 @@ def checks(result: tc.Result) -> list[ck.Check]:
     return [
         *found,
         ck.at_most("joules missing, of the friction work", float(missing), 1e-6),
-        ck.at_most("shear over mu times the pressure", (force[:, 0] / force[:, 2]).max() / model.coefficient, 1.0 + 1e-9),
-        ck.at_most("hottest layer over melting", history["layer_temperature_max"].max() / STAINLESS_304.melting_temperature, 1.0),
+        ck.at_most(
+            "shear over mu times the pressure", (force[:, 0] / force[:, 2]).max() / model.coefficient, 1.0 + 1e-9
+        ),
+        ck.at_most(
+            "hottest layer over melting",
+            history["layer_temperature_max"].max() / STAINLESS_304.melting_temperature,
+            1.0,
+        ),
     ]
 
 

@@ -153,7 +153,7 @@ def tractions(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 def slip(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
     """Return slip speed [m/s] and shear [Pa] while the plates touch, means over steps: from the work of friction."""
-    pressure, shear = tractions(result)
+    _pressure, shear = tractions(result)
     mean, work = 0.5 * (shear[1:] + shear[:-1]), np.diff(result.history["friction_work"])
     rubs = mean > 1e-3 * shear.max()
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -25,11 +25,14 @@ from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,
     CONNECTIVITY,
+    CONTACT_BLOCK,
     END_PACK,
+    FIRST_CELL,
     FIRST_PACK,
     GRAIN,
     LAME,
     LANE,
+    LAST_CELL,
     MATERIAL,
     ROW,
     SEGMENT,
@@ -209,9 +212,10 @@ def viscous_load(body: ti.template(), boundary: ti.template(), viscous: ti.templ
 
 
 @ti.func
-def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), begin, end):
-    """Multiply the stiffness of contact cells begin .. end by 1 + eta/dt, to include their viscosity."""
-    for cell in range(begin, end):
+def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), number):
+    """Multiply the stiffness of the cells of contact block `number` by 1 + eta/dt, to include their viscosity."""
+    at = number * CONTACT_BLOCK
+    for cell in range(pairs.blocks[at + FIRST_CELL], pairs.blocks[at + LAST_CELL]):
         factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
             pairs.values[i] = factor * pairs.values[i]

@@ -85,9 +85,8 @@ def island_starts(islands: Sequence[Island], others: Sequence[np.ndarray], order
     """
     starts = np.zeros((len(islands) + 1, ISLAND), dtype=np.int64)
     starts[1:, 0] = [island.nodes.stop for island in islands]
-    starts[1:, 2] = [island.cells.stop for island in islands]
-    starts[:, 3] = starts[-1, 0] + np.cumsum([0, *(len(nodes) for nodes in others)])
-    starts[1:, 4] = [island.blocks.stop for island in islands]
+    starts[:, 2] = starts[-1, 0] + np.cumsum([0, *(len(nodes) for nodes in others)])
+    starts[1:, 3] = [island.blocks.stop for island in islands]
     if order is not None:
         starts[:, 1] = np.searchsorted(order.pack_start, starts[:, 0])
     return starts

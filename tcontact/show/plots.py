@@ -203,10 +203,12 @@ def against(path: Path, lines: Curves, across: tuple[str, str], upward: tuple[st
     figure, (axes,) = _figure(1, title)
     scales = [si_scale(max(float(np.nanmax(np.abs(line[part]), initial=0.0)) for line in lines.values()))
               for part in (0, 1)]  # fmt: skip
-    for (label, (x, y)), color in zip(lines.items(), (BLUE, RED, ORANGE, GREEN)):
+    for (label, (x, y)), color in zip(lines.items(), itertools.cycle((BLUE, RED, ORANGE, GREEN))):
         axes.plot(np.divide(x, scales[0][0]), np.divide(y, scales[1][0]), color=color, lw=1.0, label=label)
     axes.legend(loc="best", frameon=False)
-    for write, (name, unit), (_, prefix) in zip((axes.set_xlabel, axes.set_ylabel), (across, upward), scales, strict=True):
+    for write, (name, unit), (_, prefix) in zip(
+        (axes.set_xlabel, axes.set_ylabel), (across, upward), scales, strict=True
+    ):
         write(f"{name} [{_greek(prefix)}{unit}]")
     figure.savefig(unlinked(path))
 
