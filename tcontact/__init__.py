@@ -36,7 +36,14 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
 from .base.errors import InputError, OutputError  # noqa: E402
-from .base.warning_kinds import EnergyWarning, LayerWarning, LockingWarning, RotationWarning, SlaveWarning  # noqa: E402
+from .base.warning_kinds import (  # noqa: E402
+    EnergyWarning,
+    LayerWarning,
+    LockingWarning,
+    PlasticStepWarning,
+    RotationWarning,
+    SlaveWarning,
+)
 from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
 from .mesh.files.reading import read_mesh  # noqa: E402
@@ -107,6 +114,7 @@ __all__ = [
     "PaperImplicit",
     "PenaltyContact",
     "Plane",
+    "PlasticStepWarning",
     "RegularizedCoulomb",
     "Result",
     "RotationWarning",

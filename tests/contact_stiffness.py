@@ -32,29 +32,38 @@ def tangent_kernel(kind, law, block, plain):
     @ti.kernel
     def kernel(
         params: ARRAY, position: ARRAY, u: ARRAY, blocks: INDEX, cell_nodes: INDEX, shape_gradients: ARRAY,
-        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY,
+        start: INDEX, corners: INDEX, nodes: INDEX, values: ARRAY, basis: ARRAY, memory: ARRAY,
     ):  # fmt: skip
-        body = ti.static(Bodies(params, position, u, None))
+        body = ti.static(Bodies(params, position, u, memory))
         lists = ti.static(Pairs(blocks, cell_nodes, shape_gradients, start, corners, nodes, values))
         tangent(body, basis, lists, 0)
 
     return kernel
 
 
-def contact_stiffness(body, removal, u):
-    """K_KK [k * block, k * block] at u, its nodes in the user's numbering and their basis [k, 3, block]."""
+def contact_plan(body, removal):
+    """Plan of a body above a plane."""
     scene = tc.Scene([body], [tc.Plane((0, 0, -1.0))], 1.0, contact=tc.MasslessContact(removal=removal))
-    plan = tc.plan(scene).bodies[0]
+    return tc.plan(scene).bodies[0]
+
+
+def contact_stiffness(body, removal, u, force=None):
+    """K_KK [k * block, k * block] at u, its nodes in the user's numbering and their basis [k, 3, block].
+
+    force: the force pass of its `contact_plan`, with the state of its points; None: one at the start.
+    """
+    plan = contact_plan(body, removal)
     graph, block, count = plan.contact.graph, plan.contact.block, len(plan.contact.nodes)
     basis = plan.contact.basis[:, :, :block]
     values = arrays.zeros(len(graph.pair_nodes) * block * block)
-    force = force_of(plan)
+    force = force_of(plan) if force is None else force
     lists = contact_blocks(domain_of(plan), force)
     plain = bool((basis == np.eye(3)[:, :block]).all()) and block == 3
     kernel = tangent_kernel(plan.variant, body.material.law, block, plain)
     points = [lists[name] for name in ("blocks", "cell_nodes", "shape_gradients")]
     before = (plan.reference, u[plan.node_order], *points, graph.pair_start, graph.pair_corners, graph.pair_nodes)
-    kernel(force.parameters, *map(arrays.put, before), values, arrays.put(basis))
+    memory = arrays.zeros(1) if force.memory is None else force.memory
+    kernel(force.parameters, *map(arrays.put, before), values, arrays.put(basis), memory)
     matrix = np.zeros((count, block, count, block))
     pair_values = np.array(arrays.get(values)).reshape(-1, block, block)
     for (row, column), corners, value in zip(graph.pair_nodes, graph.pair_corners, pair_values, strict=True):

@@ -64,13 +64,15 @@ def rate(kind, x, y):
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
 def test_rates_are_those_of_the_worst_cells(kind):
-    """Two nonlinear bodies, far from the origin and of other sizes and laws, and a linear one beside them."""
+    """Three nonlinear bodies, far from the origin and of other sizes and laws, and a linear one beside them."""
     runtime.start("cpu", THREADS)
     rng = np.random.default_rng(3)
     bodies, start, before = [], [], []
-    for size, law in ((0.2, "neo"), (3e-3, "svk"), (0.1, "linear")):
+    # laws with 2 to 7 constants
+    metal = tc.ElastoPlastic(2e7, 0.3, 1e3, tc.LinearHardening(1e5))
+    for size, law in ((0.2, "neo"), (0.05, metal), (3e-3, "svk"), (0.1, "linear")):
         mesh = block(kind, 2, (size, size, 0.6 * size), meshes.rotation(5), (70.0 * size, 0.0, 900.0 * size))
-        bodies.append(tc.Body(mesh, material(law)))
+        bodies.append(tc.Body(mesh, material(law) if isinstance(law, str) else law))
         bend = meshes.rotation(2) @ (np.diag([1.2, 1.1, 0.6]) + 0.3 * rng.uniform(-1, 1, (3, 3))) - np.eye(3)
         start.append(mesh.nodes @ bend.T + 0.02 * size * rng.standard_normal(mesh.nodes.shape))
         before.append(start[-1] - 0.02 * size * rng.standard_normal(mesh.nodes.shape))
@@ -84,6 +86,22 @@ def test_rates_are_those_of_the_worst_cells(kind):
         for place, u in enumerate((start[number], start[number] + 0.7 * (start[number] - before[number]))):
             cells = [rate(kind, body.mesh.nodes[cell], (body.mesh.nodes + u)[cell]) for cell in body.mesh.cells]
             assert found[place, number] == pytest.approx(speed**2 * max(cells), rel=1e-3)
+
+
+def test_viscosity_does_not_change_the_rates():
+    """Its constants stand before those of the law."""
+    runtime.start("cpu", THREADS)
+    body = tc.Body(block("tet4", 2), material("neo"))
+    found = []
+    for viscosity in (None, tc.BulkViscosity()):
+        scene = tc.Scene(bodies=[body], duration=1.0, viscosity=viscosity)
+        (domain,) = plan(scene).domains
+        start = [0.1 * body.mesh.nodes]
+        state = DomainState(scene, domain, start, [0 * start[0]])
+        rates = ShapeRates(domain, state.internal_force, state.u, arrays.put(state._started(start)))
+        found.append(rates.measure(0.0))
+    assert (found[0] > 0.0).all()
+    assert (found[0] == found[1]).all()
 
 
 def true_step(body, u):

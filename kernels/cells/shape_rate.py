@@ -60,7 +60,7 @@ def make_block_rates(kind: str):
     """Return block_rates(body, shape, place, first_material, size, first, end) for cells of a kind in a chunk.
 
     place: of the rates of block 0 in this chunk; first_material, size: place of the first material in `params`, and
-    how many numbers each has, which tell the number of the block; first, end: segments.
+    the fewest numbers that one has, which tell the slot of the block; first, end: segments.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     spread_of = SPREADS[corners]
@@ -95,7 +95,7 @@ def make_block_rates(kind: str):
 def make_shape_rates(kinds: tuple[tuple[str, str], ...], signature: Signature):
     """Return the kernel shape_rates(first_material, size, blocks, *arrays of a `bundles.Body` and a `Shape`), memoised.
 
-    kinds: of cells (element, law); blocks: number of blocks; `rates` is 0 before, but for `ahead`. The displacement
+    kinds: of cells (element, law); blocks: number of slots; `rates` is 0 before, but for `ahead`. The displacement
     u_before takes the place of v.
     """
     count = len(kinds)

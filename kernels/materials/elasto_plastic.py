@@ -154,7 +154,7 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
 
     @ti.func
     def tangent(f, parameters, pressure, old):
-        """Return [F^-t, s = mu d, k, k mb - Jp, slope - 2/3 k mb, k mb, 2/3 k, 3 mb kap/q^2]; see `pair`."""
+        """Return [F^-t, s = mu d, k, k mb - Jp, slope - 2/3 k mb, k mb, 2/3 k, 3 mb kap/q^2, z]; see `pair`."""
         h = [[f[i, j] - (1.0 if ti.static(i == j) else 0.0) for j in range(3)] for i in range(3)]
         jacobian = f.determinant()
         own = volume(jacobian - 1.0, parameters, old)
@@ -175,6 +175,7 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
             k * shear,
             2.0 / 3.0 * k,
             3.0 * shear * softer / (trial * trial),
+            s + (0.5 / shear) * (s @ s - (2.0 / 9.0 * trial * trial) * ti.Matrix.identity(ti.f64, 3)),
         ]
 
     @ti.func
@@ -209,14 +210,17 @@ def corner(data, g):
 def pair(data, ga, gb, a, b):
     """Return A_ab of two corners with a = F^-t G_a, b = F^-t G_b.
 
-    k (a.s b) I + k mb (a.b) I + c1 b x a + c2 a x b - 2/3 k [s a x b + a x s b] - c3 (s a) x (s b)
+    k (a.s b) I + k mb (a.b) I + c1 b x a + c2 a x b - 2/3 k [s a x b + a x s b] - c3 (z a) x (z b)
+
+    z = s + dev(s^2)/(2 mb): q changes by 3/q (mb s + dev s^2) : grad v, of which the symmetric part is kept.
     """
     sa, sb = data[1] @ a, data[1] @ b
+    za, zb = data[8] @ a, data[8] @ b
     same = data[2] * sa.dot(b) + data[5] * a.dot(b)
     value = ti.Matrix.zero(ti.f64, 3, 3)
     for i, j in ti.static(ti.ndrange(3, 3)):
         value[i, j] = data[3] * b[i] * a[j] + data[4] * a[i] * b[j]
-        value[i, j] -= data[6] * (sa[i] * b[j] + a[i] * sb[j]) + data[7] * sa[i] * sb[j]
+        value[i, j] -= data[6] * (sa[i] * b[j] + a[i] * sb[j]) + data[7] * za[i] * zb[j]
         if ti.static(i == j):
             value[i, i] += same
     return value

@@ -19,3 +19,7 @@ class LayerWarning(RuntimeWarning):
 
 class SlaveWarning(RuntimeWarning):
     """The chosen slave of a pair of bodies is much stiffer than its master, which makes the static solve slow."""
+
+
+class PlasticStepWarning(RuntimeWarning):
+    """A point of a metal flowed so far in a step that its new state is inaccurate."""

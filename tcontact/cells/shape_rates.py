@@ -6,7 +6,6 @@ import numpy as np
 
 from ..device import arrays
 from ..device.launch import Prepared
-from ..kernels.lanes import MATERIALS
 from ..planning.domain import Domain
 from ..planning.domain_packs import material_places
 from .internal_force import InternalForce
@@ -27,10 +26,12 @@ class ShapeRates:
         owners = [domain.bodies.index(block.body) for block in blocks]
         self._bodies, self._owner = len(domain.bodies), np.array(owners)
         self._squared = np.array([block.material.wave_speed**2 for block in blocks])
-        places = [*material_places(domain), MATERIALS]
-        self._numbers = MATERIALS, max(1, places[1] - places[0]), len(blocks)
+        places = np.array(material_places(domain))
+        size = int(np.diff(places).min(initial=2**30))  # laws have different numbers of constants
+        self._slots = (places - places[0]) // size  # of the rates of every block
+        self._numbers = int(places[0]), size, int(self._slots[-1]) + 1
         self.u, self.before = u, before
-        self._scratch = arrays.zeros(1 + 2 * len(blocks) * force.packs.all_chunks)
+        self._scratch = arrays.zeros(1 + 2 * self._numbers[2] * force.packs.all_chunks)
         body = Body(
             u=self.u,
             v=self.before,
@@ -53,7 +54,7 @@ class ShapeRates:
         values[0] = ahead
         arrays.set_values(self._scratch, values)
         self._launch(*self._numbers, *self._arrays)
-        by_block = arrays.get(self._scratch)[1:].reshape(-1, len(self._owner), 2).max(axis=0)
+        by_block = arrays.get(self._scratch)[1:].reshape(-1, self._numbers[2], 2).max(axis=0)[self._slots]
         found = np.zeros((2, self._bodies))
         for row, values in zip(found, (by_block * self._squared[:, None]).T, strict=True):
             np.maximum.at(row, self._owner, values)

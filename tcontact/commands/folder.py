@@ -32,6 +32,7 @@ OURS = (
     "bodies.png",
     "deflection.png",
     "motion.png",
+    "profile.png",
     "spin.png",
     "sliding.png",
     "tractions.png",

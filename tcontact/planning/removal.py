@@ -13,6 +13,7 @@ from ..scene.pairs import area_vectors
 from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene
+from .metal_removal import ONE_SIDE, check_full, fast_metal, own_normals
 from .rotation import spin
 
 FACING = np.cos(np.radians(15.0))  # a face within 15 degrees of its plane may lose normal mass only
@@ -45,7 +46,8 @@ def choose_removal(scene: Scene, index: int) -> str:
 
     It cannot if all obstacles within reach are planes that share one direction, none of them turns, every contact face
     faces one of them, and the body does not start with a spin that turns it by 0.05 rad in the duration. Bodies in
-    contact with each other share one removal: normal if one direction serves them all (`common_normal`).
+    contact with each other share one removal: normal if one direction serves them all (`common_normal`). A metal has
+    normal removal over planes of one direction, however its faces lean, and in every fast impact (metal_removal.py).
     """
     assert isinstance(scene.contact, MasslessContact)
     if scene.contact.removal != "auto":
@@ -53,16 +55,25 @@ def choose_removal(scene: Scene, index: int) -> str:
     if paired(scene, index):
         return "full" if common_normal(scene, index) is None else "normal"
     body = scene.bodies[index]
+    if fast_metal(scene, [index]):
+        return "normal"
+    normals = _plane_normals(scene, body)
+    if normals is None:
+        return "full"
+    facing = (-(_outward(body) @ normals.T)).max(axis=1)
+    faces = (facing > FACING).all() or any(material.plastic for material in body.materials)
+    return "normal" if faces and _turn(scene, body) <= SPINS else "full"
+
+
+def _plane_normals(scene: Scene, body: Body) -> np.ndarray | None:
+    """Return the normals [m, 3] of the obstacles within reach if all are planes of one direction that do not turn."""
     obstacles = [
         scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
     ]
     if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles):
-        return "full"
+        return None
     normals = np.array([obstacle.frame[2] for obstacle in obstacles])
-    if (np.abs(normals @ normals[0]) < PARALLEL).any():
-        return "full"
-    facing = (-(_outward(body) @ normals.T)).max(axis=1)
-    return "normal" if (facing > FACING).all() and _turn(scene, body) <= SPINS else "full"
+    return None if (np.abs(normals @ normals[0]) < PARALLEL).any() else normals
 
 
 def _outward(body: Body) -> np.ndarray:
@@ -84,10 +95,12 @@ def paired(scene: Scene, index: int) -> bool:
 def common_normal(scene: Scene, index: int) -> np.ndarray | None:
     """Return the direction [3] along which a body and all that it is connected to by pairs may lose their mass.
 
-    All their contact faces lie within 15 degrees of it, none of the bodies turns, and an obstacle is a plane across it.
-    None if there is no such direction.
+    All their contact faces lie within 15 degrees of it (45 in a fast impact of metals, such as balls), none of the
+    bodies turns, and an obstacle is a plane across it. None if there is no such direction.
     """
-    bodies = [scene.bodies[number] for number in connected(scene, index)]
+    numbers = connected(scene, index)
+    bodies = [scene.bodies[number] for number in numbers]
+    limit = ONE_SIDE if fast_metal(scene, numbers) else FACING
     normals = [_outward(body) for body in bodies]
     first = normals[0][0]
     total = sum((np.where(part @ first > 0.0, 1.0, -1.0)[:, None] * part).sum(axis=0) for part in normals)
@@ -96,10 +109,10 @@ def common_normal(scene: Scene, index: int) -> np.ndarray | None:
     direction = np.asarray(total / np.linalg.norm(total))
     for obstacle in scene.obstacles:
         across = obstacle.shape == "plane" and not obstacle.turns
-        if not across or abs(obstacle.frame[2] @ direction) < FACING:
+        if not across or abs(obstacle.frame[2] @ direction) < limit:
             return None
         direction = np.array(obstacle.frame[2])
-    aligned = all((np.abs(part @ direction) > FACING).all() for part in normals)
+    aligned = all((np.abs(part @ direction) > limit).all() for part in normals)
     return direction if aligned and all(_turn(scene, body) <= SPINS for body in bodies) else None
 
 
@@ -118,7 +131,8 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
     """Find the nodes of the contact set that lose mass, and their massless directions.
 
     A supported component keeps its mass; a node whose massless directions are all supported leaves K. With normal
-    removal the normals are those of the obstacles within reach.
+    removal the normals are those of the obstacles within reach; for a metal, unless they are planes of one direction,
+    those of its contact faces. Raises `InputError` for full removal of a metal in a fast impact.
     """
     assert isinstance(scene.contact, MasslessContact)
     body, removal = scene.bodies[index], choose_removal(scene, index)
@@ -132,6 +146,12 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
             remedy += " within 15 degrees of one direction and none of them turns; use 'full' or 'auto'"
             raise InputError("MasslessContact.removal", removal, remedy)
         normals = normals if common is None else np.broadcast_to(common, normals.shape)
+        for number in connected(scene, index) if removal == "full" else ():
+            check_full(scene, number)
+    elif removal == "full":
+        check_full(scene, index)
+    elif any(material.plastic for material in body.materials) and _plane_normals(scene, body) is None:
+        normals = own_normals(body)
     else:
         obstacles = [
             scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)

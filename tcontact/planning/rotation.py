@@ -35,6 +35,15 @@ def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     return np.asarray((free @ np.linalg.lstsq(gram, right, rcond=None)[0])[3:] / size)
 
 
+def turns_freely(body: Body, nodes: np.ndarray) -> bool:
+    """Return whether the supports and the periodic directions of a body leave it a rotation; nodes [n, 3] [m]."""
+    if body.images is None and np.isnan(body.prescribed).all():
+        return True
+    arm = nodes - nodes.mean(axis=0)
+    free = _free_motions(body, _rigid_motions(arm / float(np.abs(arm).max())))
+    return bool((np.abs(free[3:]) > 1e-6).any())
+
+
 def _rigid_motions(arm: np.ndarray) -> np.ndarray:
     """Return the velocities [n, 3, 6] of the nodes in the three translations and the three rotations."""
     motions = np.zeros((len(arm), 3, 6))

@@ -1,4 +1,4 @@
-"""Check the history of a finished run for a large energy error and inaccurate friction layers.
+"""Check the history of a finished run for a large energy error, long plastic steps and inaccurate friction layers.
 
 Each warning gives the error and what reduces it.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.warning_kinds import EnergyWarning, LayerWarning
+from ..base.warning_kinds import EnergyWarning, LayerWarning, PlasticStepWarning
 from ..scene.contact_models import ImpulseContact, PenaltyContact
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
@@ -17,6 +17,7 @@ from ..schemes import Scheme
 
 LARGE = 0.05  # largest energy error that needs no warning, over the largest kinetic and elastic energy of the run
 FAR = 5.0  # largest error of the friction layers that needs no warning, over their tolerance
+LONGEST_FLOW = 0.1  # plastic strain of a step up to which the return to the yield surface is accurate
 
 
 def end_warnings(
@@ -28,9 +29,29 @@ def end_warnings(
     """
     found = [
         (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
+        (flow_warning(history, dt), PlasticStepWarning),
         (layer_warning(scene, history), LayerWarning),
     ]
     return [(text, kind) for text, kind in found if text is not None]
+
+
+def flow_warning(history: dict[str, np.ndarray], dt: float) -> str | None:
+    """Return a warning about a step [s] in which a point flowed by more than 0.1; None for smaller ones, or no metal.
+
+    The largest plastic strain of all points rises by no more than some point flows; rows apart count by their mean.
+    """
+    if "plastic_strain_max" not in history or len(history["time"]) < 2:
+        return None
+    steps = np.diff(history["time"])
+    flow = np.diff(history["plastic_strain_max"]) * np.minimum(1.0, dt / np.maximum(steps, 1e-300))
+    row = int(np.argmax(flow))
+    if not flow[row] > LONGEST_FLOW:
+        return None
+    when = f"at t = {history['time'][row + 1]:.6g} s"
+    return (
+        f"the plastic strain of a point grew by {flow[row]:.2g} in a step {when}; the flow of a step is accurate up to"
+        f" {LONGEST_FLOW:g}: take smaller steps (cfl or dt), or a mesh whose cells do not collapse there"
+    )
 
 
 def energy_warning(

@@ -162,6 +162,19 @@ def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") 
     _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
 
 
+def outlines(path: Path, lines: Curves, title: str = "") -> None:
+    """Plot outlines of a round body, height over radius: {label: (radii [m], heights [m])}."""
+    figure, (axes,) = _figure(1, title)
+    factor, prefix = si_scale(max(float(np.abs(values).max()) for pair in lines.values() for values in pair))
+    for (label, (radius, height)), colour in zip(lines.items(), itertools.cycle((GREY, BLUE, RED, ORANGE, PURPLE))):
+        axes.plot(radius / factor, height / factor, color=colour, lw=1.1, label=label)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"radius [{_greek(prefix)}m]")
+    axes.set_ylabel(f"height [{_greek(prefix)}m]")
+    axes.legend(loc="best", frameon=False, fontsize=8)
+    figure.savefig(unlinked(path))
+
+
 def energies(path: Path, runs: Mapping[str, History]) -> None:
     """Plot the energies of runs over the one at the start: on their own scale above, around 1 below."""
     figure, (upper, lower) = _figure(2, "")

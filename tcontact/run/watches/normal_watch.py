@@ -9,7 +9,7 @@ import numpy as np
 from ...base.errors import FunctionError
 from ...base.warning_kinds import RotationWarning
 from ...planning.removal import SPINS
-from ...planning.rotation import angle, rotation, spin
+from ...planning.rotation import angle, rotation, spin, turns_freely
 from ...scene.contact_models import MasslessContact
 from ...scene.obstacles import Obstacle
 from ...scene.obstacles.motion import Motion
@@ -31,8 +31,9 @@ REMEDY = (
 class NormalWatch:
     """Checks the rotation of bodies with normal removal and of the walls.
 
-    Only rotations that tilt the normal count, if all obstacles are planes of one direction: a body that spins about
-    it keeps its normals. A launch of many rows ends at a look while a body or a wall is turning.
+    Bodies that their supports keep from turning are left out: what looks like a rotation there is a change of shape.
+    Only rotations that tilt the normal count, if all obstacles are planes of one direction: a body that spins about it
+    keeps its normals. A launch of many rows ends at a look while a body or a wall is turning.
     """
 
     def __init__(self, run: Run, numbers: list[int]) -> None:
@@ -42,9 +43,9 @@ class NormalWatch:
         self._normal = _common_normal(run.scene.obstacles)
         if run.scene.body_pairs and contact is not None and contact.basis is not None:
             self._normal = contact.basis[0, :, 0]  # one direction serves all bodies in contact
-        self._numbers = numbers
+        self._numbers = [n for n in numbers if turns_freely(run.scene.bodies[n], run.scene.bodies[n].initial_nodes)]
         self._picked, self._start, self._mass = [], [], []
-        for number in numbers:
+        for number in self._numbers:
             state = run.states[number]
             picked = np.arange(0, len(state.plan.reference), -(-len(state.plan.reference) // SAMPLES))
             self._picked.append(picked)

@@ -16,9 +16,11 @@ FIELDS = {  # file name of a field: what the picture calls it, its unit, its col
     "displacement": ("Displacement", "m", "viridis"),
     "layer_temperature": ("Temperature of the friction layer", "K", "pressure"),
     "layer_shear": ("Shear stress of the friction layer", "Pa", "pressure"),
+    "plastic_strain": ("Plastic strain", "", "viridis"),
+    "temperature": ("Temperature", "K", "pressure"),
     "body": ("Bodies", "", "bodies"),
 }
-AWAY_FROM_ZERO = ("layer_temperature",)  # fields whose colours start at their smallest value, not at zero
+AWAY_FROM_ZERO = ("layer_temperature", "temperature")  # fields whose colours start at their smallest value, not at zero
 BACKGROUND = (250, 251, 253)
 TEXT, FAINT_TEXT = (34, 40, 49), (108, 117, 129)
 PLANE_TONES = ((219, 225, 233), (207, 214, 224))
