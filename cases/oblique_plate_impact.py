@@ -208,7 +208,11 @@ def checks(result: tc.Result) -> list[ck.Check]:
         return found
     model, elastic = scene.friction, isinstance(scene.bodies[0].material, tc.LinearElastic)
     coarse = max(1.0, 40.0 / choices.cells_of(scene.bodies[0].mesh))
-    found.append(ck.energy(result, 4e-3 * coarse))
+    tolerance = scene.contact.tolerance or 1e-4
+    found += [
+        ck.energy(result, 4e-3 * coarse),
+        ck.equals("static solves not converged", int((history["static_residual"] > tolerance).sum()), 0),
+    ]
     time, (pressure, shear) = history["time"], tractions(result)
     flat = time > waves.touch + 0.1 * (result.time - waves.touch)
     low, high = 1.0 - 0.01 * coarse, 1.0 + 0.01 * coarse

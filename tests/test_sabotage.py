@@ -23,6 +23,8 @@ SMALL = {
     "hot-slide": ({"cells": 2}, {}),
     "layered-bar": ({"cells": 12}, {}),
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
+    "metal-slide": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
+    "oblique-plate-impact": ({"cells": 10, "law": "elastic", "friction": "coulomb"}, {"wall": "there is no wall"}),
     "penetration-energy": ({"cells": 4}, {}),
     "pressure-shear": ({"cells": 20}, {}),
     "ring-in-ring": ({"cells": 16, "outer_cells": 48}, {"density": "the pressure is that of elastic rings"}),

@@ -26,6 +26,7 @@ POLISHING_SWEEPS = 60  # maximum below the tolerance, and per linearisation of a
 MAXIMUM_SWEEPS = 500  # after which the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 PAIR_SOLVES = 3  # linear problems of a step with pairs of bodies, at most
+METAL_SOLVES = 20  # and where a metal yields
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
 # largest poisson with a mean dilatation at which the sweeps (False), or MPRGP (True), converge with either removal
 MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
@@ -126,7 +127,8 @@ class StaticSolve:
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
         settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
-        settings[names.MAXIMUM_SOLVES] = PAIR_SOLVES if island.coupled else 0.0
+        solves = METAL_SOLVES if any(material.plastic for material in materials) else PAIR_SOLVES
+        settings[names.MAXIMUM_SOLVES] = solves if island.coupled else 0.0
         settings[names.REACH] = 1e300
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
