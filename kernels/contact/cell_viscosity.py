@@ -11,8 +11,9 @@ measures forces and strains in the reference state; its viscosity is D = (H + H^
 The integration is that of the elastic force: points, one volume change, or mean gradient with hourglass stiffness.
 
 In the static solve x are the positions of the iteration and x_before those of the last time level, so that massless
-components are damped implicitly, with the tangent K + eta/dt K of a cell (exact for the linear law). On components with
-mass the force of the step before the kick acts, explicitly. A step dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
+components are damped implicitly, with the tangent K + eta/dt K of a cell (exact for the linear law; of a metal see
+static/damping_tangent.py). On components with mass the force of the step before the kick acts, explicitly. A step
+dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
 """
 
 import functools
