@@ -219,10 +219,8 @@ def against(path: Path, lines: Curves, across: tuple[str, str], upward: tuple[st
     for (label, (x, y)), color in zip(lines.items(), itertools.cycle((BLUE, RED, ORANGE, GREEN))):
         axes.plot(np.divide(x, scales[0][0]), np.divide(y, scales[1][0]), color=color, lw=1.0, label=label)
     axes.legend(loc="best", frameon=False)
-    for write, (name, unit), (_, prefix) in zip(
-        (axes.set_xlabel, axes.set_ylabel), (across, upward), scales, strict=True
-    ):
-        write(f"{name} [{_greek(prefix)}{unit}]")
+    axes.set_xlabel(f"{across[0]} [{_greek(scales[0][1])}{across[1]}]")
+    axes.set_ylabel(f"{upward[0]} [{_greek(scales[1][1])}{upward[1]}]")
     figure.savefig(unlinked(path))
 
 
