@@ -96,6 +96,15 @@ def tractions(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
     return force[:, 2], -force[:, 0]
 
 
+def squeeze(scene: tc.Scene) -> float:
+    """Return the elastic pressure [Pa] across the sliding plane in a block at the start."""
+    body = scene.bodies[0]
+    across, _, along = np.ptp(body.initial_nodes, axis=0) / np.ptp(body.mesh.nodes, axis=0)
+    volume = across * across * along
+    metal = body.material
+    return float(metal.bulk_modulus * (1.0 - volume) + 4.0 / 3.0 * metal.lame_mu * np.log(across / along))
+
+
 def joules(result: tc.Result) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Return where the heat and the cold work stand, in every row, and the work of friction and plastic flow [J]."""
     history, metal = result.history, result.scene.bodies[0].material
@@ -144,10 +153,13 @@ def checks(result: tc.Result) -> list[ck.Check]:
     if not result.ok:
         return found
     stand, work = joules(result)
+    motion = sum(0.5 * body.mass * body.velocity[0] ** 2 for body in scene.bodies)
     missing = np.abs(sum(stand.values()) - work).max() / max(history["friction_work"].max(), 1e-300)
     force, model = np.abs(result.pair_force["upper-lower"]), scene.friction
     return [
         *found,
+        ck.between("kinetic energy at the start / m v^2/2", history["kinetic"][0] / motion, 1.0 - 1e-6, 1.0 + 1e-6),
+        ck.between("pressure at the start / squeeze", tractions(result)[0][0] / squeeze(scene), 0.99, 1.01),
         ck.equals("static solves not converged", int((history["static_residual"] > 1e-4).sum()), 0),
         ck.at_most("joules missing, of the friction work", float(missing), 1e-6),
         ck.at_most(

@@ -14,9 +14,11 @@ SEGMENT = 8
 FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = range(SEGMENT)
 # numbers of a contact block, the contact cells of one block: first and end cell among all contact cells; start of its
 # nodes in `cell_nodes`, of the gradients and of the weights of its quadrature points in `shape_gradients`; number of
-# points per cell; start of its material in `params`; start of its cell 0 in `memory`; number of its kind of cells
-CONTACT_BLOCK = 9
-FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT, KIND = range(CONTACT_BLOCK)
+# points per cell; start of its material in `params`; start of its cell 0 in `memory`; number of its kind of cells; its
+# first lane among those of contact cells
+CONTACT_BLOCK = 10
+FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, MEMORY_AT = range(CONTACT_BLOCK - 2)
+KIND, LANE_AT = CONTACT_BLOCK - 2, CONTACT_BLOCK - 1
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
 FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
 MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time

@@ -60,7 +60,7 @@ from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .scene.metal_presets import metal  # noqa: E402
-from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening  # noqa: E402
+from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
@@ -105,6 +105,7 @@ __all__ = [
     "Material",
     "Mesh",
     "Midpoint",
+    "MieGrueneisen",
     "MooneyRivlin",
     "NeoHookean",
     "Ogden",

@@ -49,6 +49,7 @@ KERNEL_ROOMS = (
     "columns",
     "node_places",
     "pair_places",
+    "volume_places",
     "lanes",
 )
 HEAVY = {"taichi", "matplotlib", "PIL", "rich", "h5py", "meshio", "imageio_ffmpeg", "scipy", "vtk"}

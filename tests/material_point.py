@@ -17,6 +17,7 @@ def _kernel(law):
 
     known = LAWS[law]
     size, count = len(known.state), len(known.parameters) + known.plastic.rates
+    width = 11 + size
 
     @ti.kernel
     def drive(path: ARRAY, parameters: ARRAY, state: ARRAY, out: ARRAY):
@@ -27,29 +28,38 @@ def _kernel(law):
             answer = known.update(h, [parameters[i] for i in range(count)], old, [])
             for i in ti.static(range(3)):
                 for j in ti.static(range(3)):
-                    out[20 * n + 3 * i + j] = answer[0][i][j]
-            out[20 * n + 9] = answer[1]
-            out[20 * n + 10] = answer[4]
+                    out[width * n + 3 * i + j] = answer[0][i][j]
+            out[width * n + 9] = answer[1]
+            out[width * n + 10] = answer[4]
             for i in ti.static(range(size)):
-                out[20 * n + 11 + i] = answer[3][i]
+                out[width * n + 11 + i] = answer[3][i]
                 state[i] = answer[3][i]
 
     return drive
 
 
+def state_size(law):
+    """Return how many numbers of state a point of a law has."""
+    from tcontact.kernels.materials import LAWS
+
+    return len(LAWS[law].state)
+
+
 class Path:
-    """What a point went through: P [n, 3, 3], W [n], dissipation of every step [n], state [n, 8] and F [n, 3, 3]."""
+    """What a point went through: P [n, 3, 3], W [n], dissipation of every step [n], state [n, s] and F [n, 3, 3]."""
 
     def __init__(self, material, gradients, state=None, step=0.0):
-        """Drive a material along F - I [n, 3, 3]; state [8]: at the start; step [s]: of every increment."""
+        """Drive a material along F - I [n, 3, 3]; state [s]: at the start; step [s]: of every increment."""
         gradients = np.asarray(gradients, dtype=float)
         self.f = gradients + np.eye(3)
         parameters = np.array([*material.parameters, step])
-        state = np.zeros(8) if state is None else np.array(state, dtype=float)
-        out = np.zeros((len(gradients), 20))
-        _kernel(material.law)(gradients.reshape(-1).copy(), parameters, state, out.reshape(-1))
+        drive = _kernel(material.law)
+        size = state_size(material.law)
+        state = np.zeros(size) if state is None else np.array(state, dtype=float)
+        out = np.zeros((len(gradients), 11 + size))
+        drive(gradients.reshape(-1).copy(), parameters, state, out.reshape(-1))
         self.p, self.energy, self.lost = out[:, :9].reshape(-1, 3, 3), out[:, 9], out[:, 10]
-        self.state, self.strain, self.warming = out[:, 11:19], out[:, 17], out[:, 18]
+        self.state, self.strain, self.warming = out[:, 11:], out[:, 17], out[:, 18]
 
     @property
     def kirchhoff(self):

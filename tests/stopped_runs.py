@@ -69,6 +69,7 @@ MORE_SCENES = {
         wall=[tc.Plane(), tc.Sphere((0.1, 0.03, 0.02), 0.035, angular_velocity=(0, 9.0, 1.0))], friction=COULOMB
     ),
     "reduced hexes, viscosity": lambda: scene(formulation="reduced", viscosity=tc.BulkViscosity(0.06, 1.2)),
+    "node-averaged tets, friction": lambda: scene(kind="tet4", formulation="node-averaged", friction=COULOMB),
     "mean dilatation, driven support": lambda: scene(
         formulation="mean-dilatation", supports=[tc.Support("zmax", "z", -3.0)], velocity=(0.0, 0.0, -3.0)
     ),

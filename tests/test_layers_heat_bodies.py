@@ -54,6 +54,17 @@ def test_heat_of_friction_and_of_flow_is_in_layers_and_cells(removal, monkeypatc
     assert held == pytest.approx(history["plastic_heat"][-1] + history["body_heat"][-1], rel=1e-9)
 
 
+def test_points_whose_heat_has_a_pressure_keep_the_heat_of_the_layers(tmp_path):
+    """With Gamma = 0 the volume leaves the temperature alone: the cells hold what they were given."""
+    law = dataclasses.replace(RED, pressure=tc.MieGrueneisen(1.5, 0.0))
+    scene = metal_blocks(laws=(law, law))
+    history = tc.simulate(scene, FAST, out=tmp_path / "run", frames=2).history
+    capacities = [law.density * law.specific_heat * body.mesh.cell_volumes() for body in scene.bodies]
+    held = sum(float(part @ rise) for part, rise in zip(capacities, rises(tmp_path / "run", scene), strict=True))
+    assert history["body_heat"][-1] > 0.02 * held
+    assert held == pytest.approx(history["plastic_heat"][-1] + history["body_heat"][-1], rel=1e-9)
+
+
 def test_the_far_end_has_the_temperature_of_the_cells():
     """Between smooth elastic bodies of one temperature nothing flows; a hot one warms a cold one through its layers."""
     strong = tc.LinearHardening(4e9)

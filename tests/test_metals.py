@@ -117,3 +117,17 @@ def test_a_scene_without_metals_has_no_byte_and_no_column_of_them():
     state = state_of(scene, planned.bodies[0])
     assert state.internal_force.memory is None
     assert "memory" not in [name for name, part in state.internal_force.bundle()._asdict().items() if part is not None]
+
+
+@pytest.mark.parametrize("formulation", ["mean-dilatation", "reduced"])
+def test_a_run_goes_on_from_another_with_its_plastic_state(formulation):
+    """At the seam nothing flows: the state, the energy and the stable step are those of the end of the first run."""
+    first = tc.simulate(hit(formulation, duration=2e-7), HALF)
+    second = tc.simulate(hit(formulation, duration=2e-7), HALF, initial=first)
+    for name in ("elastic", "kinetic", "plastic_strain_max", "temperature_max"):
+        assert second.history[name][0] == pytest.approx(first.history[name][-1], rel=1e-9), name
+    assert second.history["plastic_work"][0] < 1e-9 * first.history["plastic_work"][-1]
+    assert second.history["plastic_work"][-1] > 0.0
+    assert second.dt == pytest.approx(first.dt, rel=0.2)
+    with pytest.raises(tc.InputError, match="same materials and formulations"):
+        tc.simulate(hit("full", duration=1e-8), initial=first)

@@ -20,7 +20,7 @@ def test_the_bar_has_its_size_and_the_mass_of_a_quarter():
         body = scene.bodies[0]
         polygon = 3.0 * np.sin(np.pi / 12.0) * bar.radius**2  # six edges on the rim
         assert body.mass == pytest.approx(polygon * bar.length * bar.density, rel=1e-9)
-        assert taylor_bar.size_of_cells(scene) <= 1.01 * bar.radius / 5
+        assert taylor_bar.size_of_cells(scene) <= 1.02 * bar.radius / 5  # layers of whole cells
         assert body.formulation == "mean-dilatation"
         assert tc.plan(scene).bodies[0].contact.removal == "normal"
 

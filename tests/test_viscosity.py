@@ -64,6 +64,7 @@ def force(mesh, mat, velocity, viscosity):
 
 @pytest.mark.parametrize(("kind", "formulation"), [
     ("hex8", "full"), ("tet4", "full"), ("wedge6", "full"), ("hex8", "reduced"), ("hex8", "mean-dilatation"),
+    ("tet4", "node-averaged"),
 ])  # fmt: skip
 def test_force_and_power_of_one_short_step(kind, formulation):
     """From a velocity field without strain: M dv/dt = q dV/dx, in compressed and in expanding cells."""

@@ -41,12 +41,14 @@ from ..lanes import (
     MEMORY,
     ROW,
     SEGMENT,
+    STEP,
     VISCOSITY,
     WIDTH,
 )
-from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of
+from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
 from ..language.vectors import MASK
 from ..materials import LAWS
+from .node_averages import averages_of
 
 TINY = 1e-100
 
@@ -76,6 +78,30 @@ def with_mass(body: ti.template(), start, massless, width: ti.template()):
     return ti.select(number > massless, zero + 1.0, ti.select(number < 1, zero + 1.0, zero))
 
 
+@ti.func
+def massless_velocity(body: ti.template(), start, velocity, width: ti.template()):
+    """Return the velocity (3) of one corner in the last step: of a massless node the difference of its positions."""
+    step = body.params[STEP]
+    rate = ti.select(step > 0.0, 1.0 / ti.max(step, TINY), 0.0)  # at the start, and in products, they have none
+    massless = 1.0 - with_mass(body, start, body.params[MASSLESS], width)
+    node = [3 * body.connectivity[start + lane] for lane in range(width)]
+    number = [body.node_info[body.connectivity[start + lane]] >> (2 * CHUNK_BITS) for lane in range(width)]
+    at = [ti.select(massless[lane] > 0.0, 3 * number[lane] - 2, 1) for lane in range(width)]
+    moved = [
+        rate * ti.Vector([body.u[node[lane] + c] - body.bulk_viscosity[at[lane] + c] for lane in range(width)])
+        for c in range(3)
+    ]
+    return [ti.select(massless > 0.0, moved[c], velocity[c]) for c in range(3)]
+
+
+@ti.func
+def keep_places(body: ti.template(), boundary: ti.template()):
+    """Keep the displacements of the massless nodes until the next time level."""
+    for s in range(int(body.params[MASSLESS])):
+        for c in ti.static(range(3)):
+            body.bulk_viscosity[1 + 3 * s + c] = body.u[3 * boundary.nodes[s] + c]
+
+
 def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool):
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
@@ -89,9 +115,27 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     law_of, size = LAWS[law], len(LAWS[law].state)
     numbers, plastic = group_size(*cell_groups(viscous, plastic_sums)), law_of.plastic
     point_share, flows = elements.FUNCTIONS[kind].share, plastic is not None
-    pack_memory = elements.FUNCTIONS[kind].points * size * width
+    points = elements.FUNCTIONS[kind].points
+    pack_memory = points * size * width
     lane_numbers = list(range(width))
-    viscosity_of = elements.FUNCTIONS[kind].viscosity
+    viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
+
+    @ti.func
+    def answer_of(
+        body: ti.template(),
+        segment,
+        pack,
+        x: ti.template(),
+        y: ti.template(),
+        weight: ti.template(),
+        parameters: ti.template(),
+        memory: ti.template(),
+    ):
+        if ti.static(averaged):
+            averages = averages_of(body, segment, pack, corners, width)
+            return force_of(x, y, weight, parameters, law_of, memory, averages)
+        else:
+            return force_of(x, y, weight, parameters, law_of, memory)
 
     @ti.func
     def block_phase(body: ti.template(), base, own, first, end, commit):
@@ -121,7 +165,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     if size
                     else None
                 )
-                answer = force_of(x, y, weight, parameters, law_of, memory)
+                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
@@ -136,8 +180,16 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                 if ti.static(viscous):
                     velocity = [gather_velocity(body, start + k * width, width) for k in range(corners)]
                     here = weight
-                    for k in ti.static(range(corners)):
-                        here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
+                    if ti.static(flows):
+                        if ti.static(cornered):
+                            if own == 1:
+                                for k in ti.static(range(corners)):
+                                    moved = massless_velocity(body, start + k * width, velocity[k], width)
+                                    for c in ti.static(range(3)):
+                                        velocity[k][c] = moved[c]
+                    else:
+                        for k in ti.static(range(corners)):
+                            here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
                     w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
                     constants = [body.params[material + VISCOSITY + i] for i in range(LAME - VISCOSITY)]
                     added = viscosity_of(x, y, w, constants[0], constants[1])
@@ -147,13 +199,30 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     # the stable one is shortened
                     limit = 2.0 / ti.max(body.params[KICK_BEFORE] + body.params[KICK_AFTER], TINY)
                     density = constants[2] * here * ti.min(one, limit / ti.max(rate, TINY))
+                    if ti.static(flows and cornered):
+                        if own == 1:
+                            step = body.params[STEP]
+                            density = ti.select(zero + step > 0.0, density, zero)
+                            slope = density * added[5] / ti.max(step, TINY)
+                            place = 1 + 3 * int(body.params[MASSLESS]) - int(body.bulk_viscosity[0])
+                            place += body.segments[at + LANE] + pack * width
+                            for lane in ti.static(range(width)):
+                                body.bulk_viscosity[place + lane] = slope[lane]
                     pressure = density * added[1]
                     first_lane = body.segments[at + LANE] + pack * width
                     held_at = ti.cast(body.params[CHUNK_COUNT], ti.i32) * numbers + first_lane
                     held = [held_at + lane for lane in range(width)]
-                    power += 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
-                    for lane in ti.static(range(width)):
-                        body.cell_sums[held[lane]] = pressure[lane]
+                    dissipation = 0.5 * (pressure + ti.Vector([body.cell_sums[i] for i in held])) * added[2]
+                    power += dissipation
+                    if ti.static(flows):
+                        if commit != 0 and parameters[2] > 0.0:
+                            rise = parameters[2] * body.params[STEP] * dissipation / added[4]
+                            warmest = heat_points(law_of, parameters, memory, points, rise)
+                            hottest = ti.max(hottest, parameters[plastic.initial_temperature] + warmest)
+                    keeps = commit if ti.static(flows) else 1  # measures of contact cells must not
+                    if keeps != 0:
+                        for lane in ti.static(range(width)):
+                            body.cell_sums[held[lane]] = pressure[lane]
                     for c, k in ti.static(ti.ndrange(3, corners)):
                         answer[0][c][k] += density * added[0][c][k]
                 rows_at, first_row = start, base

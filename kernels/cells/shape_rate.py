@@ -3,8 +3,9 @@
     rate = largest over the cells of  corners Lambda/(v V)   [1/m^2],   omega about wave speed sqrt(rate)
 
 Lambda is the largest eigenvalue of the sum of b_k b_k^t (elements/cell_spread.py), v the present volume and V that at
-rest. Each cell has two rates, at x + u and, to foresee the next one, at x + u + ahead (u - u_before). Cells of linear
-laws, whose frequencies do not change, are left out.
+rest. With an equation of state that stiffens (materials/mie_grueneisen.py) the rate grows with J U'' + 4/3 mu over
+K + 4/3 mu. Each cell has two rates, at x + u and, to foresee the next one, at x + u + ahead (u - u_before). Cells of
+linear laws, whose frequencies do not change, are left out.
 
 With q = tr A/3, A/q - I = p S, tr S^2 = 6, the largest eigenvalue of A is q (1 + p (1 + y)), where y >= 0 is the root
 of y^3 + 3 y^2 = 2 + det S; from y = sqrt((2 + det S)/3), which is too large, two Newton steps give it to 1e-4.
@@ -23,6 +24,7 @@ from ..lanes import CHUNK_COUNT, CONNECTIVITY, END_PACK, FIRST_PACK, GRAIN, MATE
 from ..language import tensor3
 from ..language.arguments import Array
 from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.point_memory import constants_of
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from .cell_phase import gather, gather_velocity
@@ -56,14 +58,24 @@ def rate_of(spread, rest):
     return 0.5 * q * (4.0 + p * (1.0 + y)) / (ti.max(volume, FLATTEST * rest) * rest)
 
 
-def make_block_rates(kind: str):
-    """Return block_rates(body, shape, place, first_material, size, first, end) for cells of a kind in a chunk.
+@ti.func
+def stiffening(law: ti.template(), jacobian, parameters):
+    """Return the modulus of plane waves at J over that at rest of a metal whose equation of state stiffens it."""
+    change = ti.max(jacobian, FLATTEST) - 1.0
+    slope = law.plastic.volume(change, parameters, [0.0 * change for _ in range(len(law.state))])[2]
+    rest = law.modulus(parameters)
+    return (rest + (1.0 + change) * slope - parameters[0]) / rest
+
+
+def make_block_rates(kind: str, law: str):
+    """Return block_rates(body, shape, place, first_material, size, first, end) for cells of a kind and law in a chunk.
 
     place: of the rates of block 0 in this chunk; first_material, size: place of the first material in `params`, and
-    the fewest numbers that one has, which tell the slot of the block; first, end: segments.
+    how many numbers each has, which tell the number of the block; first, end: segments.
     """
     corners, width = elements.CORNERS[kind], WIDTH
-    spread_of = SPREADS[corners]
+    spread_of, law_of = SPREADS[corners], LAWS[law]
+    stiffens = law_of.plastic is not None and law_of.plastic.always
 
     @ti.func
     def block_rates(body: ti.template(), shape: ti.template(), place, first_material, size, first, end):
@@ -82,8 +94,14 @@ def make_block_rates(kind: str):
                     [now[c][k] + ahead * (corner[k][3 + c] - before[k][c]) for k in range(corners)] for c in range(3)
                 ]
                 rest = spread_of(x)[0]
-                now_most = ti.max(now_most, rate_of(spread_of(now), rest))
-                next_most = ti.max(next_most, rate_of(spread_of(later), rest))
+                here_now, here_later = spread_of(now), spread_of(later)
+                rate, rate_later = rate_of(here_now, rest), rate_of(here_later, rest)
+                if ti.static(stiffens):
+                    parameters = constants_of(body, body.segments[at + MATERIAL], law_of)
+                    rate = rate * stiffening(law_of, here_now[0] / rest, parameters)
+                    rate_later = rate_later * stiffening(law_of, here_later[0] / rest, parameters)
+                now_most = ti.max(now_most, rate)
+                next_most = ti.max(next_most, rate_later)
             here = place + 2 * ((body.segments[at + MATERIAL] - first_material) // size)
             shape.rates[here] = ti.max(shape.rates[here], now_most.max())
             shape.rates[here + 1] = ti.max(shape.rates[here + 1], next_most.max())
@@ -95,11 +113,14 @@ def make_block_rates(kind: str):
 def make_shape_rates(kinds: tuple[tuple[str, str], ...], signature: Signature):
     """Return the kernel shape_rates(first_material, size, blocks, *arrays of a `bundles.Body` and a `Shape`), memoised.
 
-    kinds: of cells (element, law); blocks: number of slots; `rates` is 0 before, but for `ahead`. The displacement
+    kinds: of cells (element, law); blocks: number of blocks; `rates` is 0 before, but for `ahead`. The displacement
     u_before takes the place of v.
     """
     count = len(kinds)
-    functions, deforming = [make_block_rates(kind) for kind, _ in kinds], [not LAWS[law].linear for _, law in kinds]
+    functions, deforming = (
+        [make_block_rates(kind, law) for kind, law in kinds],
+        [not LAWS[law].linear for _, law in kinds],
+    )
 
     @ti.func
     def shape_rates(first_material, size, blocks, body: ti.template(), shape: ti.template()):

@@ -1,10 +1,10 @@
 """Elements by name, the `kind` of kernel factories; each element is one file with its `FUNCTIONS`."""
 
 from ..materials import LAWS
-from . import hex8, hex8_mean_dilatation, hex8_reduced, tet4, wedge6
+from . import hex8, hex8_mean_dilatation, hex8_reduced, tet4, tet4_node_averaged, wedge6
 
 FUNCTIONS = {}
-for element in (hex8, hex8_reduced, hex8_mean_dilatation, tet4, wedge6):
+for element in (hex8, hex8_reduced, hex8_mean_dilatation, tet4, tet4_node_averaged, wedge6):
     FUNCTIONS |= element.FUNCTIONS
 CORNERS = {kind: functions.corners for kind, functions in FUNCTIONS.items()}
 

@@ -13,8 +13,10 @@ Each cell also returns its rate
 
 the eigenvalue of M^-1 C of the cell alone with equal corner masses, a bound for the body
 (tcontact/schemes/explicit/stable_step.py). Where the rate times the step is above 2, which no stable step allows, q is
-reduced so that it is 2. Cells with a massless corner have no viscosity, since that corner has no velocity. The volume
-and its derivatives are those of the element (elements/).
+reduced so that it is 2. Of elastic laws cells with a massless corner have no viscosity. In those of metals the velocity
+of a massless node is the difference of its positions over the step: unknown in the static solve, which takes q into its
+forces and its tangent (static/viscous_tangent.py), so q acts on these nodes implicitly. The heat -q V' dt of metals
+warms the points of the cell. The volume and its derivatives are those of the element (elements/).
 """
 
 import taichi as ti
@@ -24,9 +26,14 @@ FLATTEST = 1e-9  # smallest ratio of volume to reference volume used here; the h
 
 @ti.func
 def pressure_rate(change, volume, reference, area, speed, square):
-    """Return [-q/(reference density e), e, rate V^2/(corners sum |dV/dx_k|^2) over volume^2], with h = volume/area."""
+    """Return [-q/(reference density e), e, s, t] with h = volume/area.
+
+    s is the rate over corners sum |dV/dx_k|^2; t: s with the quadratic part twice, for the derivative by V'.
+    """
     size = ti.max(volume, FLATTEST * reference)
     e = change / size
     h = size / area
-    stretch = h * (speed + square * h * ti.max(0.0 - e, 0.0))
-    return [(reference / size) * stretch, e, stretch / (size * size)]
+    quadratic = square * h * ti.max(0.0 - e, 0.0)
+    stretch = h * (speed + quadratic)
+    square_size = size * size
+    return [(reference / size) * stretch, e, stretch / square_size, (stretch + h * quadratic) / square_size]

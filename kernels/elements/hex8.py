@@ -150,9 +150,10 @@ def hex_slopes(mode_x):
 
 @ti.func
 def hex_viscosity(x, u, v, speed, square):
-    """Return [corner forces [component][corner], -q, V', rate] of a hex8, q and forces per reference density.
+    """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a hex8, q per reference density.
 
-    -q and V' are scaled such that their product is the power. speed: c1 c, square: c2^2.
+    t: the rate with the quadratic part twice; -q and V' are scaled such that their product is the power. speed: c1 c,
+    square: c2^2.
     """
     mode_x = [hex_modes(x[c]) for c in range(3)]
     mode_u = [hex_modes(u[c]) for c in range(3)]
@@ -173,7 +174,9 @@ def hex_viscosity(x, u, v, speed, square):
     pressure = answer[0] * answer[1] * (1.0 / 64.0)
     zero = pressure * 0.0
     mode_f = [[pressure * slopes[m][c] for m in range(6)] + [zero] for c in range(3)]
-    return [[hex_corner_forces(mode_f[c]) for c in range(3)], pressure, change, 64.0 * answer[2] * square_sum]
+    rates = [64.0 * answer[i] * square_sum for i in range(2, 4)]
+    force = [hex_corner_forces(mode_f[c]) for c in range(3)]
+    return [force, pressure, change, rates[0], (1.0 / 64.0) * reference, rates[1]]
 
 
 @ti.func

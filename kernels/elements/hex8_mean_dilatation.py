@@ -85,8 +85,9 @@ def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
     now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
     change = 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0])
     if ti.static(memory and law.plastic):
-        volume = law.plastic.volume(change / rest[0], parameters, mean_state(memory))
-        within = ti.static(memory._replace(pressure=[volume[0]]))
+        mean = change / rest[0]
+        volume = law.plastic.volume(mean, parameters, mean_state(memory))
+        within = ti.static(memory._replace(pressure=[volume[0], mean]))
         points = hex_mode_forces(mode_x, mode_u, parameters, law, within, jacobian_of)
         return with_law(points, weight, volume, rest[0], now[1])
     else:

@@ -33,7 +33,7 @@ def tet_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(
 
 @ti.func
 def tet_viscosity(x, u, v, speed, square):
-    """Return [corner forces [component][corner], -q, V', rate] of a tet4, scaled as in `hex8.hex_viscosity`."""
+    """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a tet4 as `hex8.hex_viscosity`."""
     a = [tet_derivatives(x[c]) for c in range(3)]
     g = [tet_derivatives(u[c]) for c in range(3)]
     w = [tet_derivatives(v[c]) for c in range(3)]
@@ -52,7 +52,8 @@ def tet_viscosity(x, u, v, speed, square):
     answer = pressure_rate(change, tensor3.determinant(now, slopes), reference, ti.sqrt(largest), speed, square)
     pressure = answer[0] * answer[1] * (1.0 / 6.0)
     force = [tet_corner_forces([pressure * slopes[c][j] for j in range(3)]) for c in range(3)]
-    return [force, pressure, change, 4.0 * answer[2] * square_sum]
+    rates = [4.0 * answer[i] * square_sum for i in range(2, 4)]
+    return [force, pressure, change, rates[0], (1.0 / 6.0) * reference, rates[1]]
 
 
 @ti.func

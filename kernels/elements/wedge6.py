@@ -103,7 +103,7 @@ def wedge_slopes(mode_x):
 
 @ti.func
 def wedge_viscosity(x, u, v, speed, square):
-    """Return [corner forces [component][corner], -q, V', rate] of a wedge6, scaled as in `hex8.hex_viscosity`.
+    """Return [corner forces [component][corner], -q, V', rate, V at rest, t] of a wedge6 as `hex8.hex_viscosity`.
 
     The height h is the shortest of the triangle at half height and of the cell between its two triangles.
     """
@@ -122,7 +122,8 @@ def wedge_viscosity(x, u, v, speed, square):
     answer = pressure_rate(change, now[0], reference, ti.sqrt(largest), speed, square)
     pressure = answer[0] * answer[1] * 0.5
     force = [[pressure * corner[c][k] for k in range(6)] for c in range(3)]
-    return [force, pressure, change, 6.0 * answer[2] * square_sum]
+    rates = [6.0 * answer[i] * square_sum for i in range(2, 4)]
+    return [force, pressure, change, rates[0], 0.5 * reference, rates[1]]
 
 
 @ti.func

@@ -17,7 +17,9 @@ class Body(NamedTuple):
     contact cells at each boundary node; node_info [n]: chunks and boundary number of a node (lanes.py); position [n, 3]
     [m] at rest; mass [n] [kg]; params: lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact
     force; node_sums, cell_sums: columns.py; memory [pack, point, number, lane]: state of the quadrature points
-    (point_memory.py).
+    (point_memory.py); volume_lists, volumes: of cells whose volume change is averaged at nodes (node_volumes.py);
+    bulk_viscosity: of metals in contact cells: their first lane, displacements [s, 3] of the massless nodes at the last
+    time level, rate of every lane over the step times the density (viscous_tangent.py).
     """
 
     u: Array = None
@@ -35,6 +37,19 @@ class Body(NamedTuple):
     node_sums: Array = None
     cell_sums: Array = None
     memory: Array = None
+    volume_lists: Index = None
+    volumes: Array = None
+    bulk_viscosity: Array = None
+
+    @property
+    def averaged(self) -> bool:
+        """Return whether some cells have their volume change averaged at nodes."""
+        return self.volumes is not None
+
+    @property
+    def viscous_metal(self) -> bool:
+        """Return whether bulk viscosity acts in contact cells of metals."""
+        return self.bulk_viscosity is not None
 
 
 class Boundary(NamedTuple):

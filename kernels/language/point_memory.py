@@ -16,9 +16,9 @@ class PointMemory(NamedTuple):
     """The state of the cells of one pack.
 
     state: the array; start: place of number 0 of point 0 in lane 0; size: numbers per point; width: lanes; commit: 1 if
-    the new state is stored; pressure: [U' of the cell], [] where every point has its own; tally: of a law with plastic
-    flow dissipated energy, largest plastic strain and temperature rise of the points, energy that hourglass modes let
-    go.
+    the new state is stored; pressure: of the cell [U', mean of J - 1], [] where every point has its own; tally: of a
+    law with plastic flow dissipated energy, largest plastic strain and temperature rise of the points, energy that
+    hourglass modes let go.
     """
 
     state: Any
@@ -63,7 +63,9 @@ def respond(law: ti.template(), h, parameters, memory: ti.template(), point, vol
         memory.tally[WORK] = memory.tally[WORK] + volume * answer[4]
         for j, number in ti.static(((STRAIN, law.plastic.strain), (WARMING, law.plastic.warming))):
             memory.tally[j] = ti.max(memory.tally[j], answer[3][number])
-        if any_above_zero(answer[4]):  # else the state is the old one, bit for bit
+        if ti.static(law.plastic.always):
+            store(memory, point, answer[3])
+        elif any_above_zero(answer[4]):  # else the state is the old one, bit for bit
             store(memory, point, answer[3])
         return answer
     elif ti.static(memory):
@@ -82,6 +84,20 @@ def store(memory: ti.template(), point, new):
         for i in ti.static(range(memory.size)):
             for lane in ti.static(range(memory.width)):
                 memory.state[memory.start + first + i * memory.width + lane] = new[i][lane]
+
+
+@ti.func
+def heat_points(law: ti.template(), parameters, memory: ti.template(), points: ti.template(), rise):
+    """Raise the stored temperature of all points of the cell by `rise` [K]; return the largest temperature rise."""
+    hottest = 0.0 * rise
+    for point in range(points):
+        new = law.plastic.heated(recall(memory, point), parameters, rise)
+        hottest = ti.max(hottest, new[0])
+        first = memory.start + (point * memory.size + law.plastic.warming) * memory.width
+        for i in ti.static(range(len(new))):
+            for lane in ti.static(range(memory.width)):
+                memory.state[first + i * memory.width + lane] = new[i][lane]
+    return hottest
 
 
 @ti.func

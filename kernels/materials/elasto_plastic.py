@@ -78,7 +78,9 @@ def volume_of_shape(k, square, third):
 
 def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
     """Return the law with a yield stress and an equation of state."""
-    start, flow, volume = yield_stress.start, yield_stress.flow, state_equation.volume
+    start, flow = yield_stress.start, yield_stress.flow
+    names = (*PARAMETERS, *yield_stress.parameters, *state_equation.parameters)
+    volume, warmed, heated = state_equation.functions(len(names) - len(state_equation.parameters))
 
     @ti.func
     def returned(h, change, old, parameters, pressure):
@@ -115,12 +117,12 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
 
     @ti.func
     def of_volume(change, parameters, old, pressure: ti.template()):
-        """Return [U', U, pressure in the yield stress] of a point; U belongs to the cell if its pressure is given."""
+        """Return [U', U, U' in the yield stress, J - 1 for the heat]; U is the cell's if its pressure is given."""
         if ti.static(len(pressure) == 0):
             own = volume(change, parameters, old)
-            return [own[0], own[1], own[0]]
+            return [own[0], own[1], own[0], change]
         else:
-            return [0.0 * change, 0.0 * change, pressure[0]]
+            return [0.0 * change, 0.0 * change, pressure[0], pressure[1]]
 
     @ti.func
     def update(h, parameters, old, pressure: ti.template()):
@@ -149,8 +151,8 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
             for i, j in SIX
         ]  # fmt: skip
         new = [k * old[i] + ((k - 1.0) if ti.static(i < 3) else 0.0) + w * c[i] for i in range(6)]
-        warming = old[WARMING] + parameters[SHARE] * parameters[2] * lost
-        return [stress, 1.5 * mu * y + energy, change, new + [old[STRAIN] + dep, warming], lost]
+        warm = warmed(own[3], parameters, old, parameters[SHARE] * parameters[2] * lost)
+        return [stress, 1.5 * mu * y + energy, change, new + [old[STRAIN] + dep] + warm, lost]
 
     @ti.func
     def tangent(f, parameters, pressure, old):
@@ -183,12 +185,13 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         strength = yield_stress.hardened(old[STRAIN], parameters)
         return strength / (strength + 3.0 * parameters[1] * old[STRAIN])
 
-    plastic = Plastic(volume, secant, STRAIN, WARMING, SHARE, INITIAL, FIRST, yield_stress.rates)
+    functions, numbers = (volume, secant, heated), (STRAIN, WARMING, SHARE, INITIAL, FIRST)
+    plastic = Plastic(*functions, *numbers, rates=yield_stress.rates, always=bool(state_equation.state))
     return Law(
-        (*PARAMETERS, *yield_stress.parameters, *state_equation.parameters),
+        names,
         update,
         (Tangent(tangent, corner, pair),),
-        state=STATE,
+        state=STATE + state_equation.state,
         modulus=dilatational_modulus,
         plastic=plastic,
     )

@@ -1,9 +1,10 @@
-"""Pressure of a metal from its volume: energy U(J) of the change of volume, with e = J - 1.
+"""Pressure of a metal from its volume: energy U of the change of volume, with e = J - 1.
 
-    bulk       U = K/2 e^2
-    barrier    U = K/4 (J^2 - 1 - 2 ln J): grows without limit as J falls to 0
+    bulk               U = K/2 e^2
+    barrier            U = K/4 (J^2 - 1 - 2 ln J): grows without limit as J falls to 0
+    mie_grueneisen     from shock curve and heat (mie_grueneisen.py)
 
-Both give p = -U' = -K e at small strains.
+All give p = -U' = -K e at small strains.
 """
 
 from typing import Any, NamedTuple
@@ -11,13 +12,23 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..language.transcendental import log_split
+from . import mie_grueneisen
+
+WARMING = 7  # place of the temperature rise in the state of a point
 
 
 class EquationOfState(NamedTuple):
-    """volume(e, parameters, old) -> [U', U, U'']; parameters: names of its constants beyond the bulk modulus."""
+    """An equation of state; parameters, state: names of its constants beyond the bulk modulus, of numbers of state.
 
-    parameters: tuple[str, ...]
-    volume: Any
+    functions(first) -> (volume, warmed, heated), first: place of the constants among the parameters:
+    volume(e, parameters, old) -> [U', U, U''], all in proportion to parameters[0], the bulk modulus;
+    warmed(e, parameters, old, rise) -> numbers of the state from the temperature rise on, at e and after heat that
+    raises the temperature by `rise` [K]; heated(old, parameters, rise): the same at the e of the stored state.
+    """
+
+    functions: Any
+    parameters: tuple[str, ...] = ()
+    state: tuple[str, ...] = ()
 
 
 @ti.func
@@ -35,4 +46,18 @@ def barrier(e, parameters, old):
     return [pressure, energy, 0.5 * modulus * (1.0 + split[1] * split[1])]
 
 
-EQUATIONS_OF_STATE = {"bulk": EquationOfState((), bulk), "barrier": EquationOfState((), barrier)}
+@ti.func
+def warmed(e, parameters, old, rise):
+    return [old[WARMING] + rise]
+
+
+@ti.func
+def heated(old, parameters, rise):
+    return [old[WARMING] + rise]
+
+
+EQUATIONS_OF_STATE = {
+    "bulk": EquationOfState(lambda first: (bulk, warmed, heated)),
+    "barrier": EquationOfState(lambda first: (barrier, warmed, heated)),
+    "mie_grueneisen": EquationOfState(mie_grueneisen.make_functions, mie_grueneisen.PARAMETERS, mie_grueneisen.STATE),
+}

@@ -55,24 +55,27 @@ def lame_modulus(parameters):
 class Plastic(NamedTuple):
     """Functions of a law with plastic flow, whose `update` takes one more argument and returns one more number.
 
-    update(H, parameters, old, pressure) -> [.., new, dissipation]: pressure: [that of the cell, U' [Pa]], or [] where
-    every point has its own; dissipation [J/m^3] of the step. With a pressure of the cell P and W are those of the
-    change of shape alone, and the cell adds volume(change, parameters, old) -> [pressure U', energy U, slope U''] of
-    the mean of J - 1. secant(old, parameters): ratio of the secant modulus to the elastic one, for the hourglass
-    stiffness. strain, warming: places in the state of the plastic strain and of the temperature rise; share,
+    update(H, parameters, old, pressure) -> [.., new, dissipation]: pressure: of the cell [U' [Pa], mean of J - 1], or
+    [] where every point has its own; dissipation [J/m^3] of the step. With a pressure of the cell P and W are those of
+    the change of shape alone, and the cell adds volume(change, parameters, old) -> [pressure U', energy U, slope U'']
+    of that mean. secant(old, parameters): ratio of the secant modulus to the elastic one, for the hourglass stiffness.
+    heated(old, parameters, rise) -> numbers of the state from the temperature rise on, after heat that raises the
+    temperature by `rise` [K]. strain, warming: places in the state of plastic strain and temperature rise; share,
     initial_temperature, strength: places of these among the parameters (strength: of the yield stress, which products
     set to HIGH so that nothing yields). rates: the parameters are followed by the length of the step that ends at the
-    present state [s].
+    present state [s]. always: the state of points that do not flow changes too, as their temperature does.
     """
 
     volume: Any
     secant: Any
+    heated: Any
     strain: int
     warming: int
     share: int
     initial_temperature: int
     strength: int
     rates: bool = False
+    always: bool = False
 
 
 HIGH = 1e100  # a yield stress [Pa] that is never reached, over the modulus

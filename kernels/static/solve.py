@@ -19,11 +19,12 @@ from ..contact.cell_viscosity import RATE, stiffen, viscous_force
 from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_node, island_count
 from ..contact.pair_rows import collect as collect_forces
-from ..lanes import CONTACT_BLOCK, KIND
+from ..lanes import CONTACT_BLOCK, KIND, STEP
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
 from ..materials import LAWS
 from ..node_places import PLACES
+from .averaged_tangent import averaged_entry, sum_members
 from .chosen_rows import choose_rows
 from .control import (
     BEFORE,
@@ -67,6 +68,7 @@ from .reduced_tangent import make_reduced_tangent
 from .sliding import measure_slip
 from .surface_tangent import make_surface_tangent
 from .sweeps import move, sweep
+from .viscous_tangent import make_viscous_tangent
 
 
 @ti.func
@@ -176,9 +178,11 @@ def collect(body: ti.template(), k):
 
 
 @ti.func
-def summed(pairs: ti.template(), e, block: ti.template()):
+def summed(body: ti.template(), pairs: ti.template(), e, block: ti.template()):
     """Return entry e of K_KK [block, block], summed over the cells that contribute to it."""
     total = ti.Matrix.zero(ti.f64, block, block)
+    if ti.static(body.averaged):
+        total += averaged_entry(body, e, block)
     for i in range(pairs.entries[2 * e], pairs.entries[2 * e + 2]):
         pair = pairs.entry_pairs[i]
         if pair >= 0:
@@ -189,12 +193,21 @@ def summed(pairs: ti.template(), e, block: ti.template()):
 
 
 @ti.func
-def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), island, block: ti.template()):
+def blocks(
+    body: ti.template(),
+    pairs: ti.template(),
+    contact: ti.template(),
+    system: ti.template(),
+    island,
+    block: ti.template(),
+):
     """Assemble K_KK of an island from the stiffness of its contact cells, in the order of the sweeps."""
+    if ti.static(body.averaged):
+        sum_members(body, contact, island)
     weakest = 1.0
     stiffest = 0.0
     for k in range(first_node(contact, island), first_node(contact, island + 1)):
-        trace, pivot = blocks_of_node(pairs, contact, system, k, block)
+        trace, pivot = blocks_of_node(body, pairs, contact, system, k, block)
         stiffest = ti.max(stiffest, trace)
         weakest = ti.min(weakest, pivot / trace)
     system.stats[island * STATS + PIVOT] = weakest
@@ -202,17 +215,19 @@ def blocks(pairs: ti.template(), contact: ti.template(), system: ti.template(), 
 
 
 @ti.func
-def blocks_of_node(pairs: ti.template(), contact: ti.template(), system: ti.template(), k, block: ti.template()):
+def blocks_of_node(
+    body: ti.template(), pairs: ti.template(), contact: ti.template(), system: ti.template(), k, block: ti.template()
+):
     """Assemble the row of node k in K_KK and invert its diagonal block; return trace and smallest pivot of the block.
 
     The first entry of a row is the diagonal block. A component that B does not use gets the trace as its stiffness.
     """
     stride = system.stiffness.shape[0]
     for e in range(pairs.row_start[k] + 1, pairs.row_start[k + 1]):
-        total = summed(pairs, e, block)
+        total = summed(body, pairs, e, block)
         for i, j in ti.static(ti.ndrange(block, block)):
             system.values[pairs.entries[2 * e + 1] + (i * block + j) * LANES] = total[i, j]
-    diagonal = summed(pairs, pairs.row_start[k], block)
+    diagonal = summed(body, pairs, pairs.row_start[k], block)
     trace = diagonal.trace()
     filled = diagonal
     for j in ti.static(range(block)):
@@ -250,8 +265,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         else make_surface_tangent(kind, law, block, plain)
         for kind, law in cells
     ]
-    metals = [LAWS[law].plastic is not None for _kind, law in cells]
+    viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
     dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
+    metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
     def resolve_island(
@@ -272,6 +288,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         if ti.static(contact.options.viscous):
             if viscous[RATE] != stats[at + VISCOUS_RATE]:
                 stats[at + STALE] = 1.0
+        elif ti.static(body.viscous_metal):
+            if body.params[STEP] != stats[at + VISCOUS_RATE]:
+                stats[at + STALE] = 1.0
         judge(stats, system.settings, island, first)
         stats[at + NEXT] = DONE
         if stats[at + TODO] != DONE:
@@ -280,13 +299,17 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                     for i in ti.static(range(len(tangents))):
                         if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
                             tangents[i](body, contact.basis, pairs, number)
+                            if ti.static(body.viscous_metal and metals[i]):
+                                viscous_tangents[i](body, contact.basis, pairs, number)
                             if ti.static(contact.options.viscous and metals[i]):
                                 dampings[i](body, contact.basis, pairs, viscous, number)
                             elif ti.static(contact.options.viscous):
                                 stiffen(pairs, viscous, block, number)
                 if ti.static(contact.options.viscous):
                     stats[at + VISCOUS_RATE] = viscous[RATE]
-                blocks(pairs, contact, system, island, block)
+                elif ti.static(body.viscous_metal):
+                    stats[at + VISCOUS_RATE] = body.params[STEP]
+                blocks(body, pairs, contact, system, island, block)
                 stats[at + STALE] = 0.0
             solved = 0
             if ti.static(contact.options.coupled and contact.options.static_friction):

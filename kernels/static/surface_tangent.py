@@ -6,6 +6,8 @@ volume change per cell (elements/hex8_mean_dilatation.py: modulus k, pressure p,
 k (J - 1) at the points, and the volume change of the cell adds the stiffness
 
     A_ab += k/V (dv/du_a) x (dv/du_b),   dv/du_a = int J F^-t G_a dX   (linear elastic: int G_a dX)
+
+Where volume changes are averaged at nodes, averaged_tangent.py adds theirs; it also couples nodes of different cells.
 """
 
 import functools
@@ -13,6 +15,7 @@ import functools
 import taichi as ti
 
 from ..elements import FUNCTIONS
+from ..elements.tet4_node_averaged import GUARD
 from ..lanes import (
     CONTACT_BLOCK,
     FIRST_CELL,
@@ -28,6 +31,7 @@ from ..lanes import (
 from ..language.entries import row
 from ..language.point_memory import constants_of, mean_of_points, tangent_at
 from ..materials import LAWS
+from .averaged_tangent import cell_pressure, store_spread
 from .massless_node import basis_of
 
 MAXIMUM_CORNERS = 8
@@ -101,13 +105,15 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     parts, linear, size = law_of.tangents, law_of.linear, len(law_of.state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
+    averaged = functions.averaged
+    apart = mean or averaged  # the volume change enters apart from the points
 
     @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
-        at_points = [0.0 if ti.static(mean and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
+        at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
         for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
             slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
             moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
@@ -117,6 +123,17 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
             for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
                 pairs.values[i] = 0.0
             pressure = 0.0
+            if ti.static(averaged):
+                volume, change, spread = cell_volume(body, pairs, at, first, corners, linear)
+                store_spread(body, number, own, cell, spread)
+                if ti.static(not linear):
+                    pressure = cell_pressure(body, pairs, number, own, first, law_of, parameters)
+                if ti.static(law_of.plastic):
+                    pressure += GUARD * parameters[1] * change**3
+                    stiff = 3.0 * GUARD * parameters[1] * change**2
+                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                        left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
+                        add_pair(pairs, basis, p, (stiff / volume * left).outer_product(right), block, plain)
             if ti.static(mean):
                 stiff = parameters[0]
                 reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)

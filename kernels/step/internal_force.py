@@ -5,7 +5,8 @@
 (METHOD 2: leapfrog with kick_before = dt_old/2, kick_after = dt_new/2, drift = dt_new.)
 With v = 0, g = 0, kick_before = drift = 0 and kick_after = 1 the kernel gives v = -f/m and does not change u.
 
-The cells come first (cell_phase.py), then the nodes (node_phase.py). The result has the same bits
+The cells come first (cell_phase.py, before it node_volumes.py where volume changes are averaged at nodes), then the
+nodes (node_phase.py). The result has the same bits
 for the same numbers of chunks and node ranges, on any number of threads. `params`: lanes.py.
 """
 
@@ -14,6 +15,7 @@ import functools
 import taichi as ti
 
 from ..cells.cell_phase import make_cell_phase
+from ..cells.node_volumes import make_volume_phase
 from ..lanes import GRAIN
 from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.signatures import Signature, kernel_of
@@ -36,11 +38,13 @@ def make_step(
     with state, `commit` follows `ranges`: 1 if the points store their new state.
     damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
     """
-    cell_phase = make_cell_phase(kinds, viscous, cornered)
+    cell_phase, volume_phase = make_cell_phase(kinds, viscous, cornered), make_volume_phase(kinds)
     count = len(kinds)
 
     @ti.func
     def step_and_commit(first, end, ranges, commit, body: ti.template()):
+        if ti.static(body.averaged):
+            volume_phase(first, end, body, GRAIN, ti.min(ranges, 1))
         cell_phase(first, end, body, GRAIN, commit)
         node_phase(body, ranges, count, GRAIN, damped, cornered)
 

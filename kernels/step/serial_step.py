@@ -22,7 +22,9 @@ import functools
 
 import taichi as ti
 
-from ..cells.cell_phase import make_cell_phase
+from ..cells.cell_phase import keep_places, make_cell_phase
+from ..cells.node_averages import ring_changes
+from ..cells.node_volumes import make_volume_phase
 from ..columns import raw_places
 from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
 from ..lanes import STEP as STEP_LENGTH
@@ -97,9 +99,10 @@ def make_serial_step(
     solve_has_friction = contact_model == "massless" and options.static_friction
     has_viscous_cells = contact_model == "massless" and options.viscous
     cell_phase = make_cell_phase(cells, viscous, contact_model == "massless") if passes or measures else None
+    volume_phase = make_volume_phase(cells)
     cell_kinds, cornered = len(cells), contact_model == "massless"
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
-    rates = any(LAWS[law].rates for _, law in cells)
+    timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
@@ -268,6 +271,8 @@ def make_serial_step(
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         first_chunk = ti.select(state == MEASURED, ordinary, 0)
+                        if ti.static(body.averaged):
+                            volume_phase(first_chunk, chunks, body, 1, ti.select(state == MEASURED, 0, 1))
                         cell_phase(first_chunk, chunks, body, 1, ti.select(state == PASS, 1, 0))
                 if ti.static(passes):
                     if state == PASS or state == PRODUCT:
@@ -282,6 +287,8 @@ def make_serial_step(
                     if state == PASS or state == BOUNDARY:
                         viscous_load(body, boundary, viscous_cells)
                 if state == PASS or state == BOUNDARY:
+                    if ti.static(body.viscous_metal):
+                        keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
@@ -299,7 +306,7 @@ def make_serial_step(
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
                     number += 1
-                    if ti.static(rates):
+                    if ti.static(timed):
                         body.params[STEP_LENGTH] = control[AFTER]
                     if ti.static(coupled and contact_model == "penalty"):
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
@@ -331,6 +338,9 @@ def make_serial_step(
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
                         follow(body.u, body.v, boundary.nodes, images)
+                if ti.static(body.averaged and contact_model == "massless"):
+                    if again == 1 and first == 1:
+                        ring_changes(body)
                 if again == 1:
                     state = MEASURED
                     if ti.static(not measures):

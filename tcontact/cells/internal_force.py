@@ -15,6 +15,7 @@ from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size,
 from ..planning.domain import Domain
 from ..planning.domain_packs import corner_lists, massless_count, material_numbers, material_places, pack_domain
 from ..planning.measured import COMBINE
+from ..planning.node_volumes import volume_arrays
 from ..planning.packing import chunks_for
 
 if TYPE_CHECKING:
@@ -61,9 +62,16 @@ class InternalForce:
             self.constants += material_numbers(domain, block)
         self.parameters = arrays.put(np.array([0.0] * lanes.DAMPING + self.constants))
         self.memory = arrays.zeros(packs.memory) if packs.memory else None  # state of the quadrature points
+        volumes = volume_arrays(domain, packs) or (None, None)
+        self.volume_lists, self.volumes = (None if part is None else arrays.put(part) for part in volumes)
         laws = [LAWS[block.material.law].plastic for block in domain.blocks]
         self.strengths = [at + law.strength for at, law in zip(self.material_at, laws, strict=True) if law is not None]
-        self.rates = any(LAWS[law].rates for _, law in domain.kinds)
+        heated = self.viscous and self.plastic  # metals, whose viscosity acts in contact cells and heats the points
+        self.timed = heated or any(LAWS[law].rates for _, law in domain.kinds)
+        self.bulk_viscosity = None
+        if heated and self.corner_rows is not None:
+            self.bulk_viscosity = arrays.zeros(1 + 3 * massless_count(domain) + packs.lanes - packs.first_contact_lane)
+            arrays.set_values(self.bulk_viscosity, np.array([float(packs.first_contact_lane)]))
         signature, cornered = signature_of({"body": self.bundle()}), self.corner_rows is not None
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
@@ -98,8 +106,8 @@ class InternalForce:
     def set_steps(
         self, kick_before: float, kick_after: float, drift: float, *, loaded: bool = True, before: float = 0.0
     ) -> None:
-        """Set the parameters of the next pass; before [s]: the step that ends at u, for laws that depend on rates."""
-        if self.rates:
+        """Set the parameters of the next pass; before [s]: the step that ends at u, for metals that need it."""
+        if self.timed:
             arrays.set_values(self.parameters, np.array([before]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)
         arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
@@ -115,7 +123,8 @@ class InternalForce:
             cells.append(self.corner_rows)
         nodes = (self.info, self.reference, self.mass, self.parameters)
         sums = (self.rows, self.special_force, self.node_sums, self.cell_sums)
-        return (*cells, *nodes, *sums) if self.memory is None else (*cells, *nodes, *sums, self.memory)
+        rest = (self.memory, self.volume_lists, self.volumes, self.bulk_viscosity)
+        return (*cells, *nodes, *sums, *(part for part in rest if part is not None))
 
     def bundle(self) -> Body:
         """Return the arrays by name; the positions take the places of u and v."""
@@ -137,6 +146,9 @@ class InternalForce:
             node_sums=self.node_sums,
             cell_sums=self.cell_sums,
             memory=self.memory,
+            volume_lists=self.volume_lists,
+            volumes=self.volumes,
+            bulk_viscosity=self.bulk_viscosity,
         )
 
     def without_boundary(self) -> InternalForce:
@@ -172,5 +184,6 @@ class InternalForce:
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""
         shared = [self.connectivity, self.table, self.segments, self.info, self.reference, self.mass, self.rows]
-        shared += [part for part in (self.corner_rows, self.memory) if part is not None]
+        parts = (self.corner_rows, self.memory, self.volume_lists, self.volumes, self.bulk_viscosity)
+        shared += [part for part in parts if part is not None]
         return [*shared, self.cell_sums] if self.viscous else shared

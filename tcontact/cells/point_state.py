@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ..device import arrays
@@ -59,6 +62,34 @@ class PointState:
         order = np.concatenate([np.flatnonzero(inside), own.contact])
         return block.body.cell_order[own.first + order]
 
+    def blocks_of_body(self, number: int) -> tuple[np.ndarray, ...]:
+        """Return the state [cells, points, numbers] of every block of a body (`Body.blocks`), cells as in the mesh."""
+        body = self.domain.bodies[number]
+        return tuple(
+            self.of_block(index)[np.argsort(self.cells_of(block))]
+            for index, block in enumerate(self.domain.blocks)
+            if block.body is body
+        )
+
+    def put_blocks_of_body(self, number: int, states: Sequence[np.ndarray]) -> None:
+        """Set the state of every block of a body, as `blocks_of_body` returns it."""
+        body, memory = self.domain.bodies[number], self.force.memory
+        if memory is None:
+            return
+        values, places, left = np.array(arrays.get(memory)), self.force.packs.memory_places, iter(states)
+        for index, block in enumerate(self.domain.blocks):
+            if block.body is not body:
+                continue
+            state = next(left)[np.argsort(np.argsort(self.cells_of(block)))]
+            _count, points, size = state.shape
+            contact = len(state) - len(block.contact)
+            for place, part in ((places[index], state[:contact]), (places[len(self._shapes) + index], state[contact:])):
+                packs = -(-len(part) // WIDTH)
+                # the lanes that fill up the last pack repeat its last cell
+                rows = part[np.minimum(np.arange(packs * WIDTH), len(part) - 1)].reshape(packs, WIDTH, points, size)
+                values[place : place + rows.size] = rows.transpose(0, 2, 3, 1).reshape(-1)
+        arrays.set_values(memory, values)
+
     def of_body(self, number: int) -> np.ndarray:
         """Return the mean state [cells, numbers] of the points of every cell of a body, in the user's numbering.
 
@@ -93,3 +124,10 @@ def metal_field(body: Body, name: str, state: np.ndarray | None) -> np.ndarray:
                 place, start = plastic.warming, block.material.parameters[plastic.initial_temperature]
             result[block.numbers] = start + state[block.numbers, place]
     return result
+
+
+def metal_fields(views: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return `metal_field` of all bodies by name, stacked in order; views: their BodyView."""
+    kept = [(view.plan.body, view.point_state()) for view in views]
+    names = ("plastic_strain", "temperature")
+    return {name: np.concatenate([metal_field(body, name, state) for body, state in kept]) for name in names}

@@ -26,12 +26,11 @@ class ShapeRates:
         owners = [domain.bodies.index(block.body) for block in blocks]
         self._bodies, self._owner = len(domain.bodies), np.array(owners)
         self._squared = np.array([block.material.wave_speed**2 for block in blocks])
-        places = np.array(material_places(domain))
-        size = int(np.diff(places).min(initial=2**30))  # laws have different numbers of constants
-        self._slots = (places - places[0]) // size  # of the rates of every block
-        self._numbers = int(places[0]), size, int(self._slots[-1]) + 1
+        places = np.array(material_places(domain))  # of laws with other numbers of constants, and behind viscosities
+        self._own, span = places - places[0], int(places[-1] - places[0]) + 1
+        self._numbers = int(places[0]), 1, span
         self.u, self.before = u, before
-        self._scratch = arrays.zeros(1 + 2 * self._numbers[2] * force.packs.all_chunks)
+        self._scratch = arrays.zeros(1 + 2 * span * force.packs.all_chunks)
         body = Body(
             u=self.u,
             v=self.before,
@@ -54,7 +53,7 @@ class ShapeRates:
         values[0] = ahead
         arrays.set_values(self._scratch, values)
         self._launch(*self._numbers, *self._arrays)
-        by_block = arrays.get(self._scratch)[1:].reshape(-1, self._numbers[2], 2).max(axis=0)[self._slots]
+        by_block = arrays.get(self._scratch)[1:].reshape(-1, self._numbers[2], 2).max(axis=0)[self._own]
         found = np.zeros((2, self._bodies))
         for row, values in zip(found, (by_block * self._squared[:, None]).T, strict=True):
             np.maximum.at(row, self._owner, values)

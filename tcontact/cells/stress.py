@@ -9,6 +9,7 @@ from ..device import arrays
 from ..device.launch import Prepared
 from ..planning.packing import WIDTH, pack_cells
 from ..scene.body import Body
+from ..scene.cell_blocks import AVERAGED
 
 
 class VonMises:
@@ -40,6 +41,8 @@ class VonMises:
         for block in body.blocks:
             packs = pack_cells(block.cells, mesh.node_count, WIDTH)
             numbers, law = [*block.material.parameters], LAWS[block.material.law]
+            if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
+                numbers[0] = 0.0
             if law.plastic is not None:  # the stress of the state as it stands
                 numbers[law.plastic.strength] = HIGH
                 numbers += [0.0] * law.rates

@@ -15,8 +15,9 @@ from ..cells.internal_force import InternalForce
 from ..cells.point_state import PointState
 from ..device import arrays
 from ..kernels import pair_places as at
+from ..kernels.lanes import WIDTH
 from ..planning.domain import Domain
-from ..scene.metals import ElastoPlastic
+from ..scene.metals import ElastoPlastic, MieGrueneisen
 from .node_layers import NodeLayers
 from .pairs.pair_contact import PairContact
 
@@ -42,7 +43,7 @@ class HeatExchange:
         slot = np.full(len(domain.reference), -1)
         slot[domain.boundary] = np.arange(len(domain.boundary))
         points = PointState(domain, force)
-        nodes, cells, places, capacities, starts, count = [], [], [], [], [], 0
+        nodes, cells, places, capacities, starts, pressed, count = [], [], [], [], [], [], 0
         for number, block in enumerate(domain.blocks):
             metal = block.material
             if not isinstance(metal, ElastoPlastic) or metal.specific_heat is None:
@@ -57,10 +58,12 @@ class HeatExchange:
             found = points.warming(number)[near]
             places.append((np.repeat(count + np.arange(len(near)), found.shape[1]), found.reshape(-1)))
             starts.append(np.full(len(near), metal.initial_temperature))
+            pressed.append(np.full(found.size, isinstance(metal.pressure, MieGrueneisen)))
             count += len(near)
         self._nodes, self._cells = np.concatenate(nodes), np.concatenate(cells)
         self._cell_of_place, self._places = (np.concatenate(part) for part in zip(*places, strict=True))
         self._capacity, self._start = np.concatenate(capacities), np.concatenate(starts)
+        self._pressed = np.concatenate(pressed)  # places of points whose heat has a pressure
         self._points = np.bincount(self._cell_of_place, minlength=count)
         size = self._capacity[self._cells]
         self._shares = size / np.bincount(self._nodes, size, len(domain.boundary))[self._nodes]
@@ -108,7 +111,14 @@ class HeatExchange:
         self.given += self.last
         cells = np.bincount(self._cells, self._shares * around[self._nodes], len(self._start))
         memory = arrays.get(self._force.memory)
-        memory[self._places] += (cells / self._capacity)[self._cell_of_place]
+        rise = (cells / self._capacity)[self._cell_of_place]
+        if self._pressed.any():  # two more numbers of their state (kernels/materials/mie_grueneisen.py)
+            place, added = self._places[self._pressed], rise[self._pressed]
+            start = self._start[self._cell_of_place[self._pressed]]
+            reduced, heat = place + WIDTH, place + 2 * WIDTH
+            memory[reduced] += added * (start + memory[reduced]) / (start + memory[place])
+            memory[heat] += added
+        memory[self._places] += rise
         if memory is not self._force.memory:
             arrays.set_values(self._force.memory, memory)
 

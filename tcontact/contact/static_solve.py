@@ -8,13 +8,13 @@ import numpy as np
 
 from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..kernels.lanes import SWEEP_LANES
+from ..kernels.lanes import SWEEP_LANES, WIDTH
 from ..kernels.node_places import PLACES
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
-from ..planning.static_solver import projected
+from ..planning.static_solver import MAXIMUM_POISSON, projected
 from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -22,14 +22,13 @@ from ..scene.scene import Scene
 TOLERANCE = 1e-4  # of the static residual, unless the user sets one
 AIM = 1e-6  # residual that further sweeps aim at
 LEFT = 1e-5  # share of the residual of a nonlinear law that the last use of a tangent may leave
+METAL_LEFT = 3e-7  # the same of a metal: a point that begins to flow leaves up to 20 times as much as expected
 POLISHING_SWEEPS = 60  # maximum below the tolerance, and per linearisation of a nonlinear law
 MAXIMUM_SWEEPS = 500  # after which the solve of a linear law has not converged
 LINEARISATIONS = 4  # a nonlinear law has this many times as many
 PAIR_SOLVES = 3  # linear problems of a step with pairs of bodies, at most
-METAL_SOLVES = 20  # and where a metal yields
+METAL_SOLVES = 8  # the same with a metal, whose tangent changes within a step as fronts pass
 REACH = 0.1  # largest move of a node per linearisation of a nonlinear law, over the shortest edge of the contact cells
-# largest poisson with a mean dilatation at which the sweeps (False), or MPRGP (True), converge with either removal
-MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
 STEP_LENGTH = 1.9  # of a projected step, times the bound of the largest eigenvalue; below 2 it converges
 MINIMUM_FORCE = 1e-6  # F_ref is at least this times (lambda + 2 mu) times the mean area weight
 
@@ -126,9 +125,9 @@ class StaticSolve:
         settings[names.MAXIMUM_IN_ALL] = LINEARISATIONS * MAXIMUM_SWEEPS
         settings[names.AIM] = AIM if model.tolerance is None else model.tolerance
         settings[names.TOLERANCE] = self.tolerance
-        settings[names.LEFT] = LEFT if model.tolerance is None else 0.0
-        solves = METAL_SOLVES if any(material.plastic for material in materials) else PAIR_SOLVES
-        settings[names.MAXIMUM_SOLVES] = solves if island.coupled else 0.0
+        metals = any(material.plastic for material in materials)
+        settings[names.LEFT] = (METAL_LEFT if metals else LEFT) if model.tolerance is None else 0.0
+        settings[names.MAXIMUM_SOLVES] = (METAL_SOLVES if metals else PAIR_SOLVES) if island.coupled else 0.0
         settings[names.REACH] = 1e300
         settings[names.LINEAR] = 1.0 if linear else 0.0
         settings[names.REFUSES] = 1.0 if any(LAWS[material.law].refusal for material in materials) else 0.0
@@ -187,6 +186,7 @@ class StaticSolve:
 
 def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray]:
     """Return the contact cells by block, as in kernels/language/bundles.Pairs: their nodes and quadrature data."""
+    lane = 0
     blocks, nodes, gradients, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0)]
     for number, block in enumerate(domain.blocks):
         if len(block.contact):
@@ -203,8 +203,10 @@ def contact_blocks(domain: Domain, force: InternalForce) -> dict[str, np.ndarray
                     force.material_at[number],
                     force.packs.memory_places[len(domain.blocks) + number],
                     domain.kinds.index(block.kind),
+                    lane,
                 )
             )
+            lane += -(-len(block.contact) // WIDTH) * WIDTH
             nodes.append(block.contact_cells.reshape(-1))
             gradients.append(slopes.reshape(-1, 3))
             weights.append(own)

@@ -5,6 +5,7 @@ How it works. `planning.plan` decides the terms of a scene and makes a `BodyPlan
 
     lumped_mass, removal, redistribution   masses of the nodes, which contact nodes lose theirs, and who takes it
     rotation, locking                      what speaks against a choice: bodies that spin, cells that lock
+    node_volumes                           volume changes averaged at nodes, as lists
     contact_graph, sweep_order             the surface problem of the static solve, coloured and in lanes
     static_solver                          whether sweeps or MPRGP solve it, and why
     domain, islands                        one numbering of nodes, blocks of cells; the contact nodes of each body

@@ -10,6 +10,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..kernels.volume_places import CORNERS
+
 
 @dataclass(frozen=True)
 class ContactGraph:
@@ -19,6 +21,9 @@ class ContactGraph:
     pair_start [c+1], pair_corners [p, 2], pair_nodes [p, 2]: pairs of contact corners of each cell, the lower one
     first, and their nodes; row_start [k+1], column [e]: block rows of K_KK, the diagonal entry first; entry_start
     [e+1], entry_pairs: the pairs whose blocks add up to an entry, -1 - p for the transpose of pair p.
+    Of volume changes averaged at nodes (kernels/volume_places.py): member_start [k+1], member_factors [q]: members of
+    each contact node; term_start [q+1], terms: their corners, 4 * contact cell + corner; product_start [e+1], products
+    [.., 2]: of two members.
     """
 
     nodes: np.ndarray
@@ -31,6 +36,12 @@ class ContactGraph:
     column: np.ndarray
     entry_start: np.ndarray
     entry_pairs: np.ndarray
+    member_start: np.ndarray
+    member_factors: np.ndarray
+    term_start: np.ndarray
+    terms: np.ndarray
+    product_start: np.ndarray
+    products: np.ndarray
 
     @property
     def colours(self) -> int:
@@ -39,22 +50,32 @@ class ContactGraph:
 
     @property
     def corners_together(self) -> int:
-        """The largest number of contact nodes of one cell."""
+        """The largest number of contact nodes of one cell, or round one volume node."""
         own = self.pair_corners[:, 0] == self.pair_corners[:, 1]
-        return int(np.add.reduceat(own, self.pair_start[:-1]).max())
+        cells = int(np.add.reduceat(own, self.pair_start[:-1]).max())
+        return max(cells, int(np.bincount(self.products[:, 0], minlength=1).max()))
 
 
 def contact_graph(
-    cells: np.ndarray, nodes: np.ndarray, node_count: int, repeated: np.ndarray | None = None
+    cells: np.ndarray,
+    nodes: np.ndarray,
+    node_count: int,
+    repeated: np.ndarray | None = None,
+    volumes: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> ContactGraph:
     """Build the graph of the contact nodes [k] of a body with cells [m, corners].
 
-    repeated [m, corners]: places that repeat a corner and do not count; None: there are none.
+    repeated [m, corners]: places that repeat a corner and do not count; None: there are none. volumes: number of the
+    volume node of each corner [m, corners], -1 without, and factor of each [numbers]; None: nothing is averaged.
     """
     slot = np.full(node_count, -1)
     slot[nodes] = np.arange(len(nodes))
     contact_cells = np.flatnonzero((slot[cells] >= 0).any(axis=1))
-    colour = _colours(slot[cells[contact_cells]], len(nodes))
+    averaged, factors = np.full((1, 1), -1), np.zeros(0)
+    if volumes is not None:
+        averaged, factors = volumes[0][contact_cells], volumes[1]
+    before = slot[cells[contact_cells]]
+    colour = _colours([*before.tolist(), *_together(before, averaged)], len(nodes))
     order = np.lexsort((nodes, colour))
     nodes = nodes[order]
     slot[nodes] = np.arange(len(nodes))
@@ -70,9 +91,13 @@ def contact_graph(
     two = np.flatnonzero(corners[:, 0] != corners[:, 1])  # their blocks stand in K_KK twice
     ends = np.concatenate([numbers, numbers[two, ::-1]])
     source = np.concatenate([np.arange(len(numbers)), -1 - two])
+    owner, number, member, terms = _members(local, averaged)
+    products = _products(number)
+    ends = np.concatenate([ends, owner[products]])
     key = ends[:, 0] * (len(nodes) + 1) + np.where(ends[:, 0] == ends[:, 1], 0, ends[:, 1] + 1)
     unique, entry = np.unique(key, return_inverse=True)
     row, shifted = np.divmod(unique, len(nodes) + 1)
+    entry, product = np.split(entry.reshape(-1), [len(source)])
     return ContactGraph(
         nodes=nodes,
         colour_start=_starts(colour, int(colour.max(initial=0)) + 1)[:-1],
@@ -82,8 +107,14 @@ def contact_graph(
         pair_nodes=numbers,
         row_start=_starts(row, len(nodes)),
         column=np.where(shifted == 0, row, shifted - 1),
-        entry_start=_starts(entry.reshape(-1), len(unique)),
-        entry_pairs=source[np.argsort(entry.reshape(-1), kind="stable")],
+        entry_start=_starts(entry, len(unique)),
+        entry_pairs=source[np.argsort(entry, kind="stable")],
+        member_start=_starts(owner, len(nodes)),
+        member_factors=factors[number],
+        term_start=_starts(member, len(owner)),
+        terms=terms,
+        product_start=_starts(product, len(unique)),
+        products=products[np.argsort(product, kind="stable")],
     )
 
 
@@ -93,16 +124,21 @@ def joined(graphs: Sequence[ContactGraph], first_nodes: Sequence[int]) -> Contac
     first_nodes: first node of each graph in the common numbering; cells keep their numbers.
     """
     total: dict[str, list[np.ndarray]] = {field.name: [] for field in fields(ContactGraph)}
-    nodes = pairs = entries = sources = 0
+    nodes = pairs = entries = sources = cells = members = terms = products = 0
     for graph, first in zip(graphs, first_nodes, strict=True):
         shifts = {"nodes": first, "colour_start": nodes, "pair_nodes": nodes, "column": nodes}
         shifts |= {"pair_start": pairs, "row_start": entries, "entry_start": sources}
+        shifts |= {"member_start": members, "products": members, "term_start": terms, "product_start": products}
+        shifts["terms"] = CORNERS * cells
         for name, parts in total.items():
             parts.append(getattr(graph, name) + shifts.get(name, 0))
         total["entry_pairs"][-1] += np.where(graph.entry_pairs < 0, -pairs, pairs)
         nodes, pairs = nodes + len(graph.nodes), pairs + len(graph.pair_nodes)
         entries, sources = entries + len(graph.column), sources + len(graph.entry_pairs)
-    for name in ("pair_start", "row_start", "entry_start"):  # where one ends the next one begins
+        cells, members = cells + len(graph.cells), members + len(graph.member_factors)
+        terms, products = terms + len(graph.terms), products + len(graph.products)
+    # where one ends the next one begins
+    for name in ("pair_start", "row_start", "entry_start", "member_start", "term_start", "product_start"):
         total[name] = [part[:-1] for part in total[name][:-1]] + total[name][-1:]
     return ContactGraph(**{name: np.concatenate(parts) for name, parts in total.items()})
 
@@ -134,10 +170,43 @@ def _starts(owner: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))])
 
 
-def _colours(local: np.ndarray, count: int) -> np.ndarray:
-    """Colour greedily the graph whose edges join contact nodes of one cell."""
+def _members(local: np.ndarray, averaged: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the contact node and the volume node of every member, and the members [t] and terms [t] in their order.
+
+    local [c, corners]: contact node of a corner, averaged: its volume node; -1 without.
+    """
+    cell, corner, other = np.nonzero((local[:, :, None] >= 0) & (averaged[:, None, :] >= 0))
+    limit = int(averaged.max(initial=0)) + 1
+    key = local[cell, corner] * limit + averaged[cell, other]
+    unique, member = np.unique(key, return_inverse=True)
+    owner, number = np.divmod(unique, limit)
+    order = np.argsort(member, kind="stable")
+    return owner, number, member[order], (CORNERS * cell + corner)[order]
+
+
+def _products(number: np.ndarray) -> np.ndarray:
+    """Return all ordered pairs of members [.., 2] with the same volume node."""
+    order = np.argsort(number, kind="stable")
+    _, first, inverse, size = np.unique(number[order], return_index=True, return_inverse=True, return_counts=True)
+    first, size = first[inverse.reshape(-1)], size[inverse.reshape(-1)]  # of the volume node of each member
+    left = np.repeat(np.arange(len(order)), size)
+    before = np.concatenate([[0], np.cumsum(size)])[:-1]
+    right = np.repeat(first - before, size) + np.arange(len(left))
+    return np.stack([order[left], order[right]], axis=1)
+
+
+def _together(local: np.ndarray, averaged: np.ndarray) -> list[list[int]]:
+    """Return the contact nodes of the cells round each volume node."""
+    owner, number, _, _ = _members(local, averaged)
+    order = np.argsort(number, kind="stable")
+    ends = np.flatnonzero(np.diff(number[order])) + 1
+    return [part.tolist() for part in np.split(owner[order], ends)]
+
+
+def _colours(together: list[list[int]], count: int) -> np.ndarray:
+    """Colour greedily the graph whose edges join the contact nodes of each list; -1 is no node."""
     neighbours: list[set[int]] = [set() for _ in range(count)]
-    for row in local.tolist():
+    for row in together:
         members = [node for node in row if node >= 0]
         for node in members:
             neighbours[node].update(members)

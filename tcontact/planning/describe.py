@@ -17,6 +17,7 @@ from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
 from .domain import Domain
 from .domain_packs import pack_domain
 from .measured import raw_groups
+from .node_volumes import volume_arrays
 from .packing import CellPacks
 from .static_solver import projected, static_solver
 from .sweep_order import sweep_order
@@ -221,7 +222,8 @@ def _force_pass(plan: Plan, domain: Domain, packs: CellPacks) -> int:
         viscous = packs.all_chunks * group_size(*cell_groups(True)) + packs.lanes
     corners = (boundary + 1 + len(packs.corners)) * WHOLE if len(packs.corners) else 0
     width = group_size(*raw_groups(plan.scene, domain))
-    return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL
+    averaged = sum(part.nbytes for part in volume_arrays(domain, packs) or ())
+    return packs.nbytes + corners + nodes * 4 * REAL + (rows * width + viscous) * REAL + averaged
 
 
 def _readable(size: int) -> str:

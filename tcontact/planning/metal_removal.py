@@ -1,10 +1,9 @@
 """Which mass the contact nodes of a metal lose: no inertia holds a layer without mass that is pressed out sideways.
 
-With full removal the contact layer of a metal flows away from under the pressure of an impact, as a jet: the foot of a
-bar at 227 m/s is too wide after a microsecond. What counts is m = rho v^2/Y with the normal speed v of the impact and
-the yield stress Y; up to m = 0.1 full removal is right within 2 % in the radius of the foot. Normal removal keeps the
-mass across the normal and has no such limit: along the normal of planes of one direction, else along the normals of the
-contact faces themselves.
+With full removal the contact layer of a metal flows away from under the pressure of an impact, as a jet; a bar at
+227 m/s diverges. What counts is m = rho v^2/Y with the normal speed v of the impact and the yield stress Y; at
+m = 0.08 the foot of a bar is 1.6 % wider than with normal removal. That one keeps the mass across the normal and has no
+such limit: along the normal of planes of one direction, else along the normals of the contact faces themselves.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import numpy as np
 
 from ..base.errors import FunctionError, InputError
 from ..scene.body import Body
+from ..scene.metals import ElastoPlastic
 from ..scene.obstacles import Obstacle
 from ..scene.obstacles.motion import Rate
 from ..scene.pairs import area_vectors
@@ -42,7 +42,7 @@ def fast_metal(scene: Scene, numbers: list[int]) -> bool:
 
 def impact_number(scene: Scene, index: int) -> float:
     """Return m = rho v^2/Y of a body, with its largest normal speed v against what it may meet; 0 if it is no metal."""
-    metals = [material for material in scene.bodies[index].materials if material.plastic]
+    metals = [material for material in scene.bodies[index].materials if isinstance(material, ElastoPlastic)]
     if not metals:
         return 0.0
     speed = impact_speed(scene, index)

@@ -35,10 +35,11 @@ from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import body_masses, node_areas
 from .measured import Layout
+from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
-from .static_solver import static_solver
+from .static_solver import check_poisson, static_solver
 
 
 @dataclass(frozen=True)
@@ -125,10 +126,12 @@ def plan(scene: Scene) -> Plan:
     if asked and massless and not any(body.viscous_cells for body in planned.bodies):
         remedy = "contact cells are viscous only where friction meets removal='normal'; leave it at None"
         raise InputError("MasslessContact.cell_viscosity", asked, remedy)
-    if isinstance(scene.contact, MasslessContact) and scene.contact.solver != "auto":
+    if isinstance(scene.contact, MasslessContact):
         for body in planned.bodies:
             if body.contact is not None and body.contact.graph is not None:
-                static_solver(scene, body)  # raises where the solver asked for does not apply
+                if scene.contact.solver != "auto":
+                    static_solver(scene, body)  # raises where the solver asked for does not apply
+                check_poisson(scene, body)
     return planned
 
 
@@ -244,7 +247,8 @@ def _plan_contact(
     internal = place[massless.nodes]
     order = np.argsort(internal)
     repeated = None if body.mesh.repeated is None else body.mesh.repeated[cell_order]
-    graph = contact_graph(named, internal[order], body.mesh.node_count, repeated)
+    volumes = body_volumes(body, cells, place)
+    graph = contact_graph(named, internal[order], body.mesh.node_count, repeated, volumes)
     index = np.empty(body.mesh.node_count, dtype=np.int64)
     index[internal] = np.arange(len(internal))
     into = index[graph.nodes]

@@ -16,13 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
+from ..scene.cell_blocks import AVERAGED, ROUNDING
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
 from .body_plan import BodyPlan
 
 FULL_POISSON = 0.45  # above it MPRGP solves with full removal
 MEAN_POISSON = 0.49  # above it MPRGP solves with normal removal and one volume change per cell
-ROUNDING = 1e-9  # error of a Poisson's ratio computed from other moduli
+# largest poisson at which the sweeps (False), or MPRGP (True), converge: with a mean dilatation with either removal,
+# with volume changes averaged at nodes with full removal; with normal removal these have no limit
+MAXIMUM_POISSON = {False: 0.499, True: 0.4999}
 TALL = 4.0  # height over width of the contact cells above which MPRGP solves
 
 
@@ -66,6 +69,20 @@ def static_solver(scene: Scene, body: BodyPlan) -> StaticSolver:
     if tall > TALL:
         return StaticSolver(True, f"contact cells are {tall:.3g} times as tall as wide")
     return StaticSolver(False, "few will do")
+
+
+def check_poisson(scene: Scene, body: BodyPlan) -> None:
+    """Raise `InputError` where full removal makes the static solve of averaged volume changes ill-conditioned."""
+    assert body.contact is not None
+    own = [block.own for block in body.touching if block.own.formulation == AVERAGED]
+    poisson = max((block.material.poisson for block in own), default=0.0)
+    if body.contact.removal != "full" or not own:
+        return
+    limit = MAXIMUM_POISSON[static_solver(scene, body).projected]
+    if poisson > limit + ROUNDING:
+        remedy = f"{body.label} has poisson {poisson:.6g} and {AVERAGED!r}: use at most {limit:g} with full removal, or"
+        remedy += " removal='normal' or PenaltyContact, which take any"
+        raise InputError("MasslessContact.removal", "full", remedy)
 
 
 def projected(scene: Scene, bodies: Iterable[BodyPlan]) -> bool:

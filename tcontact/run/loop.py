@@ -13,6 +13,7 @@ import numpy as np
 from ..base import validate
 from ..base.errors import FunctionError, InputError, OutputError
 from ..base.warning_kinds import LockingWarning, SlaveWarning
+from ..cells.point_state import has_state, metal_fields
 from ..device import arrays
 from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
@@ -128,6 +129,14 @@ class Run:
         self._elastic = min(limit.elastic for limit in self.limits)
         self._damped = min(limit.damped for limit in self.limits)
         return found
+
+    def start_from(self, points: tuple[tuple[np.ndarray, ...], ...]) -> None:
+        """Start with the state of the points of another run; the stable step is that of this state."""
+        for state, own in zip(self.states, points, strict=True):
+            state.take_over_points(own)
+        self.dt_limit = self._limit()
+        self.dt = self.scheme.step_size(self.dt_limit)
+        self._warn_over(self.dt, self.dt_limit)
 
     def _warn_over(self, dt: float, limit: float) -> None:
         if dt > limit and not self.over_limit and not self.scheme.implicit:
@@ -395,4 +404,6 @@ class Run:
             contact_pressures=tuple(record for _, record in self.pressures),
             scheme=self.scheme,
             layers=tuple(state.layers() for state in self.states),
+            metals=metal_fields(self.states) if self.scene.plastic else {},
+            points=tuple(state.points() for state in self.states) if has_state(self.scene) else (),
         )

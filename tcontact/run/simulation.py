@@ -89,6 +89,7 @@ def simulate(
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
+    points = () if initial is None else _points(scene, initial)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
@@ -107,7 +108,7 @@ def simulate(
         if said is not None:
             run.warn(said)
         if folder is None:
-            take_over(run, layers)
+            take_over(run, layers, points)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -120,7 +121,7 @@ def simulate(
             head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
-        take_over(run, layers)  # after the fingerprints of the new run
+        take_over(run, layers, points)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -272,8 +273,23 @@ def _layers(scene: Scene, initial: Result) -> tuple[LayerState | None, ...]:
     return initial.layers
 
 
-def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
-    """Start from the friction layers of another run, one for each body."""
+def _points(scene: Scene, initial: Result) -> tuple[tuple[np.ndarray, ...], ...]:
+    """Return the state of the points of another run, with which this one starts. Raises `InputError`."""
+    if not initial.points:
+        return ()
+    theirs = [[(block.element, block.material.law) for block in body.blocks] for body in initial.scene.bodies]
+    for index, body in enumerate(scene.bodies):
+        own = [(block.element, block.material.law) for block in body.blocks]
+        if own != theirs[index]:
+            remedy = f"its points keep a state (of {theirs[index]}), which {scene.label(index)} {own} cannot take over;"
+            raise InputError("initial", initial.reason, f"{remedy} give the same materials and formulations")
+    return initial.points
+
+
+def take_over(run: Run, layers: tuple[LayerState | None, ...], points: tuple[tuple[np.ndarray, ...], ...] = ()) -> None:
+    """Start from the friction layers and the state of the points of another run, one for each body."""
+    if points:
+        run.start_from(points)
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
             state.take_over_layers(left)

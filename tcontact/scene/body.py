@@ -60,11 +60,12 @@ class Body:
     {"core": steel, "skin": rubber}, with every cell in exactly one of these sets;
     velocity [m/s]: a vector, an array [n, 3] or a callable(nodes) -> [n, 3]; contact: name(s) of the sets that can
     touch an obstacle, "auto" for the outer faces that may meet one of the scene's (see `reach`; a set of that name goes
-    first), or None for a body that passes through; supports: held and driven components; formulation: None for
-    the one that suits the material, "mean-dilatation" for hexahedra of a metal, else "full"; "full" integration; or
-    hexahedra with "mean-dilatation": one volume change per cell, for poisson near 1/2 (not with
-    `StVenantKirchhoff`), or "reduced": one point, the mean gradient, and a stiffness against hourglassing; in a mesh of
-    several kinds those that have the formulation take it, the others are integrated fully;
+    first), or None for a body that passes through; supports: held and driven components; formulation: "full"
+    integration; tetrahedra with "node-averaged": volume changes averaged at the nodes, for poisson near 1/2 (not with
+    `StVenantKirchhoff`); hexahedra with "mean-dilatation": one volume change per cell, for the same, or "reduced": one
+    point, the mean gradient, and a stiffness against hourglassing; in a mesh of several kinds those that have one of
+    the latter two take it, the others are integrated fully; None: what suits the material, "mean-dilatation" for
+    hexahedra of a metal, "node-averaged" for a mesh of tetrahedra of a metal or above poisson 0.4, else "full";
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;

@@ -14,6 +14,8 @@ from ..mesh.elements import ELEMENTS, Element
 from ..mesh.mesh import Mesh
 from .materials import LAWS, Material
 
+AVERAGED = "node-averaged"  # formulation of cells whose volume change is averaged at nodes
+ROUNDING = 1e-9  # error of a Poisson's ratio computed from other moduli
 ONE_MATERIAL = "give a material, for example tcontact.NeoHookean(...), or a dict from names of cell sets to materials"
 
 
@@ -76,21 +78,65 @@ def checked_material(material: Any, mesh: Mesh) -> Any:
     return dict(material)
 
 
-def suited_formulation(mesh: Mesh, material: Any) -> str:
-    """Return the formulation of a body that names none: full integration locks in plastic flow."""
+def suited_formulation(mesh: Mesh, material: Any) -> str | None:
+    """Return the formulation of a body that names none; None if each material of tetrahedra has its own.
+
+    Full integration locks in plastic flow, that of tetrahedra above poisson 0.4 too.
+    """
     given = [*material.values()] if isinstance(material, Mapping) else [material]
-    can = any("mean-dilatation" in ELEMENTS[kind].formulations for kind, _ in mesh.blocks)
+    kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    if len(kinds) == 1 and AVERAGED in kinds[0].formulations:
+        names = {_averaged_or_full(kinds[0], one) for one in given}
+        return names.pop() if len(names) == 1 else None
+    can = any("mean-dilatation" in kind.formulations for kind in kinds)
     if can and any(one.plastic for one in given) and all(one.volumetric for one in given):
         return "mean-dilatation"
     return "full"
 
 
+def _averaged_or_full(element: Element, material: Material) -> str:
+    locks = material.plastic or material.poisson > element.formulations["full"].locks + ROUNDING
+    return AVERAGED if locks and material.volumetric else "full"
+
+
 def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
     """Return the blocks of a body, kind after kind and material after material; `formulation` where a kind has it.
 
-    Raises `InputError` for a formulation that no kind of the mesh has, or that a law does not have.
+    formulation: None for what suits each material of tetrahedra. Raises `InputError` for a formulation that no kind of
+    the mesh has, or that a law does not have.
     """
     kinds = [ELEMENTS[kind] for kind, _ in mesh.blocks]
+    if formulation is not None:
+        _check_formulation(formulation, kinds)
+    regions = material.items() if isinstance(material, Mapping) else [(None, material)]
+    found, first = [], 0
+    for kind, cells in mesh.blocks:
+        for region, one in regions:
+            numbers: np.ndarray | slice = slice(first, first + len(cells))
+            rows = cells
+            if region is not None:
+                inside = mesh.cell_sets[region]
+                numbers = inside[(inside >= first) & (inside < first + len(cells))]
+                rows = cells[numbers - first]
+            own = formulation if formulation in ELEMENTS[kind].formulations else "full"
+            if formulation is None:
+                own = _averaged_or_full(ELEMENTS[kind], one)
+            if len(rows):
+                found.append(BodyBlock(kind, own, one, numbers, rows, region))
+        first += len(cells)
+    for block in found:
+        if block.formulation in ("mean-dilatation", AVERAGED) and not block.material.volumetric:
+            raise InputError(
+                "Body.formulation",
+                formulation,
+                f"{type(block.material).__name__} has no part that is of the volume change alone; use"
+                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
+            )
+    return tuple(found)
+
+
+def _check_formulation(formulation: Any, kinds: list[Element]) -> None:
+    """Raise `InputError` for a formulation that these kinds of cells do not have."""
     known = dict.fromkeys(name for element in ELEMENTS.values() for name in element.formulations)
     validate.choice("Body.formulation", formulation, known)
     if not any(formulation in element.formulations for element in kinds):
@@ -99,26 +145,6 @@ def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, .
         remedy = f"{' and '.join(element.kind for element in kinds)} cells have {', '.join(map(repr, names))} alone;"
         remedy += f" leave it at 'full', or mesh the body with {' or '.join(there)}"
         raise InputError("Body.formulation", formulation, remedy)
-    regions = material.items() if isinstance(material, Mapping) else [(None, material)]
-    found, first = [], 0
-    for kind, cells in mesh.blocks:
-        own = formulation if formulation in ELEMENTS[kind].formulations else "full"
-        for region, one in regions:
-            numbers: np.ndarray | slice = slice(first, first + len(cells))
-            rows = cells
-            if region is not None:
-                inside = mesh.cell_sets[region]
-                numbers = inside[(inside >= first) & (inside < first + len(cells))]
-                rows = cells[numbers - first]
-            if len(rows):
-                found.append(BodyBlock(kind, own, one, numbers, rows, region))
-        first += len(cells)
-    for block in found:
-        if block.formulation == "mean-dilatation" and not block.material.volumetric:
-            raise InputError(
-                "Body.formulation",
-                formulation,
-                f"{type(block.material).__name__} has no part that is of the volume change alone; use"
-                f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
-            )
-    return tuple(found)
+    if formulation == AVERAGED and len(kinds) > 1:
+        remedy = "it averages over tetrahedra alone; leave it out, or mesh the body with tet4"
+        raise InputError("Body.formulation", formulation, remedy)

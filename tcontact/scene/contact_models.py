@@ -13,7 +13,9 @@ class MasslessContact:
 
     removal: the mass that the contact nodes lose: "normal" (only along the obstacle normal), "full" (all of it) or
     "auto" (normal if all obstacles are planes of one direction that the contact faces face, and the body does not start
-    with a spin that turns it by more than 0.05 rad in the duration; else full).
+    with a spin that turns it by more than 0.05 rad in the duration; else full). Metals lose all of it in slow impacts
+    alone, rho v^2/Y <= 0.1 (`InputError` above); "normal" and "auto" go along the normals of planes of one direction,
+    else along those of their own contact faces.
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
     depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps a step.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can;

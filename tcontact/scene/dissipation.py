@@ -56,7 +56,8 @@ class BulkViscosity:
 
     q = rho h (linear c |e| + quadratic^2 h e^2) in compression, -rho h linear c e in expansion, with the volumetric
     strain rate e, the shortest height h and the wave speed c (Landshoff; von Neumann and Richtmyer 1950). Both numbers
-    are pure and at least 0, one of them above; usual are 0.06 and 1.2. Cells with massless contact nodes have none. It
+    are pure and at least 0, one of them above; usual are 0.06 and 1.2. Cells with massless contact nodes have none,
+    unless they are of a metal. In metals what it dissipates is heat of the cells. It
     cuts the stable step (`Result.dt_limit` holds the linear part; a run shortens its step as the quadratic one asks
     for it). History: `viscous_work` [J], dissipated so far. Raises `InputError`.
     """

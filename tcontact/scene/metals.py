@@ -61,6 +61,27 @@ class JohnsonCook:
         validate.number("melting_temperature", self.melting_temperature, low=self.reference_temperature)
 
 
+@dataclass(frozen=True)
+class MieGrueneisen:
+    """Pressure of a metal from its shock curve Us = c0 + s up and its heat (kernels/materials/mie_grueneisen.py).
+
+    slope: s >= 0 of the shock speed over the speed behind the shock; gamma: Grueneisen's Gamma >= 0 at the start, of
+    which Gamma rho stays constant; sound_speed: c0 [m/s] > 0, which makes the bulk modulus rho c0^2; None for that of
+    Young's modulus and Poisson's ratio. In tension the pressure is that of the bulk modulus; there is no limit to it.
+    Raises `InputError`. (McQueen et al. in Kinslow, High-Velocity Impact Phenomena, 1970, for constants of metals.)
+    """
+
+    slope: float
+    gamma: float
+    sound_speed: float | None = None
+
+    def __post_init__(self) -> None:
+        validate.number("MieGrueneisen.slope", self.slope, low=0.0, strict=False)
+        validate.number("MieGrueneisen.gamma", self.gamma, low=0.0, strict=False)
+        if self.sound_speed is not None:
+            validate.number("MieGrueneisen.sound_speed", self.sound_speed, low=0.0)
+
+
 Hardening = LinearHardening | SteinbergGuinan | JohnsonCook
 HARDENINGS = (LinearHardening, SteinbergGuinan, JohnsonCook)
 
@@ -76,7 +97,8 @@ class ElastoPlastic(Hookean):
     `JohnsonCook`, or a `friction_layer.Metal`, whose yield stress is taken; heat_share: share of the plastic work that
     becomes heat, 0 to 1, the rest stays in the metal as cold work; specific_heat [J/(kg K)]: None for a metal whose
     temperature does not change; initial_temperature [K]; pressure: "bulk" for U = K/2 (J - 1)^2, "barrier" for
-    U = K/4 (J^2 - 1 - 2 ln J), which resists strong compression without limit.
+    U = K/4 (J^2 - 1 - 2 ln J), which resists strong compression without limit, or a `MieGrueneisen`, which takes a
+    specific heat and a start above 0 K.
     Raises `InputError`: a yield stress above 0.1 mu, melting at the start, any value out of its range.
     """
 
@@ -84,7 +106,7 @@ class ElastoPlastic(Hookean):
     heat_share: float = 0.9
     specific_heat: float | None = None
     initial_temperature: float = 300.0
-    pressure: str = "bulk"
+    pressure: Any = "bulk"
 
     word: ClassVar[str] = "elasto-plastic"
     plastic: ClassVar[bool] = True
@@ -103,7 +125,10 @@ class ElastoPlastic(Hookean):
         if self.specific_heat is not None:
             validate.number("ElastoPlastic.specific_heat", self.specific_heat, low=0.0)
         validate.number("ElastoPlastic.initial_temperature", self.initial_temperature, low=0.0, strict=False)
-        validate.choice("ElastoPlastic.pressure", self.pressure, EQUATIONS_OF_STATE)
+        if not isinstance(self.pressure, MieGrueneisen):
+            validate.choice("ElastoPlastic.pressure", self.pressure, EQUATIONS_OF_STATE)
+        else:
+            self._check_shock_curve()
         melting = getattr(self.hardening, "melting_temperature", None)
         if melting is not None and self.initial_temperature >= melting:
             raise InputError(
@@ -119,11 +144,33 @@ class ElastoPlastic(Hookean):
                 f" {self.lame_mu:.6g} Pa: the flow rule is for small elastic strains; look at the units",
             )
 
+    def _check_shock_curve(self) -> None:
+        """Refuse what the equation of state of Mie and Grueneisen cannot take. Raises `InputError`."""
+        if self.specific_heat is None:
+            raise InputError(
+                "ElastoPlastic.specific_heat",
+                self.specific_heat,
+                "MieGrueneisen has the pressure of the heat: give the specific heat [J/(kg K)]",
+            )
+        if self.initial_temperature <= 0.0:
+            raise InputError(
+                "ElastoPlastic.initial_temperature", self.initial_temperature, "MieGrueneisen starts above 0 K"
+            )
+        if not self.bulk_modulus > 0.0:
+            raise InputError("poisson", self.poisson, "MieGrueneisen needs a bulk modulus above 0")
+
     @property
     def law(self) -> str:  # type: ignore[override]
         """Name of its law in the kernels."""
         name = {LinearHardening: "linear", SteinbergGuinan: "steinberg_guinan", JohnsonCook: "johnson_cook"}
-        return f"j2_{name[type(self.hardening)]}" + ("" if self.pressure == "bulk" else f"_{self.pressure}")
+        equation = "mie_grueneisen" if isinstance(self.pressure, MieGrueneisen) else self.pressure
+        return f"j2_{name[type(self.hardening)]}" + ("" if equation == "bulk" else f"_{equation}")
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lame constant at small strains [Pa]; a sound speed of the shock curve sets the bulk modulus."""
+        speed = getattr(self.pressure, "sound_speed", None)
+        return super().lame_lambda if speed is None else self.density * speed**2 - 2.0 / 3.0 * self.lame_mu
 
     @property
     def bulk_modulus(self) -> float:
@@ -135,7 +182,10 @@ class ElastoPlastic(Hookean):
         """Constants for the kernels (kernels/materials/elasto_plastic.py)."""
         capacity = 0.0 if self.specific_heat is None else 1.0 / (self.density * self.specific_heat)
         own = (self.bulk_modulus, self.lame_mu, capacity, self.heat_share, self.initial_temperature)
-        return (*own, *_constants(self.hardening))
+        equation: tuple[float, ...] = ()
+        if isinstance(self.pressure, MieGrueneisen):
+            equation = (self.pressure.slope, self.pressure.gamma, 1.0 / (capacity * self.bulk_modulus))
+        return (*own, *_constants(self.hardening), *equation)
 
 
 EQUATIONS_OF_STATE = ("bulk", "barrier")

@@ -29,6 +29,7 @@ ENERGIES = {
     "viscous_work": BROWN,
     "external_work": GREY,
 }
+TIME = ("time", "s")
 Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
 History = Mapping[str, np.ndarray]
 
@@ -140,8 +141,10 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
     figure.savefig(unlinked(path))
 
 
-def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") -> None:
+def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "", along: tuple[str, str] = TIME) -> None:
     """Plot quantities over time, one panel each: {(name, unit): {label: (times [s], values)}}.
+
+    along: name and unit of what stands in place of the time.
 
     A panel with the labels of the one before it goes without a legend of its own.
     """
@@ -159,7 +162,7 @@ def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "") 
         if list(curves) != explained:
             axes.legend(loc="best", frameon=False)
             explained = list(curves)
-    _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}s", path)
+    _finish(figure, drawn, np.array([0.0, end / span]), f"{_greek(mark)}{along[1]}", path, along[0])
 
 
 def outlines(path: Path, lines: Curves, title: str = "") -> None:
@@ -168,7 +171,6 @@ def outlines(path: Path, lines: Curves, title: str = "") -> None:
     factor, prefix = si_scale(max(float(np.abs(values).max()) for pair in lines.values() for values in pair))
     for (label, (radius, height)), colour in zip(lines.items(), itertools.cycle((GREY, BLUE, RED, ORANGE, PURPLE))):
         axes.plot(radius / factor, height / factor, color=colour, lw=1.1, label=label)
-    axes.set_aspect("equal")
     axes.set_xlabel(f"radius [{_greek(prefix)}m]")
     axes.set_ylabel(f"height [{_greek(prefix)}m]")
     axes.legend(loc="best", frameon=False, fontsize=8)
@@ -287,8 +289,10 @@ def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
     return figure, grid
 
 
-def _finish(figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path) -> None:
-    panels[-1].set_xlabel(f"time [{unit}]")
+def _finish(
+    figure: Figure, panels: Sequence[Axes], time: np.ndarray, unit: str, path: Path, name: str = TIME[0]
+) -> None:
+    panels[-1].set_xlabel(f"{name} [{unit}]")
     end = float(time[-1]) or 1.0
     panels[-1].set_xlim(-0.01 * end, 1.01 * end)
     figure.align_ylabels(panels)

@@ -12,6 +12,7 @@ from oracle.exact import BarImpact, bar_metrics, characteristic_bar
 from oracle.laws import LinearElastic, MooneyRivlin, NeoHookean, StVenantKirchhoff
 from oracle.mass import Redistribution, choose_removal, face_area_weights, lumped_cell_mass, redistribute
 from oracle.mean_dilatation import MeanDilatation
+from oracle.node_averaged import NodeAveraged
 from oracle.reduced import ReducedHex
 from oracle.static_contact import StaticContact, solve_lcp
 
@@ -25,6 +26,7 @@ __all__ = [
     "MeanDilatation",
     "MooneyRivlin",
     "NeoHookean",
+    "NodeAveraged",
     "Penalty",
     "Plane",
     "Quadrature",

@@ -10,7 +10,7 @@ from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyCont
 from ...scene.dissipation import BulkViscosity, Damping
 from ...scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ...scene.materials import LAWS
-from ...scene.metals import HARDENINGS, ElastoPlastic
+from ...scene.metals import HARDENINGS, ElastoPlastic, MieGrueneisen
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
 from ...schemes import SCHEMES
 
@@ -18,6 +18,7 @@ from ...schemes import SCHEMES
 CLASSES: dict[str, dict[str, type]] = {
     "material": {kind.__name__: kind for kind in (*LAWS.values(), ElastoPlastic)},
     "hardening": {kind.__name__: kind for kind in HARDENINGS},
+    "pressure": {"MieGrueneisen": MieGrueneisen},
     "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
     "contact": {kind.__name__: kind for kind in (MasslessContact, PenaltyContact, ImpulseContact)},
     "friction": {kind.__name__: kind for kind in (Coulomb, RegularizedCoulomb, FrictionLayer)},
@@ -26,7 +27,7 @@ CLASSES: dict[str, dict[str, type]] = {
     "metal": {"Metal": metals.Metal},
     "scheme": dict(SCHEMES),
 }
-NESTED = ("hardening",)  # arguments that are objects of plain data themselves
+NESTED = ("hardening", "pressure")  # arguments that are objects of plain data themselves
 METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
 SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # places that may be "none"
 RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")

@@ -16,6 +16,7 @@ from ...friction_layer.metals import Metal
 from ...mesh.box import box_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body
+from ...scene.cell_blocks import suited_formulation
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
@@ -107,7 +108,7 @@ class Writer:
             data["contact"] = list(body.contact) if len(body.contact) > 1 else body.contact[0]
         if body.metal is not None:
             data["metal"] = self.metal(body.metal)
-        if body.formulation != "full":
+        if body.formulation != suited_formulation(body.mesh, body.material):
             data["formulation"] = body.formulation
         if body.periodic is not None:
             data["periodic"] = body.periodic

@@ -80,6 +80,14 @@ class BodyView:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
         return PointState(self.state.domain, self.state.internal_force).of_body(self._number)
 
+    def points(self) -> tuple[np.ndarray, ...]:
+        """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
+        return PointState(self.state.domain, self.state.internal_force).blocks_of_body(self._number)
+
+    def take_over_points(self, states: tuple[np.ndarray, ...]) -> None:
+        """Start from the state of the points that `points` returned."""
+        PointState(self.state.domain, self.state.internal_force).put_blocks_of_body(self._number, states)
+
     def latest(self) -> np.ndarray:
         """Return the present displacement [n, 3] [m], internal numbering: after a step that at its end."""
         return arrays.get(self.state.u).reshape(-1, 3)[self._nodes]

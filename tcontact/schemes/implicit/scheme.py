@@ -14,6 +14,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...planning.planning import Plan
+from ...scene.cell_blocks import AVERAGED
 from ...scene.contact_models import ImpulseContact
 from ...scene.scene import Scene
 from .solution.describe import describe
@@ -60,6 +61,10 @@ class ImplicitScheme(ImplicitRule):
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
+            if any(block.formulation == AVERAGED for block in body.blocks):
+                remedy = f"{self.name} averages no volume changes at nodes; give formulation='full', mesh the body with"
+                remedy += " hex8 and formulation='mean-dilatation', or use scheme='central-difference'"
+                raise InputError(f"Scene.bodies[{index}].formulation", AVERAGED, remedy)
         for number, obstacle in enumerate(scene.obstacles):
             if getattr(obstacle, "moves", False):
                 remedy = f"{self.name} takes obstacles at rest; use scheme='central-difference'"
