@@ -134,7 +134,7 @@ def solved(graph, matrix, right, normals, gaps, weights, reach=1e300, tolerance=
     settings[names.STEP_LENGTH] = 1.9 / graph.corners_together
     stats[names.F_REF], stats[names.PIVOT], stats[names.TODO] = np.abs(right).max(), 1.0, names.LAST_SWEEP
     islands = np.zeros((2, ISLAND), dtype=np.int32)
-    islands[1] = count, len(order.pack_start) - 1, 0, count, 0
+    islands[1] = count, len(order.pack_start) - 1, count, 0
     lists, numbers = coupling_of(weights)
     active, answer = np.zeros(count, dtype=np.int32), np.zeros(1, dtype=np.int32)
     nan, increment = np.full(room * 12, np.nan), np.full(9 * room, np.nan)

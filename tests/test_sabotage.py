@@ -23,6 +23,11 @@ SMALL = {
     "hot-slide": ({"cells": 2}, {}),
     "layered-bar": ({"cells": 12}, {}),
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
+    "metal-slide": (
+        {"cells": 3},
+        {"wall": "there is no wall", "friction": "the layers bear no more than half of mu p"},
+    ),
+    "oblique-plate-impact": ({"cells": 10, "law": "elastic", "friction": "coulomb"}, {"wall": "there is no wall"}),
     "penetration-energy": ({"cells": 4}, {}),
     "plate-impact": ({"cells": 30}, {}),
     "pressure-shear": ({"cells": 20}, {}),

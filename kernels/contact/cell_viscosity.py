@@ -11,8 +11,9 @@ measures forces and strains in the reference state; its viscosity is D = (H + H^
 The integration is that of the elastic force: points, one volume change, or mean gradient with hourglass stiffness.
 
 In the static solve x are the positions of the iteration and x_before those of the last time level, so that massless
-components are damped implicitly, with the tangent K + eta/dt K of a cell (exact for the linear law). On components with
-mass the force of the step before the kick acts, explicitly. A step dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
+components are damped implicitly, with the tangent K + eta/dt K of a cell (exact for the linear law; of a metal see
+static/damping_tangent.py). On components with mass the force of the step before the kick acts, explicitly. A step
+dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
 """
 
 import functools
@@ -25,11 +26,14 @@ from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,
     CONNECTIVITY,
+    CONTACT_BLOCK,
     END_PACK,
+    FIRST_CELL,
     FIRST_PACK,
     GRAIN,
     LAME,
     LANE,
+    LAST_CELL,
     MATERIAL,
     ROW,
     SEGMENT,
@@ -209,9 +213,10 @@ def viscous_load(body: ti.template(), boundary: ti.template(), viscous: ti.templ
 
 
 @ti.func
-def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), begin, end):
-    """Multiply the stiffness of contact cells begin .. end by 1 + eta/dt, to include their viscosity."""
-    for cell in range(begin, end):
+def stiffen(pairs: ti.template(), viscous: ti.template(), block: ti.template(), number):
+    """Multiply the stiffness of the cells of contact block `number` by 1 + eta/dt, to include their viscosity."""
+    at = number * CONTACT_BLOCK
+    for cell in range(pairs.blocks[at + FIRST_CELL], pairs.blocks[at + LAST_CELL]):
         factor = 1.0 + viscous[RATE] * viscous[cells_place(viscous) + cell]
         for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
             pairs.values[i] = factor * pairs.values[i]

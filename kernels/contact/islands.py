@@ -3,7 +3,7 @@
 The contact nodes of a body are one island. The static solve of an island has its own settings, residual and end, so
 that its result is that of a run with this body alone, to rounding errors: the positions of all islands are relative to
 one point among their nodes. One force pass over the contact cells serves all.
-`islands` [i+1, ISLAND] holds where island i begins among the contact nodes, the packs of the sweeps, the contact cells,
+`islands` [i+1, ISLAND] holds where island i begins among the contact nodes, the packs of the sweeps,
 the nodes without rows (behind the contact nodes in their list) and the contact blocks (lanes.py).
 """
 
@@ -31,15 +31,9 @@ def first_pack(contact: ti.template(), island):
 
 
 @ti.func
-def first_cell(contact: ti.template(), island):
-    """Return the first contact cell of an island."""
-    return contact.islands[ISLAND * island + 2]
-
-
-@ti.func
 def first_other(contact: ti.template(), island):
     """Return the first node of an island without rows."""
-    return contact.islands[ISLAND * island + 3]
+    return contact.islands[ISLAND * island + 2]
 
 
 @ti.func
@@ -51,4 +45,4 @@ def node_count(contact: ti.template()):
 @ti.func
 def first_block(contact: ti.template(), island):
     """Return the first contact block of an island."""
-    return contact.islands[ISLAND * island + 4]
+    return contact.islands[ISLAND * island + 3]

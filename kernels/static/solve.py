@@ -17,7 +17,7 @@ import taichi as ti
 from .. import elements
 from ..contact.cell_viscosity import RATE, stiffen, viscous_force
 from ..contact.constraint_rows import EPSILON, sum_of_rows
-from ..contact.islands import first_block, first_cell, first_node, island_count
+from ..contact.islands import first_block, first_node, island_count
 from ..contact.pair_rows import collect as collect_forces
 from ..lanes import CONTACT_BLOCK, KIND, STEP
 from ..lanes import SWEEP_LANES as LANES
@@ -51,6 +51,7 @@ from .control import (
     VISCOUS_RATE,
     judge,
 )
+from .damping_tangent import make_damping_tangent
 from .massless_node import (
     balance,
     basis_of,
@@ -265,6 +266,7 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         for kind, law in cells
     ]
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
+    dampings = [make_damping_tangent(kind, block, plain) for kind, _law in cells]
     metals = [LAWS[law].plastic is not None for _kind, law in cells]
 
     @ti.func
@@ -293,15 +295,17 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         stats[at + NEXT] = DONE
         if stats[at + TODO] != DONE:
             if stats[at + STALE] == 1.0:
-                cell, end = first_cell(contact, island), first_cell(contact, island + 1)
                 for number in range(first_block(contact, island), first_block(contact, island + 1)):
                     for i in ti.static(range(len(tangents))):
                         if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
                             tangents[i](body, contact.basis, pairs, number)
                             if ti.static(body.viscous_metal and metals[i]):
                                 viscous_tangents[i](body, contact.basis, pairs, number)
+                            if ti.static(contact.options.viscous and metals[i]):
+                                dampings[i](body, contact.basis, pairs, viscous, number)
+                            elif ti.static(contact.options.viscous):
+                                stiffen(pairs, viscous, block, number)
                 if ti.static(contact.options.viscous):
-                    stiffen(pairs, viscous, block, cell, end)
                     stats[at + VISCOUS_RATE] = viscous[RATE]
                 elif ti.static(body.viscous_metal):
                     stats[at + VISCOUS_RATE] = body.params[STEP]

@@ -69,9 +69,9 @@ class Domain:
     """Bodies in one numbering.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
-    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start, cell_start [bodies + 1]:
-    first node, contact node and contact cell of a body; boundary_place: for every body, places [s] of its boundary
-    nodes among those of the domain. The other attributes are those of `BodyPlan` for all bodies.
+    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start [bodies + 1]: first node
+    and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
+    domain. The other attributes are those of `BodyPlan` for all bodies.
     """
 
     def __init__(
@@ -82,8 +82,6 @@ class Domain:
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])
-        graphs = [None if contact is None else contact.graph for contact in contacts]
-        self.cell_start = _starts([0 if graph is None else len(graph.cells) for graph in graphs])
         self.boundary_place = self._boundary_places()
 
     def _boundary_places(self) -> list[np.ndarray]:

@@ -17,14 +17,13 @@ from .sweep_order import SweepOrder
 class Island:
     """The part of one body, or of several that are in contact with each other, in the contact lists of the domain.
 
-    nodes, all_nodes, cells: its slices of `ContactPlan.nodes`, `ContactPlan.all_nodes` and of the contact cells;
-    blocks: its slice of the blocks of contact cells.
+    nodes, all_nodes: its slices of `ContactPlan.nodes` and `ContactPlan.all_nodes`; blocks: of the blocks of contact
+    cells.
     """
 
     bodies: tuple[BodyPlan, ...]
     nodes: slice
     all_nodes: slice
-    cells: slice
     blocks: slice
 
     @property
@@ -55,7 +54,6 @@ def islands_of(domain: Domain) -> tuple[Island, ...]:
                     (body,),
                     slice(int(domain.contact_start[number]), int(domain.contact_start[number + 1])),
                     slice(everyone, everyone + len(body.contact.all_nodes)),
-                    slice(int(domain.cell_start[number]), int(domain.cell_start[number + 1])),
                     slice(blocks, blocks + own),
                 )
             )
@@ -65,7 +63,7 @@ def islands_of(domain: Domain) -> tuple[Island, ...]:
 
 
 def _joined(islands: Sequence[Island]) -> Island:
-    names = ("nodes", "all_nodes", "cells", "blocks")
+    names = ("nodes", "all_nodes", "blocks")
     parts = [slice(getattr(islands[0], name).start, getattr(islands[-1], name).stop) for name in names]
     return Island(tuple(body for island in islands for body in island.bodies), *parts)
 
@@ -85,9 +83,8 @@ def island_starts(islands: Sequence[Island], others: Sequence[np.ndarray], order
     """
     starts = np.zeros((len(islands) + 1, ISLAND), dtype=np.int64)
     starts[1:, 0] = [island.nodes.stop for island in islands]
-    starts[1:, 2] = [island.cells.stop for island in islands]
-    starts[:, 3] = starts[-1, 0] + np.cumsum([0, *(len(nodes) for nodes in others)])
-    starts[1:, 4] = [island.blocks.stop for island in islands]
+    starts[:, 2] = starts[-1, 0] + np.cumsum([0, *(len(nodes) for nodes in others)])
+    starts[1:, 3] = [island.blocks.stop for island in islands]
     if order is not None:
         starts[:, 1] = np.searchsorted(order.pack_start, starts[:, 0])
     return starts

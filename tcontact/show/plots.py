@@ -213,6 +213,19 @@ def penetration_energies(path: Path, panels: Mapping[str, Mapping[str, History]]
     _finish(figure, [grid[0][-1]], longest["time"] / unit[0], unit[1], path)
 
 
+def against(path: Path, lines: Curves, across: tuple[str, str], upward: tuple[str, str], title: str = "") -> None:
+    """Plot curves (x, y) by label; across, upward: name and SI unit of x and y."""
+    figure, (axes,) = _figure(1, title)
+    scales = [si_scale(max(float(np.nanmax(np.abs(line[part]), initial=0.0)) for line in lines.values()))
+              for part in (0, 1)]  # fmt: skip
+    for (label, (x, y)), color in zip(lines.items(), itertools.cycle((BLUE, RED, ORANGE, GREEN))):
+        axes.plot(np.divide(x, scales[0][0]), np.divide(y, scales[1][0]), color=color, lw=1.0, label=label)
+    axes.legend(loc="best", frameon=False)
+    axes.set_xlabel(f"{across[0]} [{_greek(scales[0][1])}{across[1]}]")
+    axes.set_ylabel(f"{upward[0]} [{_greek(scales[1][1])}{upward[1]}]")
+    figure.savefig(unlinked(path))
+
+
 def unrest(force: np.ndarray) -> float:
     """Return the sum of all changes of a force over twice its largest value: 1 for one that rises and falls once."""
     return float(np.abs(np.diff(force)).sum() / max(2.0 * np.nanmax(force), 1e-300))
