@@ -3,8 +3,8 @@
 An elastic ball keeps all but a small share of its speed, in waves. One that yields keeps less, the less the faster:
 Johnson (Contact Mechanics, 11.5) has e = 3.8 (Y/E*)^(1/2) (m v^2/(2 Y R^3))^(-1/8), E* = E/(1 - nu^2), for shallow
 indents under a constant mean pressure of 3 Y; deeper ones lose more, up to e ~ v^(-1/2). The steel does not harden.
-At 10, 20, 40 m/s, contact radii of .19, .27, .39 radii, e is .30, .23, .15, and the formula has .37, .31, .26: at 40 m/s
-the ball loses more than the check allows (`--set speed=20`), on meshes of 700 to 4600 cells alike.
+At 10, 20, 40 m/s, contact radii of .19, .27, .39 radii, e is .30, .23, .15, and the formula has .37, .31, .26: at 40
+m/s the ball loses more than the check allows (`--set speed=20`), on meshes of 700 to 4600 cells alike.
 A quarter of each ball is computed, with planes of symmetry; the balls stand side by side and do not touch each other.
 """
 

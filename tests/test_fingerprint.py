@@ -71,6 +71,7 @@ CHANGES = {
         {field.name: 1.01 * (getattr(GUINAN, field.name) or 2e9) for field in dataclasses.fields(GUINAN)},
     ),
     tc.JohnsonCook: (COOK, {field.name: 1.01 * getattr(COOK, field.name) for field in dataclasses.fields(COOK)}),
+    tc.MieGrueneisen: (tc.MieGrueneisen(1.5, 2.0, 4e3), {"slope": 1.6, "gamma": 2.1, "sound_speed": 4.1e3}),
     tc.ElastoPlastic: (
         METAL,
         {"young": 2.1e11, "poisson": 0.31, "density": 7.9e3, "hardening": GUINAN, "heat_share": 0.8,
@@ -182,6 +183,8 @@ def placed(thing):
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:
         bodies, place = [_with(body, "material", _with(METAL, "hardening", thing))], "bodies[0].material.hardening."
+    elif type(thing).__name__ in CLASSES["pressure"]:
+        bodies, place = [_with(body, "material", _with(METAL, "pressure", thing))], "bodies[0].material.pressure."
     elif type(thing).__name__ in CLASSES["obstacles"]:
         obstacles, place = [thing], "obstacles[0]."
     elif type(thing).__name__ in CLASSES["metal"]:

@@ -15,6 +15,7 @@ RIGID = {"modulus": "it is compared with a rigid body"}
 FREE = {"modulus": "energy and momenta are kept with every modulus"}
 SMALL = {
     "bar-impact": ({"cells": 20}, {}),
+    "ball-drop": ({"cells": 2}, {}),
     "block-on-block": ({"cells": 2, "lower_cells": 3}, RIGID),
     "bouncing-bar": ({"cells": 20, "contacts": 2}, {}),
     "clamped-plate": ({"cells": 12}, {"wall": "there is no wall"}),
@@ -38,6 +39,7 @@ SMALL = {
     "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
     "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
     "two-spheres": ({"cells": 8}, {"wall": "there is no wall"}),
+    "taylor-bar": ({"cells": 3}, {}),
     "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),
     "wall-shock": ({"cells": 40}, {}),
 }
