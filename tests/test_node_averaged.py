@@ -508,3 +508,11 @@ def test_the_plan_foresees_the_memory(parallel_path):
     lists, values = volume_arrays(planned.domains[0], pack_domain(planned.domains[0]))
     assert foreseen - memory(plain, plain.domains[0])["internal-force"] == lists.nbytes + values.nbytes
     assert volume_arrays(plain.domains[0], pack_domain(plain.domains[0])) is None
+
+
+def test_a_pressure_that_depends_on_heat_is_refused_by_name():
+    metal = tc.metal("copper-ofhc", pressure=tc.MieGrueneisen(1.489, 2.0))
+    mesh = block("tet4", 2)
+    assert tc.Body(mesh, metal).blocks[0].formulation == "full"
+    with pytest.raises(tc.InputError, match="the heat of a cell"):
+        tc.Body(mesh, metal, formulation="node-averaged")

@@ -39,7 +39,7 @@ SMALL = {
     "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
     "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
     "two-spheres": ({"cells": 8}, {"wall": "there is no wall"}),
-    "taylor-bar": ({"cells": 3}, {}),
+    "taylor-bar": ({"cells": 3}, {"modulus": "the yield stress stops the bar"}),
     "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),
     "wall-shock": ({"cells": 40}, {}),
 }

@@ -81,10 +81,10 @@ def averaged_volume(law: ti.template(), own, parameters, averages):
 
 
 @ti.func
-def shape_response(g, shape, parameters, law: ti.template(), memory: ti.template(), pressure):
-    """Return what `point_force` returns, for the law without its volume part."""
+def shape_response(g, shape, parameters, law: ti.template(), memory: ti.template(), pressure, own):
+    """Return what `point_force` returns, for the law without its volume part; own: J - 1 of the cell."""
     if ti.static(memory and law.plastic):
-        within = ti.static(memory._replace(pressure=[pressure]))
+        within = ti.static(memory._replace(pressure=[pressure, own]))
         return point_force(g, shape, parameters, law, within, 0)
     else:
         without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
@@ -99,8 +99,9 @@ def make_force(volume, slopes_of):
         """Return what `tet4.tet_force` returns; averages: `averages_of` (cells/node_averages.py)."""
         a, g = [tet_derivatives(x[c]) for c in range(3)], [tet_derivatives(u[c]) for c in range(3)]
         shape = geometry(a)
-        volumetric = averaged_volume(law, volume(x, u) * (6.0 / shape[2]), parameters, averages)
-        answer = shape_response(g, shape, parameters, law, memory, volumetric[0])
+        own = volume(x, u) * (6.0 / shape[2])
+        volumetric = averaged_volume(law, own, parameters, averages)
+        answer = shape_response(g, shape, parameters, law, memory, volumetric[0], own)
         slopes = slopes_of(shape, a, g)
         share = weight * (1.0 / 6.0)
         force = [

@@ -96,7 +96,7 @@ def suited_formulation(mesh: Mesh, material: Any) -> str | None:
 
 def _averaged_or_full(element: Element, material: Material) -> str:
     locks = material.plastic or material.poisson > element.formulations["full"].locks + ROUNDING
-    return AVERAGED if locks and material.volumetric else "full"
+    return AVERAGED if locks and material.volumetric and material.barotropic else "full"
 
 
 def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, ...]:
@@ -132,6 +132,9 @@ def blocks_of(mesh: Mesh, material: Any, formulation: Any) -> tuple[BodyBlock, .
                 f"{type(block.material).__name__} has no part that is of the volume change alone; use"
                 f" {', '.join(law.__name__ for law in LAWS.values() if law.volumetric)}, or leave it at 'full'",
             )
+        if block.formulation == AVERAGED and not block.material.barotropic:
+            remedy = "its pressure depends on the heat of a cell, and a node averages the volume change alone; use"
+            raise InputError("Body.formulation", formulation, f"{remedy} hexahedra, or pressure='bulk' or 'barrier'")
     return tuple(found)
 
 

@@ -25,7 +25,7 @@ class Material:
     young [Pa], poisson: at small strains; density [kg/m^3]; law: its name in the kernels; word: its name in cases and
     in the benchmark; linear: whether the stress is linear in the displacement; volumetric: whether parameters[0]/2
     times the square of the volume change is a part of W, which formulation="mean-dilatation" takes per cell; plastic:
-    whether its points flow plastically (metals.py).
+    whether its points flow plastically (metals.py); barotropic: whether its pressure depends on the volume alone.
     """
 
     law: ClassVar[str]
@@ -33,6 +33,7 @@ class Material:
     linear: ClassVar[bool] = False
     volumetric: ClassVar[bool] = True
     plastic: ClassVar[bool] = False
+    barotropic: bool = True
 
     young: float
     poisson: float

@@ -173,6 +173,11 @@ class ElastoPlastic(Hookean):
         return super().lame_lambda if speed is None else self.density * speed**2 - 2.0 / 3.0 * self.lame_mu
 
     @property
+    def barotropic(self) -> bool:  # type: ignore[override]
+        """Return whether the pressure depends on the volume alone, not on heat."""
+        return isinstance(self.pressure, str)
+
+    @property
     def bulk_modulus(self) -> float:
         """Bulk modulus at small strains [Pa]."""
         return self.lame_lambda + 2.0 / 3.0 * self.lame_mu
