@@ -147,3 +147,20 @@ def test_a_wall_far_away_does_not_hide_the_kinds(recwarn):
     body = tc.Body(block("tet4", 2), material("neo", poisson=0.45), contact="zmin", formulation="full")
     tc.simulate(tc.Scene([body], [wall(body.mesh, (0, 0, 1.0), 1.0)], 1e-6))
     assert tc.LockingWarning in {one.category for one in recwarn.list}
+
+
+def test_long_plastic_steps_and_unbalanced_pairs_are_named():
+    from types import SimpleNamespace
+
+    from tcontact.run.end_checks import flow_warning, residual_warning
+
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    flow = {"time": times, "plastic_strain_max": np.array([0.0, 0.05, 0.2, 0.21])}
+    assert "grew by 0.15 in a step at t = 2 s" in flow_warning(flow, 1.0)
+    assert flow_warning(flow | {"plastic_strain_max": flow["plastic_strain_max"] / 2.0}, 1.0) is None
+    assert flow_warning({"time": times}, 1.0) is None
+    left = {"time": times, "static_residual": np.array([0.0, 1e-3, 0.3, 1e-3])}
+    pairs, alone = SimpleNamespace(body_pairs=(1,)), SimpleNamespace(body_pairs=())
+    assert "a residual of 0.3 at t = 2 s" in residual_warning(pairs, left)
+    assert residual_warning(alone, left) is None
+    assert residual_warning(pairs, left | {"static_residual": np.full(4, 1e-3)}) is None

@@ -17,6 +17,7 @@ from ..schemes import Scheme
 
 LARGE = 0.05  # largest energy error that needs no warning, over the largest kinetic and elastic energy of the run
 FAR = 5.0  # largest error of the friction layers that needs no warning, over their tolerance
+UNBALANCED = 0.02  # largest static residual of pairs of bodies that needs no warning
 LONGEST_FLOW = 0.1  # plastic strain of a step up to which the return to the yield surface is accurate
 
 
@@ -31,8 +32,24 @@ def end_warnings(
         (energy_warning(scene, scheme, history, dt, rounding), EnergyWarning),
         (flow_warning(history, dt), PlasticStepWarning),
         (layer_warning(scene, history), LayerWarning),
+        (residual_warning(scene, history), RuntimeWarning),
     ]
     return [(text, kind) for text, kind in found if text is not None]
+
+
+def residual_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None:
+    """Return a warning about the largest static residual of a run with pairs of bodies; None up to `UNBALANCED`.
+
+    Their normals and weights change with the motion, so that a step takes a limited number of linear problems.
+    """
+    if not scene.body_pairs or not history["static_residual"].max(initial=0.0) > UNBALANCED:
+        return None
+    row = int(np.argmax(history["static_residual"]))
+    return (
+        f"the static solve between bodies left a residual of {history['static_residual'][row]:.2g} at"
+        f" t = {history['time'][row]:.6g} s: contact forces there are that far from balance; use a smaller cfl or dt, or"
+        " cells of more even shape at the contact"
+    )
 
 
 def flow_warning(history: dict[str, np.ndarray], dt: float) -> str | None:
