@@ -47,8 +47,8 @@ def residual_warning(scene: Scene, history: dict[str, np.ndarray]) -> str | None
     row = int(np.argmax(history["static_residual"]))
     return (
         f"the static solve between bodies left a residual of {history['static_residual'][row]:.2g} at"
-        f" t = {history['time'][row]:.6g} s: contact forces there are that far from balance; use a smaller cfl or dt, or"
-        " cells of more even shape at the contact"
+        f" t = {history['time'][row]:.6g} s: contact forces were that far from balance; use a smaller cfl or dt,"
+        " or cells of more even shape at the contact"
     )
 
 
