@@ -140,7 +140,7 @@ def test_a_blow_up_between_two_rows_still_ends_as_a_result():
 def test_a_static_solve_without_hope_stops_as_not_converged():
     """Nearly incompressible under full removal: thousands of sweeps would be needed (METHOD 2)."""
     mesh, mat = block("tet4", 4), material("linear", poisson=0.49999)
-    body = tc.Body(mesh, mat, velocity=(0.0, 0.0, -5.0), contact="zmin")
+    body = tc.Body(mesh, mat, velocity=(0.0, 0.0, -5.0), contact="zmin", formulation="full")
     contact = tc.MasslessContact(removal="full", tolerance=1e-12, solver="gauss-seidel")
     scene = tc.Scene(bodies=[body], obstacles=[wall(mesh, (0, 0, 1.0), 0.0)], duration=1e-2, contact=contact)
     result = tc.simulate(scene)

@@ -247,15 +247,15 @@ def test_an_inverted_cell_is_told_what_helps_this_law():
     body = tc.Body(mesh, tc.Ogden.of(2.3e7, 0.27, 1350.0), contact="zmin")
     c = body.material.wave_speed
     thrown = replace(body, velocity=(0.0, 0.0, -1.2 * c))
-    result = tc.simulate(tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c))
+    scene = tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c)
+    result = tc.simulate(scene, tc.CentralDifference(dt=0.9 * tc.simulate(replace(scene, duration=1e-9)).dt_limit))
     assert result.reason == "inverted-cell"
     assert "exponents below 1" in result.message
     assert "viscosity" not in result.message
 
 
-def test_a_number_of_parameters_that_the_law_does_not_take_is_refused(monkeypatch):
-    """Parameters more than there are places would shift those of the next body without a word."""
-    from tcontact.kernels.materials import LAWS
+def test_a_number_of_parameters_that_the_law_does_not_take_is_refused():
+    """More or fewer of them would be taken from the next body without a word."""
 
     class Longer(tc.Ogden):
         @property
@@ -267,9 +267,6 @@ def test_a_number_of_parameters_that_the_law_does_not_take_is_refused(monkeypatc
     with pytest.raises(tc.InputError, match=r"the law 'ogden' takes 8, lam, mu, .*give a value for each") as error:
         tc.simulate(own)
     assert error.value.field == "Scene.bodies[0].material.parameters"
-    monkeypatch.setitem(LAWS, "ogden", LAWS["ogden"]._replace(parameters=(*LAWS["ogden"].parameters, "more")))
-    with pytest.raises(tc.InputError, match=r"law = 'ogden': it takes 9 parameters, .* 8 places"):
-        tc.simulate(own)
 
 
 @pytest.mark.parametrize(
