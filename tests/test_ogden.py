@@ -246,9 +246,8 @@ def test_an_inverted_cell_is_told_what_helps_this_law():
     mesh = block("tet4", (3, 3, 6), (0.1, 0.1, 0.2), shake=0.0)
     body = tc.Body(mesh, tc.Ogden.of(2.3e7, 0.27, 1350.0), contact="zmin")
     c = body.material.wave_speed
-    thrown = replace(body, velocity=(0.0, 0.0, -1.2 * c))
-    scene = tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c)
-    result = tc.simulate(scene, tc.CentralDifference(dt=0.9 * tc.simulate(replace(scene, duration=1e-9)).dt_limit))
+    thrown = replace(body, velocity=(0.0, 0.0, -2.0 * c))
+    result = tc.simulate(tc.Scene([thrown], [wall(mesh, (0, 0, 1.0), 1e-3)], duration=0.3 / c))
     assert result.reason == "inverted-cell"
     assert "exponents below 1" in result.message
     assert "viscosity" not in result.message
