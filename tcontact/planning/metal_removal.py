@@ -23,15 +23,19 @@ SLOW = 0.1  # largest m with full removal
 ONE_SIDE = np.cos(np.radians(45.0))  # faces around a node that lean by less share one normal
 
 
-def check_full(scene: Scene, index: int) -> None:
-    """Refuse full removal of a metal at an impact too fast for it. Raises `InputError`."""
+def check_full(scene: Scene, index: int, normal: bool = True) -> None:
+    """Refuse full removal of a metal at an impact too fast for it; normal: whether the other one is possible.
+
+    Raises `InputError`.
+    """
     share = impact_number(scene, index)
     if share > SLOW:
         raise InputError(
             "MasslessContact.removal",
             "full",
             f"{scene.label(index)} is a metal that meets others with rho v^2/Y = {share:.3g}: above {SLOW:g} its"
-            " contact nodes would flow out sideways, as they have no mass; use removal='normal'",
+            " contact nodes would flow out sideways, as they have no mass; "
+            + ("use removal='normal'" if normal else "turn the contact faces to one direction, or use PenaltyContact"),
         )
 
 

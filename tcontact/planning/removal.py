@@ -147,7 +147,7 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
             raise InputError("MasslessContact.removal", removal, remedy)
         normals = normals if common is None else np.broadcast_to(common, normals.shape)
         for number in connected(scene, index) if removal == "full" else ():
-            check_full(scene, number)
+            check_full(scene, number, common is not None)
     elif removal == "full":
         check_full(scene, index)
     elif any(material.plastic for material in body.materials) and _plane_normals(scene, body) is None:
