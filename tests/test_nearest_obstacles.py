@@ -26,7 +26,7 @@ def chosen(gaps, known):
     records = np.zeros((len(gaps), obstacles.RECORD))
     records[:, obstacles.FRAME + 6 : obstacles.FRAME + 9] = normals
     records[:, obstacles.POINT : obstacles.POINT + 3] = -np.asarray(gaps)[:, None] * normals
-    candidates, islands = (arrays.put(np.array(values)) for values in (known, [0, 0, 0, 0, 0, 1, 0, 0, 1, 0]))
+    candidates, islands = (arrays.put(np.array(values)) for values in (known, [0, 0, 0, 0, 1, 0, 1, 0]))
     choose(np.zeros(1, dtype=np.int32), islands, records.reshape(-1), candidates, np.zeros(3), np.zeros(3))
     return arrays.get(candidates).tolist()
 

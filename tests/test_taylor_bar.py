@@ -58,7 +58,7 @@ def test_balls_keep_less_of_their_speed_the_faster_they_are():
 def test_johnson_and_the_balls_are_those_of_the_figures_known():
     scene = ball_drop.scene(cells=2)
     assert ball_drop.johnson(scene) == pytest.approx([0.370, 0.311, 0.281], abs=1e-3)
-    assert [-body.velocity[2] for body in scene.bodies] == [5.0, 10.0, 20.0, 40.0]
+    assert [-body.velocity[2] for body in scene.bodies] == [5.0, 10.0, 20.0, 30.0]
 
 
 @pytest.mark.parametrize(
