@@ -31,7 +31,7 @@ KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, STEP, MATERIALS = 10, 11, 12, 13, 14
 # places of the bulk viscosity and of Lame's constants, from the parameters of the law on
 VISCOSITY, LAME = -6, -2
-# numbers of an island (islands.py): its first contact node, pack, contact cell, node without rows and contact block
+# numbers of an island (islands.py): its first contact node, pack, node without rows and contact block
 ISLAND = 4
 SWEEP_LANES = 4  # contact nodes of one colour that a sweep updates at once
 MAXIMUM_ROWS = 256  # time levels in one launch of a small domain
