@@ -130,7 +130,7 @@ def test_plastic_flow_keeps_the_volume():
     ],
 )
 def test_adiabatic_shear_heats_and_softens_as_the_exact_ode(metal, shear_strain, strain, temperature, mises):
-    """Steinberg, Cochran and Guinan; integrated to first order in the elastic part (PLASTICITY of METHOD 8)."""
+    """Steinberg, Cochran and Guinan; integrated to first order in the elastic part."""
     young = 2.0 * metal.shear_modulus * 1.33
     body = tc.ElastoPlastic(young, 0.33, metal.density, metal, specific_heat=metal.heat_capacity)
     found = Path(body, shear(ramp([0.0, shear_strain], 4000)))
