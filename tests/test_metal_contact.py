@@ -139,7 +139,7 @@ def test_the_speed_of_an_impact_counts_the_obstacle_and_not_its_slip(velocity):
 
 
 def test_directions_without_mass_are_the_normals_of_the_faces_around_a_node():
-    """Of a block in a corner: one on a face, two on the edge; of a ball: one everywhere, across its skin."""
+    """A block in a corner has one on a face and two on the edge; a ball has one everywhere, across its skin."""
     scene = thrown(100.0, [FLOOR, WALL])
     plan = tc.plan(scene).bodies[0]
     nodes = plan.reference[plan.contact.nodes]

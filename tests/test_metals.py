@@ -1,5 +1,8 @@
 """Bodies of metal: what their state does in runs, files, frames and resumed runs; invariance; what other scenes pay."""
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import block, state_of
@@ -129,8 +132,22 @@ def test_a_run_goes_on_from_another_with_its_plastic_state(formulation):
     assert second.history["plastic_work"][0] < 1e-9 * first.history["plastic_work"][-1]
     assert second.history["plastic_work"][-1] > 0.0
     assert second.dt == pytest.approx(first.dt, rel=0.2)
-    with pytest.raises(tc.InputError, match="same materials and formulations"):
-        tc.simulate(hit("full", duration=1e-8), initial=first)
+    for other in (hit("full", duration=1e-8), hit(formulation, replace(COPPER, initial_temperature=400.0))):
+        with pytest.raises(tc.InputError, match="same materials and formulations"):
+            tc.simulate(other, initial=first)
+
+
+def test_a_plastic_state_taken_over_is_neither_warned_of_nor_lost_by_resume(monkeypatch, tmp_path):
+    """A step that suits the state is not called too long; checkpoints hold the state also where nothing flows."""
+    first = tc.simulate(hit(duration=3e-7), HALF)
+    rest = np.zeros_like(first.velocity)
+    calm = replace(first, velocity=rest)
+    away = replace(hit(duration=2e-7), obstacles=[tc.Plane((0.0, 0.0, -1.0))])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        going = tc.simulate(away, tc.CentralDifference(dt=0.5 * first.dt), initial=calm)
+    assert going.history["plastic_strain_max"][0] > 0.0
+    split(monkeypatch, tmp_path, away, 1, tc.CentralDifference(cfl=0.2), every=3, pressures=False, initial=calm)
 
 
 def test_a_run_goes_on_with_a_metal_beside_a_rubber():

@@ -59,7 +59,7 @@ def force_of(body):
 
 
 def twin(body):
-    """The same in numpy."""
+    """Return the numpy twin of a body (`oracle.NodeAveraged`)."""
     law = TWINS[type(body.material).__name__](body.material.young, body.material.poisson)
     held = np.isfinite(body.prescribed).all(axis=1)
     return oracle.NodeAveraged(np.array(body.mesh.nodes), np.array(body.mesh.cells), law, held)

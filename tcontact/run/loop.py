@@ -77,7 +77,9 @@ class Run:
         history_every: int,
         pressures: bool = False,
         history_rows: int = MOST_ROWS,
+        points: tuple[tuple[np.ndarray, ...], ...] = (),
     ) -> None:
+        """Plan the run; points: the state of the points of every body (`Result.points`), with which it starts."""
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.warnings: list[str] = []
         self.domains: list[Any] = scheme.states(scene, planned, displacement, velocity)
@@ -100,6 +102,8 @@ class Run:
             )
             for domain in self.domains
         ]
+        for state, own in zip(self.states, points, strict=bool(points)):
+            state.take_over_points(own)  # the stable step is that of this state
         self.dt_limit = self._limit()
         if scheme.implicit or all(state.plan.body.linear for state in self.states):
             self.limits = []  # it does not change: free the memory
@@ -129,14 +133,6 @@ class Run:
         self._elastic = min(limit.elastic for limit in self.limits)
         self._damped = min(limit.damped for limit in self.limits)
         return found
-
-    def start_from(self, points: tuple[tuple[np.ndarray, ...], ...]) -> None:
-        """Start with the state of the points of another run; the stable step is that of this state."""
-        for state, own in zip(self.states, points, strict=True):
-            state.take_over_points(own)
-        self.dt_limit = self._limit()
-        self.dt = self.scheme.step_size(self.dt_limit)
-        self._warn_over(self.dt, self.dt_limit)
 
     def _warn_over(self, dt: float, limit: float) -> None:
         if dt > limit and not self.over_limit and not self.scheme.implicit:

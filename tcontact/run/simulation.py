@@ -22,6 +22,7 @@ from ..planning.planning import Plan, plan
 from ..results import frame_fields
 from ..results.report import run_attributes, versions, write_history, write_json
 from ..results.result import Result
+from ..scene.body import Body
 from ..scene.contact_models import PenaltyContact
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import metal_of
@@ -103,12 +104,12 @@ def simulate(
     if folder is not None:
         make_folder(folder)
     with nullcontext() if folder is None else locked(folder):
-        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows)
+        run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows, points)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
             run.warn(said)
         if folder is None:
-            take_over(run, layers, points)
+            take_over(run, layers)
             with ProgressBar(scene.duration, "simulate", progress) as bar:
                 return run.go(frames, None, bar, started)
         check_folder(folder)
@@ -120,8 +121,11 @@ def simulate(
             head["chunks"] = chunks_for(runtime.threads())
             head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
-            keeper = Keeper(options, folder, contents.prints(run), recorder, head, start)
-        take_over(run, layers, points)  # after the fingerprints of the new run
+            new = contents.prints(run)
+            if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
+                new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
+            keeper = Keeper(options, folder, new, recorder, head, start)
+        take_over(run, layers)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
 
@@ -277,19 +281,24 @@ def _points(scene: Scene, initial: Result) -> tuple[tuple[np.ndarray, ...], ...]
     """Return the state of the points of another run, with which this one starts. Raises `InputError`."""
     if not initial.points:
         return ()
-    theirs = [[(block.element, block.material.law) for block in body.blocks] for body in initial.scene.bodies]
-    for index, body in enumerate(scene.bodies):
-        own = [(block.element, block.material.law) for block in body.blocks]
-        if own != theirs[index]:
-            remedy = f"its points keep a state (of {theirs[index]}), which {scene.label(index)} {own} cannot take over;"
+    for index, (body, before) in enumerate(zip(scene.bodies, initial.scene.bodies, strict=True)):
+        own, theirs = _kept(body), _kept(before)
+        if own != theirs:
+            remedy = f"its points keep a state (of {theirs}), which {scene.label(index)} {own} cannot take over;"
             raise InputError("initial", initial.reason, f"{remedy} give the same materials and formulations")
     return initial.points
 
 
-def take_over(run: Run, layers: tuple[LayerState | None, ...], points: tuple[tuple[np.ndarray, ...], ...] = ()) -> None:
-    """Start from the friction layers and the state of the points of another run, one for each body."""
-    if points:
-        run.start_from(points)
+def _kept(body: Body) -> list[tuple[Any, ...]]:
+    """Return what the state of the points of a body means: element, law and initial temperature [K] of its blocks."""
+    return [
+        (block.element, block.material.law, getattr(block.material, "initial_temperature", None))
+        for block in body.blocks
+    ]
+
+
+def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
+    """Start from the friction layers of another run, one for each body."""
     for state, left in zip(run.states, layers, strict=bool(layers)):
         if left is not None:
             state.take_over_layers(left)
