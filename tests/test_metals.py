@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import block, state_of
+from scenes import block, force_of, state_of
 from test_resume import split
 
 import tcontact as tc
+from tcontact.device import arrays
+from tcontact.planning.packing import WIDTH
 from tcontact.results.files.vtkhdf import ResultData
 
 COPPER = tc.ElastoPlastic(117e9, 0.35, 8930.0, tc.LinearHardening(400e6, 100e6), specific_heat=385.0)
@@ -167,3 +169,33 @@ def test_a_run_goes_on_with_a_metal_beside_a_rubber():
     assert first.points[1][0].size == 0
     for name in ("elastic", "plastic_strain_max", "temperature_max"):
         assert second.history[name][0] == pytest.approx(first.history[name][-1], rel=1e-9), name
+
+
+def test_the_hourglass_stiffness_follows_the_secant_modulus_and_what_it_lets_go_is_counted():
+    """One cell in an hourglass mode: force and energy are Y/(Y + 3 mu ep) of the elastic ones, at least 0.01."""
+    body = tc.Body(block("hex8", 1, size=(1e-3, 1e-3, 1e-3), shake=0.0), COPPER, formulation="reduced")
+    plan = tc.plan(tc.Scene([body], [], 1e-6)).bodies[0]
+    signs = np.sign(plan.reference - plan.reference.mean(axis=0))
+    u = np.zeros_like(plan.reference)
+    u[:, 2] = 1e-6 * signs[:, 0] * signs[:, 1]
+
+    def hourglass(strain):
+        force = force_of(plan)
+        arrays.set_values(force.memory, np.full(WIDTH, strain), 6 * WIDTH)
+        out = arrays.zeros(u.size)
+        force.minus_force(arrays.put(u), out)
+        return np.array(arrays.get(out)), force.sum_of("hourglass")
+
+    elastic, energy = hourglass(0.0)
+    assert np.abs(elastic).max() > 0.0
+    mu = COPPER.lame_mu
+    for strain in (1e-3, 0.05, 3.0):
+        strength = 400e6 + 100e6 * strain
+        share = max(strength / (strength + 3.0 * mu * strain), 0.01)
+        soft, left = hourglass(strain)
+        assert soft == pytest.approx(share * elastic, rel=1e-9, abs=1e-9 * np.abs(elastic).max())
+        assert left == pytest.approx(share * energy, rel=1e-9)
+    run = tc.simulate(hit("reduced", cells=3, duration=4e-7), HALF)
+    assert run.history["hourglass_work"][-1] > 0.0
+    assert (np.diff(run.history["hourglass_work"]) >= 0.0).all()
+    assert run.history["energy_error"].max() < 0.02
