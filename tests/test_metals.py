@@ -199,3 +199,40 @@ def test_the_hourglass_stiffness_follows_the_secant_modulus_and_what_it_lets_go_
     assert run.history["hourglass_work"][-1] > 0.0
     assert (np.diff(run.history["hourglass_work"]) >= 0.0).all()
     assert run.history["energy_error"].max() < 0.02
+
+
+@pytest.mark.parametrize("formulation", ["mean-dilatation", "reduced"])
+def test_the_stable_step_is_estimated_without_yielding(formulation):
+    """Products are elastic at any state: what flows is softer, but it unloads elastically."""
+    body = tc.Body(block("hex8", 2, size=(1e-3, 1e-3, 1e-3), shake=0.0), COPPER, formulation=formulation)
+    plan = tc.plan(tc.Scene([body], [], 1e-6)).bodies[0]
+    shear = np.zeros_like(plan.reference)
+    shear[:, 0] = plan.reference[:, 2]  # a hundredth of it is three times the strain at which copper yields
+
+    def force(term, share):
+        out = arrays.zeros(shear.size)
+        term.minus_force(arrays.put(share * shear), out)
+        return np.array(arrays.get(out)) / share
+
+    term = force_of(plan)
+    small, product = force(term, 1e-6), force(term.without_boundary(), 1e-2)
+    assert product == pytest.approx(small, abs=0.02 * np.abs(small).max())
+    assert np.abs(force(term, 1e-2)).max() < 0.6 * np.abs(small).max()
+
+
+def test_the_rate_of_a_run_is_that_of_its_steps():
+    """A cube stretched at a constant rate: its stress is A (1 + C ln rate) of a metal that does not harden."""
+    size, rate = 1e-3, 1e4
+    mesh = block("hex8", 1, size=(size,) * 3, shake=0.0)
+    law = tc.JohnsonCook(200e6, 0.0, 1.0, 0.05)
+    metal = tc.ElastoPlastic(124e9, 0.34, 8960.0, law)
+    x = mesh.nodes - mesh.nodes.mean(axis=0)
+    velocity = rate * x * np.array([-0.5, -0.5, 1.0])
+    supports = [tc.Support("zmin", "z", velocity[:, 2].min()), tc.Support("zmax", "z", velocity[:, 2].max())]
+    body = tc.Body(mesh, metal, velocity, supports=supports, formulation="reduced")
+    result = tc.simulate(tc.Scene([body], [], 2e-6), tc.CentralDifference(cfl=0.2))
+    history = result.history
+    flow = np.diff(history["plastic_strain_max"][-40:]) / np.diff(history["time"][-40:])
+    work = np.diff(history["plastic_work"][-40:]) / np.diff(history["plastic_strain_max"][-40:])
+    assert work / size**3 == pytest.approx(200e6 * (1.0 + 0.05 * np.log(flow)), rel=5e-3)
+    assert flow.mean() == pytest.approx(rate, rel=0.1)
