@@ -101,8 +101,8 @@ def test_other_units_give_the_same_run():
     assert len(second.history["time"]) == len(first.history["time"])
     energy = mass * length**2 / time**2
     for name, unit in (("plastic_work", energy), ("temperature_max", 1.0), ("plastic_strain_max", 1.0)):
-        assert second.history[name] == pytest.approx(unit * first.history[name], rel=1e-9), name
-    assert second.position == pytest.approx(length * first.position, abs=1e-10 * np.abs(first.position).max() * length)
+        assert second.history[name] == pytest.approx(unit * first.history[name], rel=1e-12), name
+    assert second.position == pytest.approx(length * first.position, abs=1e-12 * np.abs(first.position).max() * length)
 
 
 def test_full_integration_is_accepted_with_a_named_warning():
