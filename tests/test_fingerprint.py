@@ -16,7 +16,7 @@ from tcontact.run.checkpoint import fingerprint as module
 from tcontact.run.checkpoint import store
 from tcontact.run.checkpoint.fingerprint import compare, fingerprint
 from tcontact.run.scene_files.classes import CLASSES
-from tcontact.scene.obstacles.call_record import MAXIMUM_CALLS, CallRecord
+from tcontact.scene.call_record import MAXIMUM_CALLS, CallRecord
 from tcontact.scene.obstacles.motion import Motion
 from tcontact.schemes.implicit.scheme import ImplicitScheme
 

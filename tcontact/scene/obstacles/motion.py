@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.errors import FunctionError, InputError
+from ..time_functions import TimeFunction
 from .base import Obstacle
-from .call_record import CallRecord
 
 GAUSS_3, WEIGHTS_3 = np.polynomial.legendre.leggauss(3)
 GAUSS_2 = np.polynomial.legendre.leggauss(2)[0]
@@ -116,45 +115,13 @@ class Motion:
         return Place(end, moved, turn)
 
 
-class Rate:
-    """A velocity or a spin: a constant, or a function of time whose values are checked and recorded."""
+class Rate(TimeFunction):
+    """The velocity or the spin of an obstacle: a constant, or a function of time."""
 
     def __init__(self, obstacle: Obstacle, field: str) -> None:
-        self.value = getattr(obstacle, field)
-        self.varies = callable(self.value)
         kind = type(obstacle).__name__
-        self.field = f"{kind}.{field}" if obstacle.name is None else f"{kind}.{field} of {obstacle.name!r}"
-        self.record = CallRecord()
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Return values [m, 3] at times [m]. Raises `FunctionError`."""
-        if not self.varies:
-            return np.tile(np.zeros(3) if self.value is None else self.value, (len(times), 1))
-        values = np.array([self._call(float(time)) for time in times]).reshape(len(times), 3)
-        self.record.add(times, values)
-        return values
-
-    def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Set the recorded calls. Raises `InputError` if the function now returns other values than in the run."""
-        self.record.restore(saved)
-        for time, value in zip(self.record.times if self.varies else (), self.record.values, strict=False):
-            if not np.array_equal(now := self._call(float(time)), value):
-                remedy = (
-                    f"it gives {now.tolist()} at t = {time:.9g} s and gave {value.tolist()} to the run that is to go"
-                    " on; resume it as it was, or start a new run elsewhere"
-                )
-                raise InputError(self.field, self.value, remedy)
-
-    def _call(self, time: float) -> np.ndarray:
-        try:
-            given = np.asarray(self.value(time))
-            result = given if given.dtype.kind not in "iufO" else np.asarray(given, dtype=np.float64)
-        except Exception as error:
-            raise FunctionError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error
-        if result.dtype.kind != "f" or result.shape != (3,) or not np.isfinite(result).all():
-            got = np.array2string(result, threshold=6)
-            raise FunctionError(self.field, self.value, f"it gave {got} at t = {time:.9g}; return three finite numbers")
-        return result
+        name = f"{kind}.{field}" if obstacle.name is None else f"{kind}.{field} of {obstacle.name!r}"
+        super().__init__(name, getattr(obstacle, field), 3)
 
 
 def rotations(vectors: np.ndarray) -> np.ndarray:

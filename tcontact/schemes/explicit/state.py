@@ -18,6 +18,7 @@ from ...planning.measured import Layout, RawRows, raw_groups
 from ...scene.scene import Scene
 from .body_view import BodyView
 from .serial_step import SerialStep
+from .timed import Timed
 
 AT_ONCE = 60  # passes of SMALL cells in one call of `advance` of a larger domain: 20 ms on a thread
 MAXIMUM_AT_ONCE = 32  # rows in such a call
@@ -60,6 +61,7 @@ class DomainState:
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
+        self.timed: list[Timed] = []
         several = 1
         if not domain.small and self.layered is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
@@ -125,6 +127,10 @@ class DomainState:
         fails within the first row.
         """
         force, serial, places = self.internal_force, self.serial, self._places
+        for term in self.timed:
+            rows = min(rows, term.rows_at_once(self.domain.small))
+        for term in self.timed:
+            term.prepare(time, *steps, rows)
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
             limits = jacobian, energy, viscous_rate, touching

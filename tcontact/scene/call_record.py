@@ -14,14 +14,14 @@ MAXIMUM_CALLS = 2**15
 
 
 class CallRecord:
-    """Times [m] and values [m, 3] of the calls of one function."""
+    """Times [m] and values [m, size] of the calls of one function."""
 
-    def __init__(self) -> None:
-        self._rows = np.empty((64, 4))
+    def __init__(self, size: int = 3) -> None:
+        self._rows = np.empty((64, 1 + size))
         self._count, self._every, self._calls = 0, 1, 0  # rows kept; calls per row; calls so far
 
     def add(self, times: np.ndarray, values: np.ndarray) -> None:
-        """Record calls at times [m] with values [m, 3]."""
+        """Record calls at times [m] with values [m, size]."""
         while True:
             chosen = slice(-self._calls % self._every, None, self._every)
             end = self._count + len(times[chosen])
@@ -44,7 +44,7 @@ class CallRecord:
 
     @property
     def values(self) -> np.ndarray:
-        """Values [m, 3] of the calls that are kept."""
+        """Values [m, size] of the calls that are kept."""
         return self._rows[: self._count, 1:]
 
     def checkpoint(self) -> dict[str, np.ndarray]:
@@ -59,5 +59,5 @@ class CallRecord:
         size = 64
         while size < self._count:
             size *= 2
-        self._rows = np.empty((size, 4))
+        self._rows = np.empty((size, self._rows.shape[1]))
         self._rows[: self._count] = saved["calls"]
