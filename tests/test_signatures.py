@@ -10,6 +10,8 @@ from scenes import block, state_of
 
 import tcontact as tc
 from tcontact.kernels.language.arguments import Array, Index, Shared
+from tcontact.kernels.language.bundles import PAIR_LISTS, JointPairs
+from tcontact.kernels.language.joint_lists import joined
 from tcontact.kernels.language.signatures import MOST as LIMIT
 from tcontact.kernels.language.signatures import arguments, kernel_of, signature_of
 
@@ -125,6 +127,20 @@ def test_wrong_bundles_are_errors():
         Walls(speeds=np.zeros(3))
     with pytest.raises(AttributeError, match="_fields"):
         signature_of({"walls": (np.zeros(3),)})
+
+
+def test_lists_of_pairs_in_one_array_read_as_arrays_of_their_own():
+    lists = [np.arange(3 + k, dtype=np.int32) + 100 * k for k in range(len(PAIR_LISTS))]
+    bundles = {"pairs": JointPairs(joined(lists), np.zeros(1), np.zeros(3))}
+
+    @ti.func
+    def read(pairs: ti.template()):
+        for i in range(3):
+            pairs.values[i] = pairs.nodes[i] + 1000.0 * pairs.entry_pairs[2 * i]
+
+    kernel_of(read, signature_of(bundles))(*arguments(bundles))
+    wanted = lists[PAIR_LISTS.index("nodes")][:3] + 1000.0 * lists[PAIR_LISTS.index("entry_pairs")][[0, 2, 4]]
+    assert np.array_equal(bundles["pairs"].values, wanted)
 
 
 @pytest.mark.parametrize("count", [LIMIT, LIMIT + 1])

@@ -8,6 +8,7 @@ have is None. In the shapes below n are nodes, s boundary nodes, k contact nodes
 from typing import Any, NamedTuple
 
 from .arguments import Array, Index, Shared
+from .joint_lists import JointList
 
 
 class Body(NamedTuple):
@@ -273,6 +274,23 @@ class Pairs(NamedTuple):
     row_start: Index = None
     entries: Index = None
     entry_pairs: Index = None
+
+
+PAIR_LISTS = ("blocks", "cell_nodes", "start", "corners", "nodes", "row_start", "entries", "entry_pairs")
+
+
+class JointPairs(NamedTuple):
+    """`Pairs` with its lists of whole numbers, PAIR_LISTS, in one array, for kernels of too many arguments."""
+
+    lists: Index = None
+    shape_gradients: Array = None
+    values: Array = None
+
+    def __getattr__(self, name: str) -> JointList:
+        """Return one of the lists."""
+        if name not in PAIR_LISTS:
+            raise AttributeError(name)
+        return JointList(self.lists, PAIR_LISTS.index(name))
 
 
 class Launch(NamedTuple):

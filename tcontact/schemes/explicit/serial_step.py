@@ -35,10 +35,12 @@ class SerialStep:
         images: PeriodicImages | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
+            PAIR_LISTS,
             Boundary,
             Contact,
             ContactOptions,
             Coupling,
+            JointPairs,
             Launch,
             Obstacles,
             Pairs,
@@ -46,7 +48,8 @@ class SerialStep:
             System,
         )
         from ...kernels.language.bundles import Supports as SupportArrays
-        from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.language.joint_lists import joined
+        from ...kernels.language.signatures import MOST, arguments, signature_of
         from ...kernels.step import serial_step as kernels
 
         self.names = kernels
@@ -81,6 +84,9 @@ class SerialStep:
                 self.raw,
             ),
         }
+        if len(arguments(bundles)) > MOST and solve is not None:
+            lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
+            bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
         self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
