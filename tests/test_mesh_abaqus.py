@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tcontact.base.errors import InputError
+from tcontact.base.warning_kinds import MeshWarning
 from tcontact.mesh.box import box_mesh
-from tcontact.mesh.files.content import MeshWarning
 from tcontact.mesh.files.reading import read_mesh
 
 HEXES = """*Heading

@@ -37,8 +37,11 @@ class Mesh:
     The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
     the same object.
 
+    The corners of cells that are mirrored as a whole (a negative Jacobian everywhere) are put into the right order,
+    with a `MeshWarning`.
+
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
-    twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
+    twice in a cell, double, tangled or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
     quadrilaterals that lie on the triangles of other cells, empty sets. A cell must have a positive Jacobian at its
     points of integration; at a corner it may be zero (wedge-like hexes with a flat corner), not negative.
     """
@@ -53,7 +56,7 @@ class Mesh:
     def __post_init__(self) -> None:
         nodes = checks.checked_nodes(self.nodes)
         blocks = checks.checked_blocks(self.cells, self.kind, len(nodes))
-        checks.check_shapes(nodes, blocks)
+        blocks = checks.turned_blocks(nodes, blocks)
         skin = checks.checked_surface(blocks, len(nodes))
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
         face_sets = checks.checked_face_sets(self.face_sets, blocks, len(nodes), skin)

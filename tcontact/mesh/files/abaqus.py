@@ -6,16 +6,16 @@ A file has one part, in whose coordinates the mesh is read. Names ignore case, a
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ...base.warning_kinds import MeshWarning, warn
 from ..elements import ELEMENTS
 from ..geometry import FloatArray, IntArray
-from .content import FileMesh, MeshFileError, MeshWarning
+from .content import FileMesh, MeshFileError
 
 # element type pattern -> (meshio's word, corners)
 _TYPES = [
@@ -109,7 +109,7 @@ def read_abaqus(path: Path) -> FileMesh:
         elif section.keyword == "INSTANCE":
             instances.append(section.options)
             if any(word not in ("", "0", "0.") for row in section.rows for word in row):
-                warnings.warn("the position of *INSTANCE is ignored; coordinates are the part's own", MeshWarning, 4)
+                warn("the position of *INSTANCE is ignored; coordinates are the part's own", MeshWarning)
     _check_instances(instances)
     if not points or not blocks:
         raise MeshFileError("holds no nodes or no known elements; export the mesh with *NODE and *ELEMENT")
@@ -143,7 +143,7 @@ def _check_instances(instances: list[dict[str, str]]) -> None:
     remedy = "export each into a file of its own and make a Body of each"
     if len(set(parts)) < len(parts):
         raise MeshFileError(f"the instances {names} share a part, whose mesh is in the file once; {remedy}")
-    warnings.warn(f"the instances {names} become one mesh, and so one body; {remedy}", MeshWarning, 5)
+    warn(f"the instances {names} become one mesh, and so one body; {remedy}", MeshWarning)
 
 
 class _Places:
@@ -267,4 +267,4 @@ def _add_surface(
             elif re.fullmatch(r"S[1-6]", label) and int(label[1]) <= len(table):
                 content.face_sets.setdefault(name, []).append(rows[:, table[int(label[1]) - 1]])
             else:
-                warnings.warn(f"part of surface {name!r} is left out: no face {label or 'label'}", MeshWarning, 5)
+                warn(f"part of surface {name!r} is left out: no face {label or 'label'}", MeshWarning)
