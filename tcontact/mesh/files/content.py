@@ -97,13 +97,9 @@ def _cell_sets(content: FileMesh, kinds: list[str]) -> dict[str, IntArray]:
 def cell_kinds(types: set[str], wanted: str | None) -> list[str]:
     """Return the kinds of volume cells to take. Raises `MeshFileError` without any, `InputError` without `wanted`."""
     strange = sorted(types - ORDINARY)
-    if any(name[-1].isdigit() for name in strange):
-        raise MeshFileError(
-            f"second-order cells ({', '.join(strange)}); mesh with first order (gmsh: Mesh.ElementOrder=1)"
-        )
     if strange:
         known = ", ".join(element.plural for element in ELEMENTS.values())
-        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with {known}")
+        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with {known} of first order")
     kinds = [kind for name, kind in KINDS.items() if name in types]
     if not kinds:
         held = ", ".join(sorted(types)) or "nothing"
