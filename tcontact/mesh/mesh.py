@@ -17,6 +17,7 @@ from . import checks
 from .elements import ELEMENTS, MIXED, Element
 from .geometry import FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
 from .mixed_cells import in_rows, out_of_rows, repeats
+from .parts import part_of
 from .rotation import rotation_matrix
 
 
@@ -130,13 +131,13 @@ class Mesh:
         A face set has its own faces, a node set the faces with all nodes in it. Inner faces of a set are left out: they
         cannot come into contact. Raises `InputError` for an unknown name and for a set on no boundary face.
         """
-        found = [self._faces_of_one(name) for name in self._known(names)]
+        found = [self._faces_of_one(name) for name in self._known_surfaces(names)]
         faces, first = np.unique(np.concatenate(found), return_index=True)
         return self._surface.faces[faces[np.argsort(first)]]
 
     def nodes_of(self, names: str | Iterable[str]) -> IntArray:
         """Return the sorted nodes [k] in one or several named sets. Raises `InputError` for an unknown name."""
-        sets = [s[name] for name in self._known(names) for s in (self.node_sets, self.face_sets) if name in s]
+        sets = [s[name] for name in self._known_surfaces(names) for s in (self.node_sets, self.face_sets) if name in s]
         return np.unique(np.concatenate([ids.reshape(-1) for ids in sets]))
 
     def with_sets(
@@ -154,6 +155,17 @@ class Mesh:
         mesh = self.trusted(self.nodes, self.cells, self.kind, *merged)
         mesh.__dict__["_surface"] = self._surface
         return mesh
+
+    def part(self, names: str | Iterable[str]) -> Mesh:
+        """Return the mesh of the cells of one or several cell sets, with the nodes and sets that belong to them.
+
+        Nodes and cells keep their order; sets without any of them are left out. So instances of an assembly become
+        bodies of their own. Raises `InputError` for an unknown name.
+        """
+        known = f"use one of the cell sets of this mesh: {', '.join(self.cell_sets) or 'it has none'}"
+        cells = [self.cell_sets[name] for name in self._known(names, list(self.cell_sets), known)]
+        sets = self.node_sets, self.face_sets, self.cell_sets
+        return Mesh(**part_of(self.nodes, self.blocks, *sets, np.unique(np.concatenate(cells))))
 
     def translated(self, offset: Any) -> Mesh:
         """Return the mesh moved by `offset` [m], three numbers."""
@@ -207,9 +219,7 @@ class Mesh:
         volumes = [cell_volumes(self.nodes, cells, kind) for kind, cells in self.blocks]
         return checks.read_only(volumes[0] if len(volumes) == 1 else np.concatenate(volumes))
 
-    def _known(self, names: str | Iterable[str]) -> list[str]:
-        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
-        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
+    def _known(self, names: str | Iterable[str], known: list[str], remedy: str) -> list[str]:
         try:
             wanted = [names] if isinstance(names, str) else list(names)
         except TypeError as error:
@@ -220,6 +230,11 @@ class Mesh:
             if not isinstance(name, str) or name not in known:
                 raise InputError("set", name, remedy)
         return wanted
+
+    def _known_surfaces(self, names: str | Iterable[str]) -> list[str]:
+        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
+        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
+        return self._known(names, known, remedy)
 
     def _faces_of_one(self, name: str) -> IntArray:
         skin = self._surface
