@@ -93,7 +93,8 @@ def found_levels(result: tc.Result) -> dict[str, float]:
     for name, level in levels(bar, speed).items():
         rest = SETTLED * (level.end - level.begin)
         inside = (time > level.begin + rest) & (time < level.end - rest)
-        means[name] = float(np.abs(result.history[f"obstacle_force:{level.obstacle}"][inside, 2]).mean())
+        force = np.abs(result.history[f"obstacle_force:{level.obstacle}"][inside, 2])
+        means[name] = float(force.sum()) / max(1, len(force))
     return means
 
 
