@@ -29,7 +29,7 @@ from scipy.special import i0, i1, j0, j1
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
-from tcontact.cases import _round_meshes as meshes
+from tcontact.mesh.mapped import tetrahedra
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -93,7 +93,7 @@ def scene(
     if not near.any():
         raise tc.InputError("mesh", mesh, "its set top has no faces where the ball comes down")
     gap = 0.01 * radius
-    ball = meshes.ball(radius, ball_cells, "tet4").translated(centre + np.array((0, 0, radius + gap)))
+    ball = tc.ball_mesh(radius, ball_cells, "tet4").translated(centre + np.array((0, 0, radius + gap)))
     speed = mach * np.sqrt(young / density)
     bodies = [
         tc.Body(ball, material, (0.0, 0.0, -speed), contact="low", name="ball"),
@@ -113,12 +113,12 @@ def scene(
 
 def write_plate(file: Path, radius: float, thickness: float, cells: int, layers: int) -> None:
     """Write a round plate of tetrahedra below z = 0 for Gmsh, finer in its middle, with the face sets top and rim."""
-    disc = meshes.disc(radius, cells, thickness, layers)
+    disc = tc.cylinder_mesh(radius, thickness, cells, axis="y", center=(0.0, 0.5 * thickness, 0.0), layers=layers)
     x, z, y = disc.nodes.T
     inward = FINER + (1.0 - FINER) * np.hypot(x, y) / radius
     nodes = np.stack([x * inward, -y * inward, z - thickness], axis=1)
     sets = {"top": disc.face_sets["ymax"], "rim": disc.face_sets["rim"]}
-    plate = meshes.tetrahedra(tc.Mesh(nodes, disc.cells, "hex8", face_sets=sets))
+    plate = tetrahedra(tc.Mesh(nodes, disc.cells, "hex8", face_sets=sets))
     parts = [("tetra", plate.cells), *(("triangle", plate.face_sets[name]) for name in sets)]
     groups = [np.full(len(corners), number) for number, (_, corners) in enumerate(parts, 1)]
     names = {"plate": np.array([1, 3]), "top": np.array([2, 2]), "rim": np.array([3, 2])}

@@ -22,7 +22,6 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
-from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
 from tcontact.scene.pairs import mean_area
 from tcontact.show import plots
@@ -64,8 +63,9 @@ def scene(
     _, inward, outward = press_fit(laws, misfit * radius, radius)
     spin = mach * min(law.wave_speed for law in laws) / radius
     length = THICKNESS * radius
-    inner = meshes.ring(INSIDE * radius, radius - change(radius, inward), length, cells, 0.0, kind)
-    outer = meshes.ring(radius - change(radius, outward), OUTSIDE * radius, length, outer_cells, 0.1, kind)
+    inner = tc.ring_mesh(INSIDE * radius, radius - change(radius, inward), length, cells, kind, layers=1)
+    fitted = radius - change(radius, outward)
+    outer = tc.ring_mesh(fitted, OUTSIDE * radius, length, outer_cells, kind, layers=1, start=0.1)
     parts = [
         (inner, laws[0], inward, "outer", "inner", spin),
         (outer, laws[1], outward, "inner", "outer", 0.0),

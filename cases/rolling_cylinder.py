@@ -23,7 +23,6 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
-from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -55,7 +54,8 @@ def scene(
     choices.positive(friction=friction, density=density, radius=radius, gravity=gravity, speed=speed)
     speed = 0.5 * np.sqrt(gravity * radius) if speed is None else speed
     young = 1e4 * density * gravity * radius if young is None else young
-    mesh = meshes.disc(radius, cells, 0.1 * radius)
+    length = 0.1 * radius
+    mesh = tc.cylinder_mesh(radius, length, cells, axis="y", center=(0.0, 0.5 * length, 0.0), layers=1)
     cylinder = tc.Body(
         mesh,
         choices.material("neo-hookean", young, poisson, density),

@@ -23,6 +23,7 @@ import numpy as np
 import tcontact as tc
 from tcontact.cases import _choices as choices
 from tcontact.cases import _round_meshes as meshes
+from tcontact.mesh.mapped import tetrahedra
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -96,7 +97,7 @@ def scene(
     known = BARS[bar]
     mesh = meshes.quarter_bar(known.radius, known.length, cells)
     if kind == "tet4":
-        mesh = meshes.tetrahedra(mesh)
+        mesh = tetrahedra(mesh)
     copper = tc.ElastoPlastic(known.young, known.poisson, known.density, laws[law], specific_heat=385.0)
     body = tc.Body(
         mesh,

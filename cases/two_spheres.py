@@ -22,7 +22,6 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
-from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
 from tcontact.scene.pairs import mean_area
 
@@ -61,8 +60,8 @@ def scene(
     depth = 2.0 * contact_radius**2 * radius
     gap = _facet(radius, min(cells, lower_cells or cells)) ** 2 / (4.0 * radius)  # by which flat faces on balls err
     start = np.array((0.0, 0.0, radius + 0.5 * gap))
-    above = meshes.ball(radius, cells, kind).rotated(((0, 0, 1), np.radians(turn))).translated(start)
-    below = meshes.ball(radius, lower_cells or cells, kind).translated(-start)
+    above = tc.ball_mesh(radius, cells, kind).rotated(((0, 0, 1), np.radians(turn))).translated(start)
+    below = tc.ball_mesh(radius, lower_cells or cells, kind).translated(-start)
     speed = np.sqrt(16.0 * _modulus(laws) * np.sqrt(radius / 2.0) * depth**2.5 / (15.0 * _mass(radius, density)))
     upper = tc.Body(above, laws[0], velocity=(0, 0, -speed), contact="low", name="upper")
     lower = tc.Body(below, laws[1], contact="high", name="lower")

@@ -40,6 +40,7 @@ from .base.warning_kinds import (  # noqa: E402
     EnergyWarning,
     LayerWarning,
     LockingWarning,
+    MeshWarning,
     PlasticStepWarning,
     RotationWarning,
     SlaveWarning,
@@ -48,6 +49,7 @@ from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
 from .mesh.files.reading import read_mesh  # noqa: E402
 from .mesh.mesh import Mesh  # noqa: E402
+from .mesh.round import ball_mesh, cylinder_mesh, ring_mesh  # noqa: E402
 from .planning.planning import plan  # noqa: E402
 from .results.result import Result  # noqa: E402
 from .run.checkpoint import Checkpoint  # noqa: E402
@@ -104,6 +106,7 @@ __all__ = [
     "MasslessContact",
     "Material",
     "Mesh",
+    "MeshWarning",
     "Midpoint",
     "MieGrueneisen",
     "MooneyRivlin",
@@ -129,13 +132,16 @@ __all__ = [
     "Support",
     "TransportAveraging",
     "Trapezoidal",
+    "ball_mesh",
     "box_mesh",
+    "cylinder_mesh",
     "friction_layer",
     "load_scene",
     "metal",
     "plan",
     "read_mesh",
     "resume",
+    "ring_mesh",
     "save_scene",
     "simulate",
 ]

@@ -7,6 +7,7 @@ import struct
 import numpy as np
 
 from tcontact.mesh.box import box_mesh
+from tcontact.mesh.elements import ELEMENTS
 
 TYPES = {
     "point": (15, 0),
@@ -16,7 +17,14 @@ TYPES = {
     "tet4": (4, 3),
     "hex8": (5, 3),
     "wedge6": (6, 3),
+    "triangle6": (9, 2),
+    "quad8": (16, 2),
+    "tet10": (11, 3),
+    "hex20": (17, 3),
+    "wedge15": (18, 3),
+    "tet20": (29, 3),
 }
+SECOND = {"tet4": "tet10", "hex8": "hex20", "wedge6": "wedge15", "triangle": "triangle6", "quad": "quad8"}
 NAMES = {
     (2, 1): "left",
     (2, 2): "both ends",
@@ -30,6 +38,24 @@ NAMES = {
 
 def box(kind):
     return box_mesh((1.0, 2.0, 3.0), (3, 2, 2), kind, origin=(-1.0, 0.5, 0.0))
+
+
+def second_order(points, blocks):
+    """The content of a file with nodes in the middle of all edges of volume cells and faces, in edges' order."""
+    middles, found = {}, []
+    for word, entity, physicals, rows in blocks:
+        rows = np.asarray(rows)
+        if word not in SECOND:
+            found.append((word, entity, physicals, rows))
+            continue
+        sides = [(k, (k + 1) % rows.shape[1]) for k in range(rows.shape[1])]
+        edges = ELEMENTS[word].edges if word in ELEMENTS else sides
+        more = [
+            [middles.setdefault(frozenset((row[a], row[b])), len(points) + len(middles)) for a, b in edges]
+            for row in rows.tolist()
+        ]
+        found.append((SECOND[word], entity, physicals, np.concatenate([rows, np.array(more)], axis=1)))
+    return np.concatenate([points, [np.asarray(points)[list(pair)].mean(axis=0) for pair in middles]]), found
 
 
 def faces(entity, physicals, rows):

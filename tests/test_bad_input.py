@@ -45,7 +45,7 @@ def boom(_nodes):
     raise RuntimeError("no")
 
 
-SWAPPED = changed(CELLS, 0, CELLS[0][[4, 5, 6, 7, 0, 1, 2, 3]])
+SWAPPED = changed(CELLS, 0, CELLS[0][[0, 1, 3, 2, 4, 5, 7, 6]])
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
 WRONG = {
     # materials

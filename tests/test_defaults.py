@@ -76,7 +76,8 @@ def test_no_default_is_left_out():
         owner, part = re.fullmatch(r"(\w+)[.(](\w+)\)?", name).groups()
         same = owner == "solve" and part in SAME and value == KNOWN.get(f"FrictionLayer.{part}", value)
         nothing = any(value is none or (isinstance(value, tuple) and value == none) for none in NOTHING)
-        where = owner in ("Plane", "Sphere", "Cylinder", "Box", "Sdf", "box_mesh") and part in PLACES
+        placed = owner in ("Plane", "Sphere", "Cylinder", "Box", "Sdf") or owner.endswith("_mesh")
+        where = placed and part in PLACES
         if name not in ROWS and not (same or nothing or where or owner in ("Result", "Mesh", "render_picture")):
             missing.append(f"{name} = {value!r}")
     assert not [name for name in missing if name != "render_frames(animation) = True"]

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from mesh_files import NAMES, WRITERS, box, gmsh_content
+from mesh_files import NAMES, WRITERS, box, gmsh_content, second_order
 from scenes import python
 from surfaces import box as box_surface
 
@@ -35,6 +35,27 @@ ABAQUS = """*Heading
 *Surface, type=ELEMENT, name=top
 one, S2
 """
+ASSEMBLY = f"""*Part, name=Block
+{ABAQUS.split("*Heading")[1].strip()}
+*End Part
+*Assembly, name=a
+*Instance, name=Left, part=Block
+*End Instance
+*Instance, name=Right, part=Block
+3., 0., 0.
+0., 0., 0., 0., 0., 1., 30.
+*End Instance
+*Nset, nset=both, instance=Left, generate
+1, 3, 2
+*Nset, nset=both, instance=Right
+low, 7
+*Elset, elset=_s, instance=Right
+1
+*Surface, name=side
+_s, S3
+Left.one, S4
+*End Assembly
+"""
 
 
 def originals(folder):
@@ -52,7 +73,10 @@ def originals(folder):
         part = meshio.Mesh(mesh.nodes, [(word, mesh.cells)])
         part.write(folder / f"{kind}.vtu")
         part.write(folder / f"{kind}-text.vtu", binary=False)
+    more, higher = second_order(points, blocks)
+    WRITERS["4.1"](folder / "tet10.msh", more, range(1, len(more) + 1), higher, NAMES, True)
     (folder / "one.inp").write_text(ABAQUS)
+    (folder / "two.inp").write_text(ASSEMBLY)
     points, triangles = box_surface()
     skin = meshio.Mesh(points, [("triangle", triangles)])
     for name, options in (("a.stl", {"binary": True}), ("b.stl", {"binary": False}), ("c.obj", {}), ("d.ply", {})):

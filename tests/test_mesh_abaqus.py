@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mesh_files import second_order
 
 from tcontact.base.errors import InputError
+from tcontact.base.warning_kinds import MeshWarning
 from tcontact.mesh.box import box_mesh
-from tcontact.mesh.files.content import MeshWarning
+from tcontact.mesh.elements import ELEMENTS
 from tcontact.mesh.files.reading import read_mesh
 
 HEXES = """*Heading
@@ -139,6 +141,9 @@ BAD = {
     "surface inside nothing": (HEXES.replace("7, 10, 20, 30, 40", "7, 10, 20, 31, 41"), "face of no cell"),
     "surface elsewhere": (HEXES.replace("7, 10, 20, 30, 40", "7, 10, 20, 30, 999"), "'shell'"),
     "not a number": (HEXES.replace("10, 0., 0., 0.", "10, zero, 0., 0."), "cannot be read"),
+    "nodes of another file": (HEXES.replace("*NODE\n", "*NODE, INPUT=other.inp\n"), "INPUT=other.inp"),
+    "coordinate system": ("*SYSTEM\n1., 0., 0.\n" + HEXES, "*SYSTEM"),
+    "no node number": (HEXES.replace(" 999, 7.", " -9, 7."), "number -9"),
     "inverted": (HEXES.replace("10, 20, 30, 40,\n", "10, 20, 40, 30,\n"), "inverted"),
 }
 
@@ -153,13 +158,40 @@ def test_bad_file_is_refused_naming_the_file(tmp_path, name):
     assert words in caught.value.remedy
 
 
-INSTANCE = "*Instance, name={0}, part={1}\n*End Instance\n"
+@pytest.mark.parametrize(
+    ("kind", "word"),
+    [("tet4", "C3D10"), ("hex8", "C3D20R"), ("wedge6", "C3D15"), ("tet4", "C3D10M"), ("hex8", "C3D27")],
+)
+def test_second_order_elements_keep_sets_and_face_labels(tmp_path, kind, word):
+    """A cell with a node on every edge (C3D27: seven more) is that of first order, and labels name the same faces."""
+    element = ELEMENTS[kind]
+    points, blocks = second_order(element.reference, [(kind, 1, [], [range(element.corners)])])
+    row = [*blocks[0][3][0], *range(len(points), len(points) + 7)] if word == "C3D27" else blocks[0][3][0]
+    points = np.concatenate([points, np.full((7, 3), 0.1)])[: len(row)]
+
+    def text(word, row):
+        lines = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(points, 1))
+        found = f"*NODE\n{lines}*ELEMENT, TYPE={word}, ELSET=all\n1, " + ",".join(str(i + 1) for i in row) + "\n"
+        return found + "".join(f"*SURFACE, NAME=F{k}\nall, S{k}\n" for k in range(1, len(element.faces) + 1))
+
+    first = read(tmp_path, text(f"C3D{element.corners}", range(element.corners)))
+    dropped = len(row) - element.corners
+    with pytest.warns(MeshWarning, match=f"{dropped} mid-side nodes were dropped"):
+        second = read(tmp_path, text(word, row))
+    assert np.array_equal(second.nodes, first.nodes)
+    assert np.array_equal(second.cells, first.cells)
+    assert second.cell_sets["all"].tolist() == [0]
+    assert set(second.face_sets) == set(first.face_sets) == {f"F{k}" for k in range(1, len(element.faces) + 1)}
+    for name, faces in first.face_sets.items():
+        assert np.array_equal(second.face_sets[name], faces)
 
 
-def test_two_instances_are_one_mesh_only_with_a_word_about_it(tmp_path):
-    text = HEXES + INSTANCE.format("left", "PART-1")
-    read(tmp_path, text)  # one is the usual way: no warning (they are errors here)
-    with pytest.warns(MeshWarning, match=r"'left' and 'right' become one mesh.*a Body of each"):
-        read(tmp_path, text + INSTANCE.format("right", "PART-2"))
-    with pytest.raises(InputError, match=r"'left' and 'right' share a part.*a Body of each"):
-        read(tmp_path, text + INSTANCE.format("right", "part-1"))
+def test_line_endings_blanks_and_letters_do_not_matter(tmp_path):
+    plain = read(tmp_path, HEXES)
+    for text in (HEXES.replace("\n", "\r\n"), HEXES.replace("\n*", "\n\n  *"), HEXES.replace("*Node", "*nOdE")):
+        (tmp_path / "part.inp").write_bytes(text.encode())
+        mesh = read_mesh(tmp_path / "part.inp")
+        assert np.array_equal(mesh.nodes, plain.nodes)
+        assert np.array_equal(mesh.cells, plain.cells)
+        assert mesh.face_sets.keys() == plain.face_sets.keys()
+        assert mesh.node_sets.keys() == plain.node_sets.keys()

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from mesh_files import NAMES, WRITERS, box, gmsh_content, write_gmsh22, write_gmsh41
 
-from tcontact.mesh.files.content import FileMesh, MeshWarning, mesh_from_file
+from tcontact.base.warning_kinds import MeshWarning
+from tcontact.mesh.files.content import FileMesh, mesh_from_file
 from tcontact.mesh.files.reading import read_mesh
 
 

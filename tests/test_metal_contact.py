@@ -8,7 +8,6 @@ from oracle import meshes
 from scenes import block, force_of
 
 import tcontact as tc
-from tcontact.cases import _round_meshes
 from tcontact.device import arrays
 from tcontact.planning.packing import WIDTH
 
@@ -147,7 +146,7 @@ def test_directions_without_mass_are_the_normals_of_the_faces_around_a_node():
         wanted = np.diag([place[0] < 1e-9, False, place[2] < 1e-9]).astype(float)
         assert np.abs(basis @ basis.T - wanted).max() <= 1e-14
     below = tc.Sphere(center=(0.0, 0.0, -0.0091), radius=0.004)
-    ball = thrown(100.0, [below], contact=("low",), mesh=_round_meshes.ball(0.005, 4))
+    ball = thrown(100.0, [below], contact=("low",), mesh=tc.ball_mesh(0.005, 4))
     plan = tc.plan(ball).bodies[0]
     assert plan.contact.block == 1
     outward = plan.reference[plan.contact.nodes] / 0.005
@@ -210,8 +209,8 @@ def test_pairs_of_metals_refuse_full_removal_in_fast_impacts():
             contact=face,
         )
         for mesh, place, speed, face in (
-            (_round_meshes.ball(0.005, 4), np.array([0.0, 0.0, 0.005]), 100.0, "low"),
-            (_round_meshes.ball(0.005, 4), np.array([0.0, 0.0, -0.005]), -100.0, "high"),
+            (tc.ball_mesh(0.005, 4), np.array([0.0, 0.0, 0.005]), 100.0, "low"),
+            (tc.ball_mesh(0.005, 4), np.array([0.0, 0.0, -0.005]), -100.0, "high"),
         )
     ]
     scene = tc.Scene(balls, [], 2e-6, contact=tc.MasslessContact(), pairs=[tc.Pair("body-0", "body-1")])

@@ -123,7 +123,7 @@ def test_wrong_cells_and_sets_are_refused():
     with refusal(r"cells\['wedge6'\]", "6 corners"):
         tc.Mesh(nodes, {"hex8": cells, "wedge6": cells})
     with refusal(r"cells\['wedge6'\]", "cell 0", "inverted"):
-        tc.Mesh(nodes, {"hex8": cells, "wedge6": prism[:, [0, 2, 1, 3, 5, 4]]})
+        tc.Mesh(nodes, {"hex8": cells, "wedge6": prism[:, [0, 1, 2, 4, 3, 5]]})
     with refusal("nodes", "belongs to no cell"):
         tc.Mesh(np.concatenate([nodes, [[5.0, 5.0, 5.0]]]), {"hex8": cells, "wedge6": prism})
     for given, words in (

@@ -8,7 +8,8 @@ import pytest
 from pair_scenes import touches
 
 import tcontact as tc
-from tcontact.cases import _round_meshes, clamped_plate, ring_in_ring, stack, two_spheres
+from tcontact.cases import clamped_plate, ring_in_ring, stack, two_spheres
+from tcontact.mesh.mapped import tetrahedra
 from tcontact.results import checks as ck
 
 
@@ -42,7 +43,7 @@ def changed(row, value):
 
 @pytest.mark.parametrize("kind", ["hex8", "tet4"])
 def test_the_ball_is_one(kind):
-    mesh = _round_meshes.ball(2.0, 8, kind)
+    mesh = tc.ball_mesh(2.0, 8, kind)
     assert ck.volume(mesh) == pytest.approx(4.0 / 3.0 * np.pi * 8.0, rel=2e-2)
     assert np.linalg.norm(mesh.nodes, axis=1).max() == pytest.approx(2.0, rel=1e-12)
     skin = mesh.nodes[np.unique(mesh.boundary_faces())]
@@ -53,8 +54,8 @@ def test_the_ball_is_one(kind):
 
 def test_cut_hexahedra_fill_what_they_were():
     """The diagonals on both sides of a face agree: nothing but faces of the skin lies bare."""
-    whole = _round_meshes.ball(1.0, 4)
-    cut = _round_meshes.tetrahedra(whole)
+    whole = tc.ball_mesh(1.0, 4)
+    cut = tetrahedra(whole)
     assert len(cut.boundary_faces()) == 2 * len(whole.boundary_faces())
     assert cut.cell_volumes().sum() == pytest.approx(whole.cell_volumes().sum(), rel=2e-2)  # flat for curved faces
     assert (cut.cell_volumes() > 0).all()

@@ -8,7 +8,6 @@ from oracle import meshes
 from pair_scenes import OBLIQUE, bar, oblique_cubes, soft, total, touches, touching, variation
 
 import tcontact as tc
-from tcontact.cases._round_meshes import ring
 
 SPEED = 0.02
 
@@ -215,7 +214,8 @@ def test_damping_and_viscosity_keep_the_balance():
 
 def rings(initial_gap, inner=16, outer=24, thickness=0.2, kind="hex8"):
     """A ring that spins inside another one that it fits into but for the facets."""
-    meshes = ring(0.5, 1.0, thickness, inner, -0.1, kind), ring(1.0, 1.5, thickness, outer, 0.0, kind)
+    sizes = (0.5, 1.0, thickness, inner, kind), (1.0, 1.5, thickness, outer, kind)
+    meshes = [tc.ring_mesh(*size, layers=1, start=start) for size, start in zip(sizes, (-0.1, 0.0), strict=True)]
     spin = np.array((0.0, 0.0, 0.02))
     bodies = [
         tc.Body(meshes[0], soft(), lambda nodes: np.cross(spin, nodes), "outer", name="inner"),

@@ -5,13 +5,13 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
-from tcontact.cases import _round_meshes, rolling_cylinder
+from tcontact.cases import rolling_cylinder
 from tcontact.results import checks as ck
 
 
 @pytest.mark.parametrize("cells", [4, 11])
 def test_the_disc_is_one(cells):
-    mesh = _round_meshes.disc(2.0, cells, 0.3)
+    mesh = tc.cylinder_mesh(2.0, 0.3, cells, axis="y", layers=1)
     sides = 4 * cells
     polygon = sides / 2 * np.sin(2 * np.pi / sides)
     assert ck.volume(mesh) == pytest.approx(polygon * 4.0 * 0.3, rel=1e-12)

@@ -38,6 +38,7 @@ SMALL = {
     "stack": ({"cells": 2, "blocks": 3}, {"modulus": "every stack carries its weight"}),
     "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
     "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
+    "two-materials": ({"cells": 40}, {}),
     "two-spheres": ({"cells": 8}, {"wall": "there is no wall"}),
     "taylor-bar": ({"cells": 3}, {"modulus": "the yield stress stops the bar"}),
     "tumbling-block": ({"cells": 3, "duration": 4e-3}, FREE),

@@ -1,4 +1,23 @@
-"""Classes of warnings about a run, so that a script can select, silence or raise each."""
+"""Classes of warnings, so that a script can select, silence or raise each."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+PACKAGE = __name__.partition(".")[0]
+
+
+def warn(text: str, kind: type[Warning]) -> None:
+    """Warn, naming the line outside the package that led here."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == PACKAGE:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, kind, stacklevel=level)
+
+
+class MeshWarning(UserWarning):
+    """Cells of a mesh were turned, or a part of a mesh file was changed or left out."""
 
 
 class RotationWarning(RuntimeWarning):

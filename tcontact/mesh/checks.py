@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.validate import choice
+from ..base.warning_kinds import MeshWarning, warn
 from .elements import ELEMENTS, MIXED, face_corners
 from .geometry import (
     Blocks,
@@ -102,6 +103,32 @@ def _checked_cells(field: str, cells: Any, kind: str, node_count: int) -> IntArr
             field, _first("cell", bad, len(array), array), "has the same nodes as an earlier cell; remove the double"
         )
     return np.asarray(read_only(array))
+
+
+def turned_blocks(nodes: FloatArray, blocks: Blocks) -> tuple[tuple[str, IntArray], ...]:
+    """Return the cells, mirrored ones turned with a `MeshWarning`; refuse cells without volume and tangled ones."""
+    try:
+        check_shapes(nodes, blocks)
+        return tuple(blocks)
+    except InputError:
+        found = [(kind, *_turned(nodes, cells, kind)) for kind, cells in blocks]
+    turned = tuple((kind, cells) for kind, cells, _ in found)
+    check_shapes(nodes, turned)
+    counts = " and ".join(f"{count} inverted {kind} cells" for kind, _, count in found if count)
+    warn(f"corners of {counts} were reordered", MeshWarning)
+    return turned
+
+
+def _turned(nodes: FloatArray, cells: IntArray, kind: str) -> tuple[IntArray, int]:
+    """Return the cells, those turned whose mirror image `check_shapes` would take, and how many these are."""
+    element = ELEMENTS[kind]
+    mirrored = np.ones(len(cells), dtype=bool)
+    for part, det, edges in jacobians(nodes, cells, element.rule[1]):
+        mirrored[part] = (det < -FLAT * edges).all(axis=0)
+    for part, det, edges in jacobians(nodes, cells, element.shape(element.reference)[1]):
+        mirrored[part] &= (det <= CORNER * edges).all(axis=0)
+    turned = np.where(mirrored[:, None], cells[:, element.mirror], cells)
+    return read_only(turned), int(mirrored.sum())
 
 
 def check_shapes(nodes: FloatArray, blocks: Blocks) -> None:

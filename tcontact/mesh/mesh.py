@@ -17,6 +17,7 @@ from . import checks
 from .elements import ELEMENTS, MIXED, Element
 from .geometry import FloatArray, IntArray, Surface, cell_volumes, shortest_edge, surface
 from .mixed_cells import in_rows, out_of_rows, repeats
+from .parts import part_of
 from .rotation import rotation_matrix
 
 
@@ -37,8 +38,11 @@ class Mesh:
     The arrays are read-only copies (float64, int64) and numbering is the user's. Two meshes are equal only if they are
     the same object.
 
+    The corners of cells that are mirrored as a whole (a negative Jacobian everywhere) are put into the right order,
+    with a `MeshWarning`.
+
     Raises `InputError` for anything the mechanics cannot use: wrong shapes, NaN, ids that are no nodes, a node named
-    twice in a cell, double, inverted or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
+    twice in a cell, double, tangled or flat cells, nodes of no cell, faces with more than two cells, faces of no cell,
     quadrilaterals that lie on the triangles of other cells, empty sets. A cell must have a positive Jacobian at its
     points of integration; at a corner it may be zero (wedge-like hexes with a flat corner), not negative.
     """
@@ -53,7 +57,7 @@ class Mesh:
     def __post_init__(self) -> None:
         nodes = checks.checked_nodes(self.nodes)
         blocks = checks.checked_blocks(self.cells, self.kind, len(nodes))
-        checks.check_shapes(nodes, blocks)
+        blocks = checks.turned_blocks(nodes, blocks)
         skin = checks.checked_surface(blocks, len(nodes))
         node_sets = checks.checked_node_sets(self.node_sets, len(nodes))
         face_sets = checks.checked_face_sets(self.face_sets, blocks, len(nodes), skin)
@@ -127,13 +131,13 @@ class Mesh:
         A face set has its own faces, a node set the faces with all nodes in it. Inner faces of a set are left out: they
         cannot come into contact. Raises `InputError` for an unknown name and for a set on no boundary face.
         """
-        found = [self._faces_of_one(name) for name in self._known(names)]
+        found = [self._faces_of_one(name) for name in self._known_surfaces(names)]
         faces, first = np.unique(np.concatenate(found), return_index=True)
         return self._surface.faces[faces[np.argsort(first)]]
 
     def nodes_of(self, names: str | Iterable[str]) -> IntArray:
         """Return the sorted nodes [k] in one or several named sets. Raises `InputError` for an unknown name."""
-        sets = [s[name] for name in self._known(names) for s in (self.node_sets, self.face_sets) if name in s]
+        sets = [s[name] for name in self._known_surfaces(names) for s in (self.node_sets, self.face_sets) if name in s]
         return np.unique(np.concatenate([ids.reshape(-1) for ids in sets]))
 
     def with_sets(
@@ -151,6 +155,17 @@ class Mesh:
         mesh = self.trusted(self.nodes, self.cells, self.kind, *merged)
         mesh.__dict__["_surface"] = self._surface
         return mesh
+
+    def part(self, names: str | Iterable[str]) -> Mesh:
+        """Return the mesh of the cells of one or several cell sets, with the nodes and sets that belong to them.
+
+        Nodes and cells keep their order; sets without any of them are left out. So instances of an assembly become
+        bodies of their own. Raises `InputError` for an unknown name.
+        """
+        known = f"use one of the cell sets of this mesh: {', '.join(self.cell_sets) or 'it has none'}"
+        cells = [self.cell_sets[name] for name in self._known(names, list(self.cell_sets), known)]
+        sets = self.node_sets, self.face_sets, self.cell_sets
+        return Mesh(**part_of(self.nodes, self.blocks, *sets, np.unique(np.concatenate(cells))))
 
     def translated(self, offset: Any) -> Mesh:
         """Return the mesh moved by `offset` [m], three numbers."""
@@ -204,9 +219,7 @@ class Mesh:
         volumes = [cell_volumes(self.nodes, cells, kind) for kind, cells in self.blocks]
         return checks.read_only(volumes[0] if len(volumes) == 1 else np.concatenate(volumes))
 
-    def _known(self, names: str | Iterable[str]) -> list[str]:
-        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
-        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
+    def _known(self, names: str | Iterable[str], known: list[str], remedy: str) -> list[str]:
         try:
             wanted = [names] if isinstance(names, str) else list(names)
         except TypeError as error:
@@ -217,6 +230,11 @@ class Mesh:
             if not isinstance(name, str) or name not in known:
                 raise InputError("set", name, remedy)
         return wanted
+
+    def _known_surfaces(self, names: str | Iterable[str]) -> list[str]:
+        known = list(dict.fromkeys([*self.face_sets, *self.node_sets]))
+        remedy = f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
+        return self._known(names, known, remedy)
 
     def _faces_of_one(self, name: str) -> IntArray:
         skin = self._surface

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.warning_kinds import MeshWarning, warn
 from ..elements import ELEMENTS, MIXED, face_corners
-from ..geometry import FloatArray, IntArray, cell_face_keys, face_keys, in_face_table, jacobians
+from ..geometry import FloatArray, IntArray, cell_face_keys, face_keys, in_face_table
 from ..mesh import Mesh
 
 KINDS = {element.meshio: element.kind for element in ELEMENTS.values()}
 ORDINARY = {"vertex", "line", "triangle", "quad", *KINDS}
-
-
-class MeshWarning(UserWarning):
-    """A part of a mesh file was repaired or left out."""
 
 
 class MeshFileError(Exception):
@@ -42,7 +38,7 @@ class FileMesh:
 
 
 def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
-    """Make a mesh of the volume cells; nodes without cells are dropped, mirrored cells turned.
+    """Make a mesh of the volume cells; nodes without cells are dropped.
 
     kind: of the cells to take, None = all. Raises `MeshFileError` for cells of other kinds and where several kinds do
     not make a mesh, `InputError` as `Mesh` does.
@@ -53,7 +49,6 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
     if any(rows.min() < 0 or rows.max() >= len(content.points) for rows in cells.values()):
         raise MeshFileError("cells refer to nodes that the file does not hold; save it again, complete")
     points = np.asarray(content.points, dtype=np.float64) * scale
-    cells = {one: _turned(points, rows, one) for one, rows in cells.items()}
 
     number = np.full(len(points), -1, dtype=np.int64)
     used = np.unique(np.concatenate([rows.reshape(-1) for rows in cells.values()]))
@@ -69,7 +64,7 @@ def mesh_from_file(content: FileMesh, scale: float, kind: str | None) -> Mesh:
         if (kept >= 0).any():
             node_sets[name] = kept[kept >= 0]
         else:
-            warnings.warn(f"set {name!r} is left out: none of its nodes belongs to a {found} cell", MeshWarning, 3)
+            warn(f"set {name!r} is left out: none of its nodes belongs to a {found} cell", MeshWarning)
     mine = {one: number[rows] for one, rows in cells.items()}
     sets: dict[str, Any] = {"node_sets": node_sets, "face_sets": face_sets, "cell_sets": _cell_sets(content, kinds)}
     if len(kinds) == 1:
@@ -102,13 +97,9 @@ def _cell_sets(content: FileMesh, kinds: list[str]) -> dict[str, IntArray]:
 def cell_kinds(types: set[str], wanted: str | None) -> list[str]:
     """Return the kinds of volume cells to take. Raises `MeshFileError` without any, `InputError` without `wanted`."""
     strange = sorted(types - ORDINARY)
-    if any(name[-1].isdigit() for name in strange):
-        raise MeshFileError(
-            f"second-order cells ({', '.join(strange)}); mesh with first order (gmsh: Mesh.ElementOrder=1)"
-        )
     if strange:
         known = ", ".join(element.plural for element in ELEMENTS.values())
-        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with {known}")
+        raise MeshFileError(f"cells of type {', '.join(strange)}; mesh with {known} of first order")
     kinds = [kind for name, kind in KINDS.items() if name in types]
     if not kinds:
         held = ", ".join(sorted(types)) or "nothing"
@@ -118,20 +109,6 @@ def cell_kinds(types: set[str], wanted: str | None) -> list[str]:
     if wanted is not None and wanted not in kinds:
         raise InputError("kind", wanted, f"the file holds {' and '.join(kinds)} cells; leave kind out or mesh anew")
     return kinds if wanted is None else [wanted]
-
-
-def _turned(points: FloatArray, cells: IntArray, kind: str) -> IntArray:
-    """Reorder the corners of mirrored cells; a cell is mirrored if its Jacobian is negative at all points."""
-    element = ELEMENTS[kind]
-    gradients = np.concatenate([element.rule[1], element.shape(element.reference)[1]])
-    mirrored = np.zeros(len(cells), dtype=bool)
-    for part, det, edges in jacobians(points, cells, gradients):
-        mirrored[part] = (det <= 0.0).all(axis=0) & (det < -1e-12 * edges).any(axis=0)
-    if mirrored.any():
-        cells = cells.copy()
-        cells[mirrored] = cells[mirrored][:, element.mirror]
-        warnings.warn(f"corners of {mirrored.sum()} inverted {kind} cells were reordered", MeshWarning, 4)
-    return cells
 
 
 def _of_these(
@@ -146,7 +123,7 @@ def _of_these(
         kept = [faces[np.isin(face_keys(in_face_table(faces, kind), len(number)), known)] for faces in fitting]
         result[name] = [faces for faces in kept if len(faces)]
         if arrays and not result[name]:
-            warnings.warn(f"set {name!r} is left out: none of its faces belongs to a {kind} cell", MeshWarning, 4)
+            warn(f"set {name!r} is left out: none of its faces belongs to a {kind} cell", MeshWarning)
     return result
 
 

@@ -13,6 +13,7 @@ from ..mesh import Mesh
 from .abaqus import read_abaqus
 from .content import MeshFileError, mesh_from_file
 from .meshio_files import read_gmsh, read_vtu
+from .second_order import first_order
 
 _READERS = {".msh": read_gmsh, ".inp": read_abaqus, ".vtu": read_vtu}
 
@@ -27,10 +28,13 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     Physical surfaces and Abaqus surfaces become face sets; physical volumes, curves and points, NSET and ELSET of
     volume elements become node sets; physical volumes, ELSET of volume elements and in a .vtu file whole numbers of the
     cells, such as "region" with the sets "region-1", "region-2", become cell sets. Points that no volume cell uses are
-    dropped and the others renumbered in the order of the file. Mirrored cells are turned, with a `MeshWarning`.
+    dropped and the others renumbered in the order of the file. The instances of an Abaqus assembly become one mesh,
+    each a cell set, as is each part, with the sets of an instance as INSTANCE.SET where several have one of that name;
+    `Mesh.part` makes a mesh of each. Second-order cells become those of first order between
+    their corners, and mirrored cells are turned, each with a `MeshWarning`.
 
-    Raises `InputError` for a file that is missing, broken or unknown, for second-order cells and pyramids, for cells of
-    several kinds that do not fit together, and for everything `Mesh` refuses.
+    Raises `InputError` for a file that is missing, broken or unknown, for pyramids and cells of third order, for cells
+    of several kinds that do not fit together, and for everything `Mesh` refuses.
     """
     factor = number("scale", scale, low=0.0)
     if kind is not None:
@@ -40,7 +44,7 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
     file = Path(path)
     reader = _reader(file)
     try:
-        return mesh_from_file(reader(file), factor, kind)
+        return mesh_from_file(first_order(reader(file), kind), factor, kind)
     except MeshFileError as error:
         raise _refusal(file, str(error)) from error
     except InputError as error:

@@ -11,6 +11,7 @@
     velocity = [0, 0, -2.8]
     contact = "auto"
     mesh = { box = [0.1, 0.1, 0.1], cells = [8, 8, 8] }     # or { file = "part.msh", scale = 1e-3 }
+                                    # or { ball = { radius = 0.05, cells = 8 } }, so cylinder and ring
     material = { type = "NeoHookean", young = 1e7, poisson = 0.3, density = 1000 }
     supports = [{ set = "zmax", axes = "xy" }]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import os
 import sys
 from collections.abc import Callable, Iterable
@@ -17,6 +18,7 @@ from ...mesh.box import box_mesh
 from ...mesh.elements import ELEMENTS, MIXED
 from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
+from ...mesh.round import ball_mesh, cylinder_mesh, ring_mesh
 from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
@@ -31,6 +33,11 @@ else:
 MAXIMUM_BYTES = 2**24  # largest TOML file [bytes]; long arrays are in another file
 BOX = {"box": "size", "cells": "cells", "kind": "kind", "origin": "origin"}
 FILE = {"file": "path", "scale": "scale", "kind": "kind"}
+ROUND: dict[str, Callable[..., Mesh]] = {
+    "ring": ring_mesh,
+    "cylinder": cylinder_mesh,
+    "ball": ball_mesh,
+}  # by their arguments
 ARRAYS = {name: name for name in ("nodes", "cells", "kind", "node_sets", "face_sets", "cell_sets")}
 
 
@@ -136,18 +143,24 @@ class Reader:
         return self.plain(place, given, "material")
 
     def mesh(self, place: str, data: Any) -> Mesh:
-        """Build a mesh: a box, a mesh file, or nodes and cells; cell sets go with each."""
+        """Build a mesh: a box, a round body, a mesh file, or nodes and cells; cell sets go with each."""
         given = table(place, data)
         if "cell_sets" in given and "nodes" not in given:
             sets = {name: self.array(f"{place}.cell_sets.{name}", ids)
                     for name, ids in table(f"{place}.cell_sets", given["cell_sets"]).items()}  # fmt: skip
             plain = self.mesh(place, {key: value for key, value in given.items() if key != "cell_sets"})
             return made(place, plain.with_sets, {"cell_sets": sets})
+        for word, function in ROUND.items():
+            if word in given:
+                check_keys(place, given, (word,))
+                values = table(f"{place}.{word}", given[word])
+                check_keys(f"{place}.{word}", values, inspect.signature(function).parameters)
+                return made(f"{place}.{word}", function, values)
         for first, names, build in (("box", BOX, box_mesh), ("file", FILE, self._mesh_file), ("nodes", ARRAYS, Mesh)):
             if first in given:
                 check_keys(place, given, names)
                 return made(place, build, {names[key]: value for key, value in given.items()})
-        remedy = 'give box = [..] and cells = [..], or file = "part.msh", or nodes, cells and kind'
+        remedy = 'give box = [..] and cells = [..], a table ring, cylinder or ball, file = "a.msh", or nodes and cells'
         raise InputError(place, list(given), remedy)
 
     def obstacle(self, place: str, data: dict[str, Any]) -> Any:

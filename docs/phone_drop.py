@@ -1,0 +1,24 @@
+"""A phone in its case falls on one corner on a shaking floor: python phone_drop.py phone.msh
+
+The mesh [mm] comes from Gmsh, with the physical volumes "case" and "core" and the physical surface "screen".
+"""
+
+import sys
+
+import numpy as np
+
+import tcontact as tc
+
+mesh = tc.read_mesh(sys.argv[1], scale=1e-3)
+low, high = mesh.bounds
+corner = 0.5 * (low - high)  # from the middle to the corner that lands
+turn = np.cross(corner, (0.0, 0.0, -1.0)), np.arccos(-corner[2] / np.linalg.norm(corner))
+mesh = mesh.rotated(turn)
+mesh = mesh.translated((0.0, 0.0, 1e-5 - mesh.bounds[0][2]))
+materials = {"case": tc.NeoHookean(2e7, 0.4, 1200.0), "core": tc.NeoHookean(2e10, 0.3, 2400.0)}
+phone = tc.Body(mesh, materials, velocity=(0.0, 0.0, -3.0), contact="auto", name="phone")
+floor = tc.Plane(velocity=lambda time: (0.0, 0.0, 0.1 * np.sin(2.0 * np.pi * 100.0 * time)))
+result = tc.simulate(tc.Scene([phone], [floor], duration=2e-3, gravity=(0.0, 0.0, -9.81)))
+print(result)
+# what the phone feels
+print("largest force on the floor [N]", result.history["contact_force"][:, 2].max())
