@@ -1,0 +1,191 @@
+"""Checks of a law from its energy: derived stress and tangent against the energy itself, stability without strain.
+
+The function is called with complex arrays of NumPy: Im W(H + i t e)/t is its derivative without rounding (Squire and
+Trapp, SIAM Rev. 40, 110, 1998). All is compared at random displacement gradients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..kernels.language.expressions import Derivative, NotPlain, values
+from ..kernels.language.traced_energy import SIDES, Strain, traced
+
+SIZES = (1e-3, 0.05, 0.3)  # of the components of random displacement gradients
+SAMPLES = 16  # displacement gradients of each size
+STEP = 1e-30  # of complex differences
+AGREE = 1e-8  # relative differences above it are errors of a law, not of rounding
+NONE = 1e-8  # stress without strain, over the largest modulus, above which there is one
+
+
+class Moduli(NamedTuple):
+    """Stiffness at small strains [Pa]: Lame constants, and the largest modulus of a plane wave."""
+
+    lam: float
+    mu: float
+    wave: float
+
+
+class Formula:
+    """The formula of an energy, with its first and second derivative, for numbers.
+
+    given: names and values of its parameters.
+    """
+
+    def __init__(self, energy: Callable[..., Any], given: Mapping[str, float]) -> None:
+        self.energy, self.names = energy, tuple(given)
+        try:
+            self.traced = traced(energy, self.names)
+        except NotPlain:
+            raise
+        except Exception as error:
+            raise InputError("register_law.energy", energy, f"it failed: {type(error).__name__}: {error}") from error
+        graph, strain = self.traced.graph, self.traced.strain
+        self.stress = graph.gradient(self.traced.energy, strain)
+        slopes = [Derivative(graph, {one: graph.of(1.0)}) for one in strain]
+        self.tangent = [slope(stress) for stress in self.stress for slope in slopes]
+
+    def at(self, what: list[Any], h: np.ndarray, given: Mapping[str, float]) -> np.ndarray:
+        """Return expressions [..., k] at displacement gradients [..., 3, 3]."""
+        symbols = {f"h{i}{j}": h[..., i, j] for i, j in SIDES}
+        symbols |= {f"p{k}": np.float64(given[name]) for k, name in enumerate(self.names)}
+        found = values(self.traced.graph, what, symbols)
+        return np.stack([np.broadcast_to(one, h.shape[:-2]) for one in found], axis=-1)
+
+    def direct(self, h: np.ndarray, given: Mapping[str, float]) -> np.ndarray:
+        """Return what the function itself gives for arrays of numbers."""
+        components = [[h[..., i, j] for j in range(3)] for i in range(3)]
+        try:
+            with np.errstate(all="ignore"):
+                found = self.energy(Strain(gradient=components), **given)
+            return np.broadcast_to(np.asarray(found), h.shape[:-2])
+        except Exception as error:
+            text = f"it failed for numbers: {type(error).__name__}: {error}"
+            raise InputError("register_law.energy", self.energy, text) from error
+
+
+class Rest:
+    """The stiffness of a law without strain."""
+
+    def __init__(self, formula: Formula) -> None:
+        self.formula = formula
+
+    def moduli(self, name: str, given: Mapping[str, float]) -> Moduli:
+        """Return the moduli of a material. Raises `InputError` if it has stress at rest or is not stable there."""
+        zero = np.zeros((3, 3))
+        stress = self.formula.at(self.formula.stress, zero, given)
+        tangent = self.formula.at(self.formula.tangent, zero, given).reshape(3, 3, 3, 3)
+        text = {one: float(value) for one, value in given.items()}
+        if not (np.isfinite(stress).all() and np.isfinite(tangent).all()):
+            raise InputError(name, text, "stress or stiffness without strain is no finite number; give other parameters")
+        if not np.abs(stress).max() <= NONE * np.abs(tangent).max():
+            remedy = f"it has a stress of {np.abs(stress).max():.3g} Pa without strain; the derivative of the energy must"
+            raise InputError(name, text, f"{remedy} vanish there: complete the formula, or give other parameters")
+        pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+        basis = np.array([_unit(i, j) for i, j in pairs])
+        stiffness = np.einsum("aij,ijkl,bkl->ab", basis, tangent, basis)
+        least = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0]
+        if not least > 1e-12 * np.abs(stiffness).max():
+            remedy = f"a small strain has a stiffness of {least:.3g} Pa, which must be above 0: waves and the stable step"
+            raise InputError(name, text, f"{remedy} need it; complete the formula, or give other parameters")
+        bulk = np.einsum("iijj->", tangent) / 9.0
+        mu = (np.einsum("ijij->", tangent) + np.einsum("ijji->", tangent) - 6.0 * bulk) / 20.0
+        return Moduli(float(bulk - 2.0 / 3.0 * mu), float(mu), _wave_modulus(tangent))
+
+
+def _unit(i: int, j: int) -> np.ndarray:
+    """Return a symmetric strain of length 1."""
+    one = np.zeros((3, 3))
+    one[i, j] += 0.5
+    one[j, i] += 0.5
+    return one / np.linalg.norm(one)
+
+
+def _wave_modulus(tangent: np.ndarray) -> float:
+    """Return the largest p.A(n)p of unit vectors, A_ik = C_ijkl n_j n_l: n and p in turns, from many directions."""
+    starts = np.random.default_rng(5).normal(size=(20, 3))
+    best = 0.0
+    for n in [*np.eye(3), *starts]:
+        before = -1.0
+        for _ in range(200):
+            value, vectors = np.linalg.eigh(np.einsum("ijkl,j,l->ik", tangent, n, n) / (n @ n))
+            p = vectors[:, -1]
+            if value[-1] <= before * (1.0 + 1e-15):
+                break
+            before = float(value[-1])
+            n = np.linalg.eigh(np.einsum("ijkl,i,k->jl", tangent, p, p))[1][:, -1]
+        best = max(best, before)
+    return best
+
+
+def samples(size: float) -> np.ndarray:
+    """Return random displacement gradients [SAMPLES, 3, 3] with det F > 0.1."""
+    h = size * np.random.default_rng(11).normal(size=(8 * SAMPLES, 3, 3))
+    return h[np.linalg.det(np.eye(3) + h) > 0.1][:SAMPLES]
+
+
+def is_volumetric(formula: Formula, given: Mapping[str, float], name: str) -> bool:
+    """Return whether W with a parameter k is W without it and k/2 (J - 1)^2."""
+    h = np.concatenate([samples(size) for size in SIZES])
+    change = np.linalg.det(np.eye(3) + h) - 1.0
+    at = [formula.direct(h, {**given, name: factor * given[name]}) for factor in (0.0, 1.0, 2.0)]
+    for factor in (1, 2):
+        wanted = 0.5 * factor * given[name] * change**2
+        scale = np.abs(at[factor]) + np.abs(at[0]) + np.abs(wanted)
+        usable = np.isfinite(at[factor])
+        if not (given[name] and usable.any()):
+            return False
+        if not (np.abs(at[factor] - at[0] - wanted)[usable] <= 1e-9 * scale[usable]).all():
+            return False
+    return True
+
+
+def volumetric_first(formula: Formula, given: Mapping[str, float]) -> list[str]:
+    """Return the names of the parameters, a volumetric one first if there is one."""
+    first = [name for name in given if is_volumetric(formula, given, name)][:1]
+    return first + [name for name in given if name not in first]
+
+
+def check(formula: Formula, given: Mapping[str, float]) -> None:
+    """Compare formula, derivatives and function. Raises `InputError`."""
+    checked = 0
+    for size in SIZES:
+        h = samples(size)
+        energy = formula.at([formula.traced.energy], h, given)[..., 0]
+        usable = np.isfinite(energy)
+        h, energy = h[usable], energy[usable]
+        checked += len(h)
+        if not len(h):
+            continue
+        direct = formula.direct(h, given)
+        if not np.allclose(direct, energy, AGREE, AGREE * size**2 * np.abs(energy).max(), equal_nan=False):
+            _wrong(formula, "it gives other values for numbers than its formula", "make it depend on its arguments alone")
+        stress = formula.at(formula.stress, h, given)
+        tangent = formula.at(formula.tangent, h, given).reshape(-1, 9, 9)
+        moduli = np.abs(tangent).max()
+        for column, (i, j) in enumerate(SIDES):
+            step = np.zeros((3, 3), dtype=complex)
+            step[i, j] = 1j * STEP
+            slope = formula.direct(h + step, given).imag / STEP
+            if not np.abs(slope - stress[:, column]).max() <= AGREE * size * moduli:
+                _wrong(formula, "its derivative by complex steps is not that of its formula", "use smooth functions")
+            bent = formula.at(formula.stress, h + step, given).imag / STEP
+            if not np.abs(bent - tangent[:, :, column]).max() <= AGREE * moduli:
+                _wrong(formula, "its second derivative by complex steps is another", "use smooth functions")
+        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        turned = formula.direct(turn @ (np.eye(3) + h) - np.eye(3), given)
+        if not np.abs(turned - energy).max() <= AGREE * (size**2 * moduli + np.abs(energy).max()):
+            remedy = "write it in C, E, J or the invariants, which no rotation changes"
+            _wrong(formula, "a rotation of the body changes it", remedy)
+    if not checked:
+        text = "it is no finite number even at strains of 1e-3; give parameters of a typical material"
+        raise InputError("register_law.parameters", dict(given), text)
+
+
+def _wrong(formula: Formula, what: str, remedy: str) -> None:
+    raise InputError("register_law.energy", formula.energy, f"{what}: {remedy}")
