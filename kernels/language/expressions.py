@@ -27,7 +27,7 @@ class NotPlain(TypeError):
     """A function does what is no plain arithmetic; the text says what, and what to do instead."""
 
 
-BRANCH = "it compares or chooses by the values of the strain: write one smooth formula without `if`, `abs`, `max`, `min`"
+BRANCH = "it compares or chooses by values: write one smooth formula without `if`, `abs`, `max`, `min`"
 
 
 def refused(*_: Any, **__: Any) -> Any:
@@ -78,7 +78,7 @@ class Expression:
     __hash__ = object.__hash__
 
     def __float__(self) -> float:
-        raise NotPlain("it asks for the number of an expression, as `math.log` and `float` do: use numpy.log and the like")
+        raise NotPlain("it converts to a number, as `float` and `math.log` do: use numpy.log and the like")
 
     __int__ = __complex__ = __index__ = __float__  # type: ignore[assignment]
 
@@ -99,7 +99,7 @@ class Expression:
 
 
 class Given(NamedTuple):
-    """The value of a node as the sum of three parts, at rest, linear in the strain, and beyond; its slopes by symbol."""
+    """The value of a node in parts, at rest, linear in the strain and beyond, and its slopes along symbols."""
 
     rest: Expression
     linear: Expression
@@ -132,7 +132,7 @@ class Graph:
         try:
             number = float(value)
         except (TypeError, ValueError) as error:
-            raise NotPlain(f"it computes with {type(value).__name__}: use numbers and components of the strain") from error
+            raise NotPlain(f"it computes with {type(value).__name__}: use numbers and components") from error
         return self.node("number", number + 0.0)  # no negative zero
 
     def symbol(self, name: str) -> Expression:

@@ -1,4 +1,4 @@
-"""Expressions at small strains without loss of digits: the value at rest, the part linear in the strain, what is beyond.
+"""Expressions at small strains without loss of digits: value at rest, part linear in the strain, what is beyond.
 
 A stress P(H) with P(0) = 0 is a difference of terms of the size of the moduli: computed as it stands, its relative
 error at a strain of 1e-9 is 1e-7, that of the energy larger than 1. Here every node a of a formula becomes a sum

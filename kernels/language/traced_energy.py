@@ -36,26 +36,26 @@ class Strain:
         self._gradient, self._metric, self._volume = gradient, metric, volume
 
     @property
-    def H(self) -> Any:  # noqa: N802
+    def H(self) -> Any:
         """Displacement gradient [3][3]."""
         if self._gradient is None:
             raise NotPlain("it uses H or F")
         return self._gradient
 
     @property
-    def F(self) -> Any:  # noqa: N802
+    def F(self) -> Any:
         """Deformation gradient [3][3]."""
         return [[self.H[i][j] + (1.0 if i == j else 0.0) for j in range(3)] for i in range(3)]
 
     @property
-    def C(self) -> Any:  # noqa: N802
+    def C(self) -> Any:
         """Right Cauchy-Green tensor [3][3]."""
         if self._metric is None:
             self._metric = [[self.E[i][j] * 2.0 + (1.0 if i == j else 0.0) for j in range(3)] for i in range(3)]
         return self._metric
 
     @property
-    def E(self) -> Any:  # noqa: N802
+    def E(self) -> Any:
         """Green's strain [3][3]."""
         if self._gradient is None:
             return [[0.5 * (self.C[i][j] - (1.0 if i == j else 0.0)) for j in range(3)] for i in range(3)]
@@ -64,7 +64,7 @@ class Strain:
         return [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
 
     @property
-    def J(self) -> Any:  # noqa: N802
+    def J(self) -> Any:
         """Volume ratio det F."""
         if self._volume is None:
             h = self._gradient
@@ -73,22 +73,22 @@ class Strain:
         return self._volume
 
     @property
-    def I1(self) -> Any:  # noqa: N802
+    def I1(self) -> Any:
         """First invariant tr C."""
         return trace(self.C)
 
     @property
-    def I2(self) -> Any:  # noqa: N802
+    def I2(self) -> Any:
         """Second invariant ((tr C)^2 - tr C^2)/2."""
         return trace(cofactor(self.C))
 
     @property
-    def I1_bar(self) -> Any:  # noqa: N802
+    def I1_bar(self) -> Any:
         """First invariant of J^(-2/3) C."""
         return self.J ** (-2.0 / 3.0) * self.I1
 
     @property
-    def I2_bar(self) -> Any:  # noqa: N802
+    def I2_bar(self) -> Any:
         """Second invariant of J^(-2/3) C."""
         return self.J ** (-4.0 / 3.0) * self.I2
 

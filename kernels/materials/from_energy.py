@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..language.emission import body, function
-from ..language.expressions import Derivative, Expression, Graph
+from ..language.expressions import Derivative, Expression
 from ..language.small_strains import SmallStrains
 from ..language.traced_energy import SIDES, Traced, traced
 from .law import Law, StepLaw, Tangent
@@ -142,8 +142,8 @@ def law_of(name: str, energy: Callable[..., Any], parameters: Sequence[str]) -> 
     point = function("point", "f, parameters, pressure", tangent_source(at, count))
     own = traced(energy, parameters, of_strain=True)
     last = function("modulus", "parameters", f"    return parameters[{count}]\n")
-    refusal = f"the law {name!r} ends at such strains: det F, or the argument of a logarithm, a root or a quotient of its"
-    refusal += " energy, is not above 0, or it loses ellipticity; look at its energy, in a shock give the scene"
+    refusal = f"the law {name!r} ends at such strains: det F, or the argument of a logarithm, a root or a quotient of"
+    refusal += " its energy, is not above 0, or it loses ellipticity; look at its energy, in a shock give the scene"
     refusal += " viscosity=tc.BulkViscosity()"
     step = None if own is None else step_law(own, count)
     law = Law((*parameters, "modulus"), update, (Tangent(point, corner, pair),), step, refusal=refusal, modulus=last)

@@ -81,17 +81,17 @@ class Rest:
         tangent = self.formula.at(self.formula.tangent, zero, given).reshape(3, 3, 3, 3)
         text = {one: float(value) for one, value in given.items()}
         if not (np.isfinite(stress).all() and np.isfinite(tangent).all()):
-            raise InputError(name, text, "stress or stiffness without strain is no finite number; give other parameters")
+            raise InputError(name, text, "its stiffness without strain is no finite number; give other parameters")
         if not np.abs(stress).max() <= NONE * np.abs(tangent).max():
-            remedy = f"it has a stress of {np.abs(stress).max():.3g} Pa without strain; the derivative of the energy must"
-            raise InputError(name, text, f"{remedy} vanish there: complete the formula, or give other parameters")
+            remedy = f"it has a stress of {np.abs(stress).max():.3g} Pa without strain; the derivative of the energy"
+            raise InputError(name, text, f"{remedy} must vanish there: complete the formula, or give other parameters")
         pairs = [(i, j) for i in range(3) for j in range(i, 3)]
         basis = np.array([_unit(i, j) for i, j in pairs])
         stiffness = np.einsum("aij,ijkl,bkl->ab", basis, tangent, basis)
         least = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0]
         if not least > 1e-12 * np.abs(stiffness).max():
-            remedy = f"a small strain has a stiffness of {least:.3g} Pa, which must be above 0: waves and the stable step"
-            raise InputError(name, text, f"{remedy} need it; complete the formula, or give other parameters")
+            remedy = f"a small strain has a stiffness of {least:.3g} Pa, which must be above 0: waves and the stable"
+            raise InputError(name, text, f"{remedy} step need it; complete the formula, or give other parameters")
         bulk = np.einsum("iijj->", tangent) / 9.0
         mu = (np.einsum("ijij->", tangent) + np.einsum("ijji->", tangent) - 6.0 * bulk) / 20.0
         return Moduli(float(bulk - 2.0 / 3.0 * mu), float(mu), _wave_modulus(tangent))
@@ -163,7 +163,7 @@ def check(formula: Formula, given: Mapping[str, float]) -> None:
             continue
         direct = formula.direct(h, given)
         if not np.allclose(direct, energy, AGREE, AGREE * size**2 * np.abs(energy).max(), equal_nan=False):
-            _wrong(formula, "it gives other values for numbers than its formula", "make it depend on its arguments alone")
+            _wrong(formula, "for numbers it gives other values", "make it depend on its arguments alone")
         stress = formula.at(formula.stress, h, given)
         tangent = formula.at(formula.tangent, h, given).reshape(-1, 9, 9)
         moduli = np.abs(tangent).max()

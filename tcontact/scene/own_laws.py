@@ -44,12 +44,12 @@ class OwnMaterial(Material):
     @property
     def lame_lambda(self) -> float:
         """First Lame constant at small strains [Pa]; of an anisotropic law that of the mean over all directions."""
-        return self._moduli.lam  # type: ignore[attr-defined, no-any-return]
+        return self._moduli.lam  # type: ignore[attr-defined]
 
     @property
     def lame_mu(self) -> float:
         """Shear modulus at small strains [Pa]; of an anisotropic law that of the mean over all directions."""
-        return self._moduli.mu  # type: ignore[attr-defined, no-any-return]
+        return self._moduli.mu  # type: ignore[attr-defined]
 
     @property
     def young(self) -> float:  # type: ignore[override]
