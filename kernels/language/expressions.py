@@ -6,9 +6,9 @@ subexpressions are one node, numbers are folded, and factors that are numbers st
     number  symbol  sum(a, b)  product(a, b)  inverse 1/a  log  exp  sqrt  inverse_cube_root a^(-1/3)
     given: a node that brings its own value, slopes and parts at small strains (small_strains.py)
 
-NumPy's functions of an expression give expressions. What is no smooth formula raises `NotPlain`: comparisons, choices,
-conversions to a float. `slopes` of all operations give derivatives: `gradient` (backward), `Derivative` (along changes
-of the symbols).
+NumPy's functions of expressions, and of arrays of them, give expressions. What is no smooth formula raises `NotPlain`:
+comparisons, choices, conversions to a float. `slopes` of all operations give derivatives: `gradient` (backward),
+`Derivative` (along changes of the symbols).
 """
 
 from __future__ import annotations
@@ -43,37 +43,42 @@ class Expression:
     def __init__(self, graph: Graph, place: int, operation: str, parts: tuple[Any, ...]) -> None:
         self.graph, self.place, self.operation, self.parts = graph, place, operation, parts
 
-    def __add__(self, other: Any) -> Expression:
-        return self.graph.sum(self, self.graph.of(other))
+    def __add__(self, other: Any) -> Any:
+        return np.add(self, other)
 
-    def __sub__(self, other: Any) -> Expression:
-        return self.graph.sum(self, self.graph.scaled(-1.0, self.graph.of(other)))
+    def __radd__(self, other: Any) -> Any:
+        return np.add(other, self)
 
-    def __rsub__(self, other: Any) -> Expression:
-        return self.graph.sum(self.graph.of(other), self.graph.scaled(-1.0, self))
+    def __sub__(self, other: Any) -> Any:
+        return np.subtract(self, other)
 
-    def __mul__(self, other: Any) -> Expression:
-        return self.graph.product(self, self.graph.of(other))
+    def __rsub__(self, other: Any) -> Any:
+        return np.subtract(other, self)
 
-    def __truediv__(self, other: Any) -> Expression:
-        return self.graph.product(self, self.graph.inverse(self.graph.of(other)))
+    def __mul__(self, other: Any) -> Any:
+        return np.multiply(self, other)
 
-    def __rtruediv__(self, other: Any) -> Expression:
-        return self.graph.product(self.graph.of(other), self.graph.inverse(self))
+    def __rmul__(self, other: Any) -> Any:
+        return np.multiply(other, self)
 
-    def __pow__(self, exponent: Any) -> Expression:
-        return self.graph.power(self, exponent)
+    def __truediv__(self, other: Any) -> Any:
+        return np.divide(self, other)
 
-    def __rpow__(self, base: Any) -> Expression:
-        return self.graph.power(self.graph.of(base), self)
+    def __rtruediv__(self, other: Any) -> Any:
+        return np.divide(other, self)
 
-    def __neg__(self) -> Expression:
-        return self.graph.scaled(-1.0, self)
+    def __pow__(self, exponent: Any) -> Any:
+        return np.power(self, exponent)
 
-    def __pos__(self) -> Expression:
+    def __rpow__(self, base: Any) -> Any:
+        return np.power(base, self)
+
+    def __neg__(self) -> Any:
+        return np.negative(self)
+
+    def __pos__(self) -> Any:
         return self
 
-    __radd__, __rmul__ = __add__, __mul__
     __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __bool__ = __abs__ = refused  # type: ignore[assignment]
     __hash__ = object.__hash__
 
@@ -89,13 +94,9 @@ class Expression:
             raise NotPlain(BRANCH)
         if rule is None or method != "__call__" or keywords:
             raise NotPlain(f"it calls numpy.{ufunc.__name__}; use {', '.join(FUNCTIONS)}")
-        for one in inputs:
-            if isinstance(one, np.ndarray) and one.ndim:
-                raise NotPlain("it multiplies a matrix of NumPy with an expression: write its components one by one")
-        return rule(*(self.graph.of(one) for one in inputs))
-
-    def __array_function__(self, function: Any, *_: Any) -> Any:
-        raise NotPlain(f"it calls numpy.{function.__name__}; write its components one by one")
+        if any(isinstance(one, np.ndarray) for one in inputs):
+            return np.frompyfunc(lambda *parts: rule(*map(self.graph.of, parts)), len(inputs), 1)(*inputs)
+        return rule(*map(self.graph.of, inputs))
 
 
 class Given(NamedTuple):
@@ -350,18 +351,17 @@ def values(graph: Graph, roots: list[Expression], symbols: Mapping[str, Any]) ->
 
 
 FUNCTIONS = {
-    "add": lambda a, b: a + b,
-    "subtract": lambda a, b: a - b,
-    "multiply": lambda a, b: a * b,
-    "divide": lambda a, b: a / b,
-    "power": lambda a, b: a**b,
-    "float_power": lambda a, b: a**b,
-    "negative": lambda a: -a,
+    "add": lambda a, b: a.graph.sum(a, b),
+    "subtract": lambda a, b: a.graph.sum(a, a.graph.scaled(-1.0, b)),
+    "multiply": lambda a, b: a.graph.product(a, b),
+    "divide": lambda a, b: a.graph.product(a, a.graph.inverse(b)),
+    "power": lambda a, b: a.graph.power(a, b),
+    "float_power": lambda a, b: a.graph.power(a, b),
+    "negative": lambda a: a.graph.scaled(-1.0, a),
     "positive": lambda a: a,
-    "square": lambda a: a * a,
-    "reciprocal": lambda a: 1.0 / a,
+    "square": lambda a: a.graph.product(a, a),
+    "reciprocal": lambda a: a.graph.inverse(a),
     "sqrt": lambda a: a.graph.sqrt(a),
-    "cbrt": lambda a: a ** (1.0 / 3.0),
     "log": lambda a: a.graph.log(a),
     "log1p": lambda a: a.graph.log(1.0 + a),
     "log2": lambda a: a.graph.log(a) / np.log(2.0),
@@ -371,3 +371,5 @@ FUNCTIONS = {
     "sinh": lambda a: 0.5 * (a.graph.exp(a) - a.graph.exp(-a)),
     "cosh": lambda a: 0.5 * (a.graph.exp(a) + a.graph.exp(-a)),
 }
+for one in ("sqrt", "log", "log1p", "log2", "log10", "exp", "expm1", "sinh", "cosh"):
+    setattr(Expression, one, FUNCTIONS[one])  # what NumPy calls for an array of expressions

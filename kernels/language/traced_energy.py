@@ -1,13 +1,15 @@
 """The formula of a strain energy, found by a call of its function with symbols; its derivatives as expressions.
 
 Symbols: h00 .. h22 of the displacement gradient H, or e00 .. e22 of Green's strain E and j = J - 1; p0, p1, .. of the
-parameters. `Strain` is what the function is given: the same object serves symbols and arrays of NumPy.
+parameters. `Strain` is what the function is given: it serves symbols and numbers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from .expressions import Expression, Given, Graph, NotPlain
 
@@ -24,7 +26,7 @@ class Traced(NamedTuple):
 
 
 class Strain:
-    """The deformation at a point, from which a strain energy is computed; components stand in nested lists [i][j].
+    """The deformation at a point, from which a strain energy is computed; tensors are 3x3 arrays of NumPy.
 
     H: displacement gradient grad u; F = I + H; C = F^t F; E = (C - I)/2, Green's strain; J = det F; I1 = tr C;
     I2 = ((tr C)^2 - tr C^2)/2; I1_bar = J^(-2/3) I1 and I2_bar = J^(-4/3) I2, which a change of volume alone does not
@@ -32,42 +34,39 @@ class Strain:
     depend on rotations; one that uses H or F is not available to implicit schemes.
     """
 
-    def __init__(self, gradient: Any = None, metric: Any = None, volume: Any = None) -> None:
-        self._gradient, self._metric, self._volume = gradient, metric, volume
+    def __init__(self, gradient: Any = None, strain: Any = None, volume: Any = None) -> None:
+        self._gradient, self._strain, self._volume = gradient, strain, volume
 
     @property
     def H(self) -> Any:
-        """Displacement gradient [3][3]."""
+        """Displacement gradient [3, 3]."""
         if self._gradient is None:
             raise NotPlain("it uses H or F")
-        return self._gradient
+        return np.array(self._gradient)
 
     @property
     def F(self) -> Any:
-        """Deformation gradient [3][3]."""
-        return [[self.H[i][j] + (1.0 if i == j else 0.0) for j in range(3)] for i in range(3)]
+        """Deformation gradient [3, 3]."""
+        return self.H + np.eye(3)
 
     @property
     def C(self) -> Any:
-        """Right Cauchy-Green tensor [3][3]."""
-        if self._metric is None:
-            self._metric = [[self.E[i][j] * 2.0 + (1.0 if i == j else 0.0) for j in range(3)] for i in range(3)]
-        return self._metric
+        """Right Cauchy-Green tensor [3, 3]."""
+        return 2.0 * self.E + np.eye(3)
 
     @property
     def E(self) -> Any:
-        """Green's strain [3][3]."""
-        if self._gradient is None:
-            return [[0.5 * (self.C[i][j] - (1.0 if i == j else 0.0)) for j in range(3)] for i in range(3)]
-        h = self._gradient
-        square = [[h[0][i] * h[0][j] + h[1][i] * h[1][j] + h[2][i] * h[2][j] for j in range(3)] for i in range(3)]
-        return [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
+        """Green's strain [3, 3]."""
+        if self._strain is None:
+            h = self.H
+            self._strain = 0.5 * (h + h.T + h.T @ h)
+        return np.array(self._strain)
 
     @property
     def J(self) -> Any:
         """Volume ratio det F."""
         if self._volume is None:
-            h = self._gradient
+            h = self.H
             turned = cofactor(h)
             self._volume = 1.0 + (trace(h) + (trace(turned) + determinant(h, turned)))
         return self._volume
@@ -123,15 +122,15 @@ def gradient_symbols(graph: Graph) -> tuple[Any, Expression]:
     return h, graph.given("J", Given(graph.of(1.0), linear, beyond, slopes))
 
 
-def strain_symbols(graph: Graph) -> tuple[Any, Any, Expression]:
-    """Return E [3][3], C [3][3] and J with dJ/dE = cof C/J."""
+def strain_symbols(graph: Graph) -> tuple[Any, Expression]:
+    """Return E [3][3] and J with dJ/dE = cof C/J."""
     e = [[graph.symbol(f"e{i}{j}") for j in range(3)] for i in range(3)]
     c = [[e[i][j] * 2.0 + (1.0 if i == j else 0.0) for j in range(3)] for i in range(3)]
     linear, slopes = trace(e), list[tuple[Expression, Expression]]()
     volume = graph.given("J", Given(graph.of(1.0), linear, graph.symbol("j") - linear, slopes))
     turned = cofactor(c)
     slopes += [(e[i][j], turned[i][j] / volume) for i, j in SIDES]
-    return e, c, volume
+    return e, volume
 
 
 def traced(energy: Callable[..., Any], parameters: Sequence[str], of_strain: bool = False) -> Any:
@@ -141,8 +140,8 @@ def traced(energy: Callable[..., Any], parameters: Sequence[str], of_strain: boo
     """
     graph = Graph()
     if of_strain:
-        symbols, metric, volume = strain_symbols(graph)
-        strain = Strain(metric=metric, volume=volume)
+        symbols, volume = strain_symbols(graph)
+        strain = Strain(strain=symbols, volume=volume)
     else:
         symbols, volume = gradient_symbols(graph)
         strain = Strain(gradient=symbols, volume=volume)

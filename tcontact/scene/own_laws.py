@@ -87,10 +87,10 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
         rubber = Gent(mu=3e5, limit=25.0, bulk=1e7, density=1100.0)
         body = tc.Body(mesh, rubber, contact="zmin")
 
-    `strain` has the nested lists H = grad u, F = I + H, C = F^t F, E = (C - I)/2 [i][j] and the invariants J, I1, I2,
-    I1_bar = J^(-2/3) I1, I2_bar = J^(-4/3) I2. The formula takes + - * / ** and NumPy's log, log1p, exp, expm1, sqrt,
-    cbrt, sinh, cosh and the like, on numbers: components are written one by one, without `if`, `abs`, `max`. It may be
-    anisotropic: of a fibre along x, C[0][0] is the square of its stretch. Constants beside the strain are free.
+    `strain` has the 3x3 arrays H = grad u, F = I + H, C = F^t F, E = (C - I)/2 and the invariants J, I1, I2,
+    I1_bar = J^(-2/3) I1, I2_bar = J^(-4/3) I2. The formula takes + - * / ** @ and NumPy's log, log1p, log2, log10, exp,
+    expm1, sqrt, sinh, cosh, trace and the like, without `if`, `abs`, `max`. It may be anisotropic: of a fibre along
+    the unit vector a, a @ strain.C @ a is the square of its stretch.
 
     Write the formula as in a textbook. Stress, energy and tangent are derived exactly, in a form in which small strains
     keep their digits (a strain of 1e-9 too). Powers with whole exponents, halves and thirds are cheaper than others.
@@ -98,22 +98,22 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
     possible. Where the argument of a logarithm or a root, or a divisor, passes 0, a run stops as for inverted cells.
     Implicit schemes take an energy of C, E, J and the invariants, all but those with discrete stresses.
 
-    Checked at once: values against those of the function for arrays of NumPy, stress against its complex step, tangent
-    against that of the stress, no change under rotations; and here and for every material no stress without strain and
-    a positive definite stiffness there, from which the Lame constants and the wave speed of `Material` come.
+    Checked at once: values against those of the function for numbers, stress against its derivative by complex steps,
+    tangent against that of the stress, no change under rotations; and here and for every material no stress without
+    strain and a positive definite stiffness there, from which the Lame constants and the wave speed of it come.
     The same law may be registered again, which returns the same class; another formula needs another name, since
     kernels are known by it. A scene file or a checkpoint with the law is read after it was registered; `resume` refuses
     another formula. Raises `InputError` naming what is wrong.
     """
     field = "register_law.name"
-    taken = {kind.__name__ for kind in materials.LAWS.values()} | {metals.ElastoPlastic.__name__}
+    taken = [kind.__name__ for kind in (*materials.LAWS.values(), metals.ElastoPlastic)]
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise InputError(field, name, "give the name of a class, such as 'Gent'")
     from ..kernels.materials import LAWS  # imports Taichi, as the next one does
     from ..kernels.materials.from_energy import law_of
 
     if name in taken or (name in LAWS and name not in OWN):
-        raise InputError(field, name, f"the program has a law of this name; it has {', '.join([*taken, *LAWS])}")
+        raise InputError(field, name, "the program has a law of this name; give another one")
     values = _parameters(energy, parameters)
     try:
         formula = law_checks.Formula(energy, values)
