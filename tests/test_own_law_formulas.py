@@ -1,6 +1,7 @@
 """Formulas of registered laws without kernels: derivatives, small strains, checks, refusals, files."""
 
 import math
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -113,9 +114,8 @@ def test_material_constants():
     ],
 )
 def test_what_is_no_law_is_refused(energy, remedy):
-    with pytest.raises(tc.InputError, match="(?s).*") as caught:
+    with pytest.raises(tc.InputError, match=re.escape(remedy)):
         tc.register_law("Refused", energy, {"mu": 1.0, "lam": 2.0})
-    assert remedy in str(caught.value)
     with pytest.raises(tc.InputError, match=r"bodies\[0\].material.type"):
         load("Refused", mu=1.0)
 
@@ -161,7 +161,7 @@ def test_a_wrong_derivative_is_seen(monkeypatch):
 @pytest.mark.parametrize("parameters", [{"mu": -1.0}, {"mu": 0.0}, {"limit": 0.0}, {"bulk": -1e9}, {"density": 0.0}])
 def test_unstable_materials_are_refused(parameters):
     law = tc.register_law("FormulaGent", gent, GIVEN)
-    with pytest.raises(tc.InputError, match="must be|no finite number"):
+    with pytest.raises(tc.InputError, match=r"must be|no finite number"):
         law(**(GIVEN | {"density": 1000.0} | parameters))
 
 
@@ -174,7 +174,7 @@ def load(word, **constants):
 
 
 def test_scene_files_know_a_law_once_it_is_registered(tmp_path):
-    with pytest.raises(tc.InputError, match="an own law is registered before the file is read: .* --import") as caught:
+    with pytest.raises(tc.InputError, match=r"an own law is registered before the file is read: .* --import") as caught:
         load("FileGent", **GIVEN, density=1.0)
     assert caught.value.field == "bodies[0].material.type"
     law = tc.register_law("FileGent", gent, GIVEN)

@@ -1,4 +1,4 @@
-"""Registered laws: the built-in one again by its formula, Gent's law against exact stresses, tangents, impacts, limits."""
+"""Registered laws: the built-in one by its formula, Gent's law against exact stresses, tangents, impacts, limits."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ import tcontact as tc
 from tcontact.cases import cube_impact
 from tcontact.commands.cli import main
 
-MU, LIMIT, BULK = 4e5, 30.0, 8e6
+MU, LIMIT, BULK = 4e5, 30.0, 1.8e6
 BUILT_IN = tc.NeoHookean(1e7, 0.3, 1000.0)
 
 
@@ -63,7 +63,7 @@ def test_an_impact_of_the_built_in_law_by_its_formula(own, options):
     new = tc.simulate(replace(scene, bodies=[replace(scene.bodies[0], material=own)]))
     assert old.steps == new.steps
     assert old.history["contact_force"].max() > 0.0
-    for name in ("contact_force", "energy", "elastic", "momentum", "angular_momentum", "energy_error"):
+    for name in ("contact_force", "energy", "elastic", "kinetic", "momentum", "impulse", "gap_min"):
         within(new.history[name], old.history[name], 1e-12)
     within(new.displacement, old.displacement, 1e-12)
 
@@ -169,7 +169,7 @@ def impact(material, friction=None, speed=10 / 3.6, **options):
     ],
 )
 def test_impacts_meet_the_static_residual(rubber, options):
-    """A wrong tangent would not; Poisson's ratio is 0.475."""
+    """A wrong tangent would not."""
     result = tc.simulate(impact(rubber, **options))
     assert result.ok
     assert result.history["contact_force"][:, 2].max() > 0.0
