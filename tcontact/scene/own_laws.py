@@ -90,7 +90,7 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
     `strain` has the 3x3 arrays H = grad u, F = I + H, C = F^t F, E = (C - I)/2 and the invariants J, I1, I2,
     I1_bar = J^(-2/3) I1, I2_bar = J^(-4/3) I2. The formula takes + - * / ** @ and NumPy's log, log1p, log2, log10, exp,
     expm1, sqrt, sinh, cosh, trace and the like, without `if`, `abs`, `max`. It may be anisotropic: of a fibre along
-    the unit vector a, a @ strain.C @ a is the square of its stretch.
+    the unit vector a, a @ strain.C @ a is the square of its stretch. For principal stretches see `Ogden`.
 
     Write the formula as in a textbook. Stress, energy and tangent are derived exactly, in a form in which small strains
     keep their digits (a strain of 1e-9 too). Powers with whole exponents, halves and thirds are cheaper than others.
