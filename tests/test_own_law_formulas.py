@@ -11,6 +11,7 @@ from own_law_formulas import FORMULAS, energy_of, gent, neo_hookean, numbers
 
 import tcontact as tc
 from tcontact.kernels.language.expressions import Graph
+from tcontact.kernels.language.formula import Formula
 from tcontact.kernels.language.small_strains import SmallStrains
 from tcontact.kernels.language.traced_energy import traced
 from tcontact.run.checkpoint.fingerprint import compare, fingerprint
@@ -51,7 +52,7 @@ def test_small_strains_keep_their_digits(formula, size):
     """Stress and energy are those of the stiffness without strain; their next order is below it by the strain."""
     given = FORMULAS[formula]
     h = size * np.random.default_rng(4).uniform(-1, 1, (3, 3))
-    at = law_checks.Formula(formula, given)
+    at = Formula(formula, tuple(given))
     tangent = at.at(at.tangent, np.zeros((3, 3)), given).reshape(3, 3, 3, 3)
     strain = 0.5 * (h + h.T)
     hooke = np.einsum("ijkl,kl->ij", tangent, strain)

@@ -1,19 +1,18 @@
 """Checks of a law from its energy: derived stress and tangent against the energy itself, stability without strain.
 
 The function is called with complex numbers: Im W(H + i t e)/t is its derivative without rounding (Squire and
-Trapp, SIAM Rev. 40, 110, 1998). All is compared at random displacement gradients.
+Trapp, SIAM Rev. 40, 110, 1998). All is compared at random displacement gradients. `formula` is a `Formula` of
+kernels/language/formula.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.language.expressions import Derivative, NotPlain, values
-from ..kernels.language.traced_energy import SIDES, Strain, traced
 
 SIZES = (1e-3, 0.05, 0.3)  # of the components of random displacement gradients
 SAMPLES = 16  # displacement gradients of each size
@@ -30,46 +29,10 @@ class Moduli(NamedTuple):
     wave: float
 
 
-class Formula:
-    """The formula of an energy, with its first and second derivative, for numbers.
-
-    given: names and values of its parameters.
-    """
-
-    def __init__(self, energy: Callable[..., Any], given: Mapping[str, float]) -> None:
-        self.energy, self.names = energy, tuple(given)
-        try:
-            self.traced = traced(energy, self.names)
-        except NotPlain:
-            raise
-        except Exception as error:
-            raise InputError("register_law.energy", energy, f"it failed: {type(error).__name__}: {error}") from error
-        graph, strain = self.traced.graph, self.traced.strain
-        self.stress = graph.gradient(self.traced.energy, strain)
-        slopes = [Derivative(graph, {one: graph.of(1.0)}) for one in strain]
-        self.tangent = [slope(stress) for stress in self.stress for slope in slopes]
-
-    def at(self, what: list[Any], h: np.ndarray, given: Mapping[str, float]) -> np.ndarray:
-        """Return expressions [..., k] at displacement gradients [..., 3, 3]."""
-        symbols = {f"h{i}{j}": h[..., i, j] for i, j in SIDES}
-        symbols |= {f"p{k}": np.float64(given[name]) for k, name in enumerate(self.names)}
-        found = values(self.traced.graph, what, symbols)
-        return np.stack([np.broadcast_to(one, h.shape[:-2]) for one in found], axis=-1)
-
-    def direct(self, h: np.ndarray, given: Mapping[str, float]) -> np.ndarray:
-        """Return what the function itself gives for displacement gradients [n, 3, 3]."""
-        try:
-            with np.errstate(all="ignore"):
-                return np.array([complex(self.energy(Strain(gradient=one), **given)) for one in h])
-        except Exception as error:
-            text = f"it failed for numbers: {type(error).__name__}: {error}"
-            raise InputError("register_law.energy", self.energy, text) from error
-
-
 class Rest:
     """The stiffness of a law without strain."""
 
-    def __init__(self, formula: Formula) -> None:
+    def __init__(self, formula: Any) -> None:
         self.formula = formula
 
     def moduli(self, name: str, given: Mapping[str, float]) -> Moduli:
@@ -126,11 +89,11 @@ def samples(size: float) -> np.ndarray:
     return h[np.linalg.det(np.eye(3) + h) > 0.1][:SAMPLES]
 
 
-def is_volumetric(formula: Formula, given: Mapping[str, float], name: str) -> bool:
+def is_volumetric(formula: Any, given: Mapping[str, float], name: str) -> bool:
     """Return whether W with a parameter k is W without it and k/2 (J - 1)^2."""
     h = np.concatenate([samples(size) for size in SIZES])
     change = np.linalg.det(np.eye(3) + h) - 1.0
-    what = [formula.traced.energy]
+    what = [formula.energy]
     at = [formula.at(what, h, {**given, name: factor * given[name]})[..., 0] for factor in (0.0, 1.0, 2.0)]
     for factor in (1, 2):
         wanted = 0.5 * factor * given[name] * change**2
@@ -143,18 +106,18 @@ def is_volumetric(formula: Formula, given: Mapping[str, float], name: str) -> bo
     return True
 
 
-def volumetric_first(formula: Formula, given: Mapping[str, float]) -> list[str]:
+def volumetric_first(formula: Any, given: Mapping[str, float]) -> list[str]:
     """Return the names of the parameters, a volumetric one first if there is one."""
     first = [name for name in given if is_volumetric(formula, given, name)][:1]
     return first + [name for name in given if name not in first]
 
 
-def check(formula: Formula, given: Mapping[str, float]) -> None:
+def check(formula: Any, given: Mapping[str, float]) -> None:
     """Compare formula, derivatives and function. Raises `InputError`."""
     checked = 0
     for size in SIZES:
         h = samples(size)
-        found = formula.at([formula.traced.energy, *formula.stress, *formula.tangent], h, given)
+        found = formula.at([formula.energy, *formula.stress, *formula.tangent], h, given)
         usable = np.isfinite(found).all(axis=1)
         h, energy, stress = h[usable], found[usable, 0], found[usable, 1:10]
         tangent = found[usable, 10:].reshape(-1, 9, 9)
@@ -165,7 +128,7 @@ def check(formula: Formula, given: Mapping[str, float]) -> None:
         if not np.allclose(direct, energy, AGREE, AGREE * size**2 * np.abs(energy).max(), equal_nan=False):
             _wrong(formula, "for numbers it gives other values", "make it depend on its arguments alone")
         moduli = np.abs(tangent).max()
-        for column, (i, j) in enumerate(SIDES):
+        for column, (i, j) in enumerate(np.ndindex(3, 3)):
             step = np.zeros((3, 3), dtype=complex)
             step[i, j] = 1j * STEP
             slope = formula.direct(h + step, given).imag / STEP
@@ -185,5 +148,5 @@ def check(formula: Formula, given: Mapping[str, float]) -> None:
         raise InputError("register_law.parameters", dict(given), text)
 
 
-def _wrong(formula: Formula, what: str, remedy: str) -> None:
-    raise InputError("register_law.energy", formula.energy, f"{what}: {remedy}")
+def _wrong(formula: Any, what: str, remedy: str) -> None:
+    raise InputError("register_law.energy", formula.function, f"{what}: {remedy}")

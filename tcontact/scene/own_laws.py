@@ -15,7 +15,6 @@ from typing import Any, ClassVar
 
 from ..base import validate
 from ..base.errors import InputError
-from ..kernels.language.expressions import NotPlain
 from . import law_checks, materials, metals
 from .materials import Material
 
@@ -26,13 +25,14 @@ class OwnMaterial(Material):
     """Base class of the materials of registered laws.
 
     formula: text that differs for another energy; names: of the parameters as the user gave them; order: as the kernels
-    have them. Raises `InputError` for parameters with which the law is not free of stress at rest, or not stable there.
+    have them; rest: finds its moduli (law_checks.py). Raises `InputError` for parameters with which the law is not free
+    of stress at rest, or not stable there.
     """
 
     formula: ClassVar[str]
     names: ClassVar[tuple[str, ...]]
     order: ClassVar[tuple[str, ...]]
-    rest: ClassVar[law_checks.Rest]
+    rest: ClassVar[Any]
 
     def __post_init__(self) -> None:
         for name in (*self.names, "density"):
@@ -109,14 +109,17 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
     taken = [kind.__name__ for kind in (*materials.LAWS.values(), metals.ElastoPlastic)]
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise InputError(field, name, "give the name of a class, such as 'Gent'")
-    from ..kernels.materials import LAWS  # imports Taichi, as the next one does
+    from ..kernels.language.expressions import NotPlain  # kernels, which a scene without own laws does not load
+    from ..kernels.language.formula import Formula
+    from ..kernels.materials import LAWS
     from ..kernels.materials.from_energy import law_of
 
     if name in taken or (name in LAWS and name not in OWN):
         raise InputError(field, name, "the program has a law of this name; give another one")
     values = _parameters(energy, parameters)
     try:
-        formula = law_checks.Formula(energy, values)
+        formula = Formula(energy, tuple(values))
+        law_checks.check(formula, values)
         order = law_checks.volumetric_first(formula, values)
         own = law_of(name, energy, order)
     except NotPlain as error:
@@ -126,7 +129,6 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
             return OWN[name]
         remedy = "is registered with another formula, for which kernels may be compiled: give the new one another name,"
         raise InputError(field, name, f"{remedy} or start Python again")
-    law_checks.check(formula, values)
     parts = {
         "__doc__": inspect.getdoc(energy) or f"A material of the registered law {name!r}.",
         "__module__": getattr(energy, "__module__", __name__),

@@ -183,7 +183,7 @@ class Reader:
         word = values.pop("type", default)
         if word is None:
             raise InputError(f"{place}.type", "missing", "use one of " + ", ".join(repr(one) for one in words))
-        if kind == "material" and word not in words:
+        if kind == "material" and isinstance(word, str) and word not in words:
             remedy = f"use one of {', '.join(words)}; an own law is registered before the file is read: import the"
             remedy += " module that calls tcontact.register_law, on the command line with --import FILE.py"
             raise InputError(f"{place}.type", word, remedy)
