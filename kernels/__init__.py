@@ -14,7 +14,7 @@ The rooms, from top to bottom; each imports only what stands below it:
     nodes       sum of the forces, kick and drift of the nodes, supports, damping, periodic images
     elements    one file for every element: the force of one cell from its corners
     materials   one file for every law: stress, energy, stiffness
-    language    tensors, vectors of lanes, bundles, signatures, options of the compiler
+    language    tensors, vectors of lanes, bundles, signatures, options of the compiler, formulas of users
     columns     the table of all numbers that a step measures and of all columns of the history
     node_places places of the data of MPRGP; host and kernels share it
     pair_places places of the rows of pairs of bodies; host and kernels share it

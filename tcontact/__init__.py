@@ -64,6 +64,7 @@ from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, 
 from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
+from .scene.own_laws import register_law  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .schemes import (  # noqa: E402
@@ -140,6 +141,7 @@ __all__ = [
     "metal",
     "plan",
     "read_mesh",
+    "register_law",
     "resume",
     "ring_mesh",
     "save_scene",

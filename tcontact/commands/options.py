@@ -13,6 +13,13 @@ SHARED: dict[str, dict[str, Any]] = {
     "--arch": {"choices": ("cpu", "cuda"), "help": "where to compute (default: cpu)"},
     "--checkpoint": {"metavar": "SECONDS", "type": words.not_negative, "default": 60.0},
     "--force": {"action": "store_true", "help": "replace the files of another run in DIR"},
+    "--import": {
+        "dest": "imported",
+        "metavar": "FILE",
+        "action": "append",
+        "type": words.module,
+        "help": "a Python file or module to run first, which registers own laws (tcontact.register_law); repeatable",
+    },
     "--out": {"metavar": "DIR", "type": words.folder},
     "--quiet": {"action": "store_true", "help": "no progress bar, no table: only failures are printed"},
     "--set": {"metavar": "KEY=VALUE", "action": "append", "default": []},

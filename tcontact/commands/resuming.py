@@ -24,7 +24,7 @@ def add(subparsers: Any) -> None:
     options.add(parser, "--arch", default="cpu")
     between = "wall time between further checkpoints, 0 = only when it is stopped again (default: 60)"
     options.add(parser, "--checkpoint", help=between)
-    options.add(parser, "--threads", "--quiet")
+    options.add(parser, "--threads", "--quiet", "--import")
     parser.set_defaults(run=run)
 
 

@@ -39,7 +39,7 @@ def add(subparsers: Any) -> None:
     )
     between = "wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)"
     options.add(parser, "--checkpoint", help=between)
-    options.add(parser, "--arch", "--threads", "--quiet", "--force")
+    options.add(parser, "--arch", "--threads", "--quiet", "--force", "--import")
     parser.set_defaults(run=run)
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import math
+import runpy
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -54,6 +56,18 @@ def not_negative(text: str) -> float:
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r}: give a number, 0 or more")
     return value
+
+
+def module(text: str) -> str:
+    """Run a Python file, or import a module, and return its name."""
+    try:
+        if text.endswith(".py"):
+            runpy.run_path(text, run_name=Path(text).stem)
+        else:
+            importlib.import_module(text)
+    except Exception as error:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be run: {type(error).__name__}: {error}") from error
+    return text
 
 
 def names(text: str) -> list[str]:

@@ -174,7 +174,7 @@ def _check_laws(scene: Scene, scheme: Any) -> None:
             name, values = block.material.law, block.material.parameters
             law = LAWS.get(name)
             if law is None:
-                remedy = f"the kernels have {', '.join(LAWS)}; CONTRIBUTING.md says how to add a law"
+                remedy = f"the kernels have {', '.join(LAWS)}; tcontact.register_law adds one"
                 raise InputError(f"{field}.law", name, remedy)
             if len(values) != len(law.parameters):
                 remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for"

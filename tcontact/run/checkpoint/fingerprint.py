@@ -18,6 +18,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...scene.body import Body, Support
 from ...scene.obstacles import Obstacle, Sdf
+from ...scene.own_laws import OwnMaterial
 from ...scene.scene import Scene
 
 SHORT = 12  # longest array that is written out
@@ -54,6 +55,8 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
         found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
+    if isinstance(thing, OwnMaterial):
+        found["energy"] = thing.formula
     if isinstance(thing, Sdf) and (callable(thing.distance) or callable(thing.gradient)):
         found |= {"distance": thing.grid[..., 0], "gradient": thing.grid[..., 1:]}
     if isinstance(thing, FUNCTIONS_OF_TIME):

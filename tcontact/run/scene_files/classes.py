@@ -12,6 +12,7 @@ from ...scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ...scene.materials import LAWS
 from ...scene.metals import HARDENINGS, ElastoPlastic, MieGrueneisen
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
+from ...scene.own_laws import OWN
 from ...schemes import SCHEMES
 
 # place -> type word -> class; a place with one class needs no word
@@ -39,9 +40,14 @@ def keys_of(kind: type) -> list[str]:
     return [field.name for field in fields(kind) if field.init]
 
 
+def words_of(place: str) -> dict[str, type]:
+    """Return the classes that a place takes by their words; materials with those of `tcontact.register_law`."""
+    return CLASSES[place] | OWN if place == "material" else CLASSES[place]
+
+
 def word_of(place: str, value: Any) -> str | None:
     """Return the type word of an object at a place; None if its class is not one of those there."""
-    for word, kind in CLASSES[place].items():
+    for word, kind in words_of(place).items():
         if type(value) is kind:
             return word
     return None

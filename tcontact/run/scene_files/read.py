@@ -23,7 +23,7 @@ from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
-from .classes import CLASSES, METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of
+from .classes import METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of, words_of
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -187,15 +187,19 @@ class Reader:
         return made(place, Sdf, values)
 
     def plain(self, place: str, data: Any, kind: str, word: str | None = None) -> Any:
-        """Build an object of plain data; kind: the place it belongs to in `CLASSES`."""
+        """Build an object of plain data; kind: the place it belongs to (`words_of`)."""
         if kind == "metal" and isinstance(data, str):
             return METALS[choice(place, data, METALS)]
         values = dict(table(place, data))
-        words = CLASSES[kind]
+        words = words_of(kind)
         default = word or (next(iter(words)) if len(words) == 1 or kind == "contact" else None)
         word = values.pop("type", default)
         if word is None:
             raise InputError(f"{place}.type", "missing", "use one of " + ", ".join(repr(one) for one in words))
+        if kind == "material" and isinstance(word, str) and word not in words:
+            remedy = f"use one of {', '.join(words)}; an own law is registered before the file is read: import the"
+            remedy += " module that calls tcontact.register_law, on the command line with --import FILE.py"
+            raise InputError(f"{place}.type", word, remedy)
         built = words[choice(f"{place}.type", word, words)]
         check_keys(place, values, keys_of(built))
         self.find_metal(place, values, "material" if kind == "friction" else "metal")

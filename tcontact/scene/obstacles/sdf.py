@@ -12,6 +12,7 @@ import numpy as np
 from ...base import validate
 from ...base.errors import InputError
 from .base import Obstacle, unit_or
+from .distance_check import check_distance
 from .interpolation import interpolate
 from .surface_distance import sample_surface
 from .thin_parts import check_thickness
@@ -107,6 +108,40 @@ class Sdf(Obstacle):
         distance, gradient, origin, spacing, triangles = sample_surface(surface, cells, margin, scale)
         made = cls(distance, gradient, origin, spacing, surface=triangles, **options)
         check_thickness(triangles, made.grid, made.origin, made.spacing, cells)
+        return made
+
+    @classmethod
+    def from_function(cls, distance: Any, low: Any, high: Any, cells: int = 64, **options: Any) -> Sdf:
+        """Make an obstacle of any shape from a function that gives its signed distance.
+
+        distance: callable(points [n, 3]) -> [n] [m], positive outside; low, high: corners [3] [m] of the box in which
+        it is sampled; cells: of the grid along the longest side; options: those of `Sdf` but the grid, such as gradient
+        (a callable too), name, velocity and center.
+
+            def torus(points):
+                x, y, z = points.T
+                return np.hypot(np.hypot(x, y) - 0.3, z) - 0.1
+
+            ring = tc.Sdf.from_function(torus, (-0.5, -0.5, -0.2), (0.5, 0.5, 0.2), cells=80)
+
+        Only values at the nodes are kept, which scene files save. The box holds the solid with a few cells around it;
+        where the solid ends at the box it goes on linearly. The error falls with the square of the spacing, but at
+        edges, which are rounded by about a cell, and parts thinner than the spacing may be lost. Near its surface the
+        gradient of a distance has length 1: a function that has another one gives gaps that are too large or too small
+        by that factor, of which a `RuntimeWarning` tells. Raises `InputError` for values that are no finite numbers,
+        and if the box has no node inside the solid or none outside.
+        """
+        validate.whole("Sdf.cells", cells, NODES - 1)
+        low, high = validate.vector("Sdf.low", low), validate.vector("Sdf.high", high)
+        if not (high > low).all():
+            raise InputError("Sdf.high", high.tolist(), f"every component must be above that of low = {low.tolist()}")
+        if not callable(distance):
+            raise InputError("Sdf.distance", distance, "give a function of points [n, 3] that returns distances [n]")
+        spacing = float((high - low).max()) / cells
+        nodes = np.maximum(np.ceil((high - low) / spacing - 1e-9).astype(np.int64) + 1, NODES)
+        origin = 0.5 * (low + high) - 0.5 * spacing * (nodes - 1)
+        made = cls(distance, origin=origin, spacing=spacing, nodes=nodes.tolist(), **options)
+        check_distance(distance, made.grid, spacing)
         return made
 
     @property
