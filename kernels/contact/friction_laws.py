@@ -13,6 +13,7 @@ the pairs of bodies first and then of the obstacles, and their tables (speeds, p
 
 import taichi as ti
 
+from ..lanes import DECAY, FRICTION_LAW, JUMP, PRESSURES, SHEAR_LIMIT, SPEEDS, TABLE
 from ..language.entries import row
 from ..pair_places import AREA, FIRST_ENTRY, MASTERS, NODE_ROW, PAIRS, SIDES
 from .constraint_rows import normal_of, number_of, set_number, velocity_of
@@ -22,10 +23,6 @@ from .obstacle_rows import position
 from .obstacles import VELOCITY, velocity_at
 from .pair_rows import entry, pair_row, row_number, weight
 
-# numbers of a law: static - kinetic [-]; decay [s/m]; limit [Pa]; place of its table from the first record on, number
-# of its speeds and of its pressures
-LAW = 6
-JUMP, DECAY, SHEAR_LIMIT, TABLE, SPEEDS, PRESSURES = range(LAW)
 NOBODY = -1.0  # number of the partner of a slave without a row
 
 
@@ -49,7 +46,7 @@ def interval(contact: ti.template(), first, count, value):
 @ti.func
 def coefficient(contact: ti.template(), laws, law, speed, pressure):
     """Return mu of a law at a slip speed [m/s] and a pressure [Pa]; laws: place of the first record."""
-    record = laws + LAW * law
+    record = laws + FRICTION_LAW * law
     rows, columns = int(contact.friction[record + SPEEDS]), int(contact.friction[record + PRESSURES])
     first = laws + int(contact.friction[record + TABLE])
     i, along = interval(contact, first, rows, speed)
@@ -183,9 +180,9 @@ def set_coefficients(
                     for i in range(entry(coupling, FIRST_ENTRY, own), entry(coupling, FIRST_ENTRY, own + 1)):
                         share, pair = weight(coupling, i), entry(coupling, SIDES, i) // 2
                         mu += share * coefficient(contact, laws, pair, speed, pressing / ti.max(area, 1e-300))
-                        limit += share * contact.friction[laws + LAW * pair + SHEAR_LIMIT]
+                        limit += share * contact.friction[laws + FRICTION_LAW * pair + SHEAR_LIMIT]
             if paired == 0:
                 mu = coefficient(contact, laws, int(law), speed, pressing / ti.max(area, 1e-300))
-                limit = contact.friction[laws + LAW * int(law) + SHEAR_LIMIT]
+                limit = contact.friction[laws + FRICTION_LAW * int(law) + SHEAR_LIMIT]
             set_number(rows, r, rows.at.coefficient, ti.max(0.0, mu))
             set_number(rows, r, rows.at.shear_limit, ti.max(0.0, limit) * area)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
-from ..kernels.lanes import MAXIMUM_SLOTS
+from ..kernels import lanes as at
 from .friction_models import Coulomb, FrictionModel, FrictionTable, NoFriction, coefficient_of
 
 UNLIMITED = 1e300  # shear stress [Pa] of a law without a limit
@@ -62,14 +62,14 @@ def is_constant(model: FrictionModel | None) -> bool:
 def varies(scene: Any) -> bool:
     """Return whether coefficients of rows change during a run: with slip speed, pressure or the nearest obstacles."""
     laws = laws_in_use(scene)
-    several = len(scene.obstacles) > MAXIMUM_SLOTS and len({coefficient_of(law) for law in laws}) > 1
+    several = len(scene.obstacles) > at.MAXIMUM_SLOTS and len({coefficient_of(law) for law in laws}) > 1
     return several or not all(map(is_constant, laws))
 
 
 def row_coefficients(scene: Any, slots: int) -> np.ndarray:
     """Return the coefficient [slots] of every row of a node, of the first obstacles and then of the scene."""
     found = np.full(slots, coefficient_of(scene.friction))
-    several = min(len(scene.obstacles), MAXIMUM_SLOTS)
+    several = min(len(scene.obstacles), at.MAXIMUM_SLOTS)
     own = [coefficient_of(law_of_obstacle(scene, index)) for index in range(several)]
     found[: len(own)] = own
     return found
@@ -89,9 +89,7 @@ def law_data(scene: Any, pairs: Sequence[Any], areas: np.ndarray) -> np.ndarray 
 
 def law_numbers(laws: Sequence[FrictionModel | None]) -> np.ndarray:
     """Return the records of laws, then their tables."""
-    from ..kernels.contact import friction_laws as at
-
-    records, tables = np.zeros((len(laws), at.LAW)), [np.zeros(0)]
+    records, tables = np.zeros((len(laws), at.FRICTION_LAW)), [np.zeros(0)]
     start = records.size
     for record, law in zip(records, laws, strict=True):
         speeds, pressures, values = (0.0,), (0.0,), ((coefficient_of(law),),)
