@@ -27,16 +27,16 @@ NOBODY = -1.0  # number of the partner of a slave without a row
 
 
 @ti.func
-def interval(contact: ti.template(), first, count, value):
+def interval(numbers: ti.template(), first, count, value):
     """Return the last of `count` rising numbers that is not above a value, and the share of the way to the next."""
     low, high = 0, count
     while high - low > 1:
         middle = (low + high) // 2
-        if contact.friction[first + middle] <= value:
+        if numbers[first + middle] <= value:
             low = middle
         else:
             high = middle
-    here, there = contact.friction[first + low], contact.friction[first + ti.min(low + 1, count - 1)]
+    here, there = numbers[first + low], numbers[first + ti.min(low + 1, count - 1)]
     share = 0.0
     if there > here:
         share = ti.min(1.0, ti.max(0.0, (value - here) / (there - here)))
@@ -44,20 +44,20 @@ def interval(contact: ti.template(), first, count, value):
 
 
 @ti.func
-def coefficient(contact: ti.template(), laws, law, speed, pressure):
-    """Return mu of a law at a slip speed [m/s] and a pressure [Pa]; laws: place of the first record."""
+def coefficient(numbers: ti.template(), laws, law, speed, pressure):
+    """Return mu of a law at a slip speed [m/s] and a pressure [Pa]; numbers: `contact.friction`; laws: place of its first record."""
     record = laws + FRICTION_LAW * law
-    rows, columns = int(contact.friction[record + SPEEDS]), int(contact.friction[record + PRESSURES])
-    first = laws + int(contact.friction[record + TABLE])
-    i, along = interval(contact, first, rows, speed)
-    j, across = interval(contact, first + rows, columns, pressure)
+    rows, columns = int(numbers[record + SPEEDS]), int(numbers[record + PRESSURES])
+    first = laws + int(numbers[record + TABLE])
+    i, along = interval(numbers, first, rows, speed)
+    j, across = interval(numbers, first + rows, columns, pressure)
     table = first + rows + columns
     above, right = ti.min(i + 1, rows - 1), ti.min(j + 1, columns - 1)
-    near = contact.friction[table + columns * i + j]
-    near += across * (contact.friction[table + columns * i + right] - near)
-    far = contact.friction[table + columns * above + j]
-    far += across * (contact.friction[table + columns * above + right] - far)
-    falling = contact.friction[record + JUMP] * ti.exp(0.0 - contact.friction[record + DECAY] * speed)
+    near = numbers[table + columns * i + j]
+    near += across * (numbers[table + columns * i + right] - near)
+    far = numbers[table + columns * above + j]
+    far += across * (numbers[table + columns * above + right] - far)
+    falling = numbers[record + JUMP] * ti.exp(0.0 - numbers[record + DECAY] * speed)
     return near + along * (far - near) + falling
 
 
@@ -179,10 +179,10 @@ def set_coefficients(
                     area = row_number(coupling, own, AREA)
                     for i in range(entry(coupling, FIRST_ENTRY, own), entry(coupling, FIRST_ENTRY, own + 1)):
                         share, pair = weight(coupling, i), entry(coupling, SIDES, i) // 2
-                        mu += share * coefficient(contact, laws, pair, speed, pressing / ti.max(area, 1e-300))
+                        mu += share * coefficient(contact.friction, laws, pair, speed, pressing / ti.max(area, 1e-300))
                         limit += share * contact.friction[laws + FRICTION_LAW * pair + SHEAR_LIMIT]
             if paired == 0:
-                mu = coefficient(contact, laws, int(law), speed, pressing / ti.max(area, 1e-300))
+                mu = coefficient(contact.friction, laws, int(law), speed, pressing / ti.max(area, 1e-300))
                 limit = contact.friction[laws + FRICTION_LAW * int(law) + SHEAR_LIMIT]
             set_number(rows, r, rows.at.coefficient, ti.max(0.0, mu))
             set_number(rows, r, rows.at.shear_limit, ti.max(0.0, limit) * area)

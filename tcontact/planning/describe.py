@@ -102,6 +102,7 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
             beside.append("static solve")
         if plan.scene.friction is not None and len(domain.contact.nodes):
             beside.append("friction")
+            beside += ["its coefficients"] if varies(plan.scene) else []
     if len(domain.support_rows):
         beside.append("support reactions")
     if len(domain.boundary) and domain.damping is not None:
