@@ -12,11 +12,14 @@ from test_resume import split
 
 import tcontact as tc
 from cases import block_on_block, sliding_block
+from tcontact.planning.describe import memory
+from tcontact.planning.lumped_mass import node_areas
 from tcontact.scene.friction_laws import law_numbers
 
 G = 9.81
 FALLING = tc.Coulomb(static=0.4, kinetic=0.2, decay=2.0)
 REMOVALS = ("normal", "full")
+SLOWLY = ("normal", pytest.param("full", marks=pytest.mark.slow))
 
 
 def mu(law, speed, pressure=0.0):
@@ -104,14 +107,14 @@ def test_a_sliding_block_slows_down_by_its_law(law, removal):
         assert result.history["friction_work"][-1] == pytest.approx(lost, rel=5e-3)
 
 
-@pytest.mark.parametrize("contact", ["penalty", "impulse"])
+@pytest.mark.parametrize("contact", ["penalty", pytest.param("impulse", marks=pytest.mark.slow)])
 def test_contact_nodes_with_mass_slow_down_by_the_law_too(contact):
     result = simulate(on_plane(FALLING, duration=0.1, contact=contact, penalty=3.0), cfl=0.5)
     wanted = speed_after(1.0, lambda v: G * mu(FALLING, v), result.time)
     assert sliding_block.travel(result)[1][-1] == pytest.approx(wanted, abs=3e-3)
 
 
-@pytest.mark.parametrize("removal", REMOVALS)
+@pytest.mark.parametrize("removal", SLOWLY)
 def test_two_floors_stop_two_blocks_each_by_its_own_friction(removal):
     """Stop distances v^2 / (2 mu g), in one scene; a third block slides on without friction."""
     one = sliding_block.scene(cells=1, motion="stop", friction=0.5, removal=removal)
@@ -152,39 +155,49 @@ def test_a_law_holds_what_rests_and_does_not_stop_what_slides():
 
 @pytest.mark.parametrize("removal", REMOVALS)
 def test_static_friction_is_the_threshold_of_sliding(removal):
-    """tan(20 degrees) = .36397: static friction .370 holds without creep, .358 does not, and then mu falls."""
+    """tan(20 degrees) = .36397: static friction .370 holds without creep, .358 does not, and slides with mu(v)."""
     held, slides = (
-        simulate(on_plane(tc.Coulomb(static=static, kinetic=0.05, decay=500.0), motion="hold", removal=removal))
+        simulate(on_plane(tc.Coulomb(static=static, kinetic=0.1, decay=5.0), motion="hold", removal=removal), cfl=0.9)
         for static in (0.370, 0.358)
     )
     path, _ = sliding_block.travel(held)
     assert np.ptp(path[len(path) // 2 :]) <= 1e-9
     path, speed = sliding_block.travel(slides)
-    assert speed[-1] > 1e-4
-    force, half = slides.history["contact_force"], len(path) // 2
+    assert speed[-1] > 1e-5
+    force, late = slides.history["contact_force"], slice(len(path) // 2, None)
     wanted = mu(slides.scene.obstacles[0].friction, speed)
-    late = slice(half, None)
-    assert -force[late, 0] == pytest.approx(wanted[late] * force[late, 2], rel=0.02)
+    assert -force[late, 0] == pytest.approx(wanted[late] * force[late, 2], rel=1e-4)
 
 
 @pytest.mark.parametrize("removal", REMOVALS)
 def test_a_table_of_pressures_gives_the_friction_of_the_pressure(removal):
-    """A thin plate, pressed by 1/2 and 3/2 of a pressure of the table; its contact nodes sum up mu(v, p) p."""
+    """A thin plate: the force of every row is the sum of mu(v, p) p A of its nodes, with the pressures of the row.
+
+    The static solve of full removal takes mu at the pressure of the row before.
+    """
     pressure, law = 500.0, tc.LinearElastic(1e7, 0.0, 1000.0)
     table = tc.FrictionTable((0.0, 1.0), (0.0, pressure, 2.0 * pressure), ((0.5, 0.4, 0.3), (0.3, 0.15, 0.05)))
-    for share in (0.5, 1.5):
-        pull = share * pressure / (1000.0 * 0.05)
 
-        def sag(x, pull=pull):
-            return (0.05 * x[:, 2:] - x[:, 2:] ** 2 / 2.0) * (0.0, 0.0, -1000.0 * pull / law.young)
+    def sag(x):
+        return (0.05 * x[:, 2:] - x[:, 2:] ** 2 / 2.0) * (0.0, 0.0, -15.0 * 1000.0 / law.young)
 
-        mesh = tc.box_mesh((1.0, 1.0, 0.05), (3, 3, 1))
-        body = tc.Body(mesh, law, (1.0, 0.0, 0.0), contact="zmin", displacement=sag)
-        scene = tc.Scene([body], [tc.Plane(friction=table)], 0.05, (0, 0, -pull), tc.MasslessContact(removal))
-        result = simulate(dataclasses.replace(scene, viscosity=tc.BulkViscosity(1.0, 0.0)), cfl=0.5)
-        speed = sliding_block.travel(result)[1][-1]
-        wanted = speed_after(1.0, lambda v, share=share, pull=pull: pull * mu(table, v, share * pressure), result.time)
-        assert 1.0 - speed == pytest.approx(1.0 - wanted, rel=0.02), share
+    body = tc.Body(tc.box_mesh((1, 1, 0.05), (3, 3, 1)), law, (0.6, 0, 0), contact="zmin", displacement=sag)
+    scene = tc.Scene([body], [tc.Plane(friction=table)], 0.05, (0, 0, -15.0), tc.MasslessContact(removal))
+    result = simulate(scene, cfl=0.9, pressures=True)
+    record, (_, speed) = result.contact_pressures[0], sliding_block.travel(result)
+    pressures, nodes = np.asarray(record.pressure), np.asarray(record.nodes)
+    areas = node_areas(body.mesh.nodes, body.contact_faces)[nodes]
+    shares = np.zeros_like(pressures)
+    for _ in range(3):  # the record holds the whole force on a node: p sqrt(1 + mu^2)
+        pressing = pressures / np.sqrt(1.0 + shares**2)
+        before = pressing if removal == "normal" else np.roll(pressing, 1, axis=0)
+        shares = np.array([[mu(table, v, p) for p in row] for v, row in zip(speed, before, strict=True)])
+    pressures, rows = pressing, slice(5, -1)
+    wanted = (shares * pressures)[rows] @ areas
+    found = -result.history["contact_force"][rows, 0]
+    assert np.ptp(before[rows]) > 0.2 * pressure
+    assert np.abs(found - wanted).max() <= 0.02 * wanted.max()
+    assert found.sum() == pytest.approx(wanted.sum(), rel=5e-3)  # nodes do not all have the mean speed
 
 
 @pytest.mark.parametrize("removal", REMOVALS)
@@ -212,17 +225,19 @@ def test_every_obstacle_at_a_node_has_its_own_friction(removal):
     """m dv/dt = -mu1 N1 - mu2 N2 on floor and wall, the edge on both; distant obstacles change not a bit."""
     contact = tc.MasslessContact(removal)
     far = [tc.Plane((0.0, 0.0, 9.0 + number), (0, 0, -1), friction=tc.Coulomb(0.9)) for number in range(3)]
+    none, laws = tc.NoFriction(), (tc.Coulomb(0.2), tc.Coulomb(0.4))
     cases = (
-        (tc.Coulomb(0.2), tc.Coulomb(0.4), {}, 0.2 * G + 0.4 * 6.0),
-        (None, tc.NoFriction(), {"friction": tc.Coulomb(0.2)}, 0.2 * G),
-        (tc.NoFriction(), None, {"friction": tc.Coulomb(0.2)}, 0.2 * 6.0),
-    )
-    for floor, wall, options, wanted in cases:
-        result = simulate(cornered(contact, floor, wall, **options), cfl=0.9)
-        momentum = result.history["momentum"][:, 0]
-        assert (momentum[0] - momentum[-1]) / 1500.0 / result.time == pytest.approx(wanted, rel=0.03)
-    alone = simulate(cornered(contact, *cases[0][:2]), cfl=0.9)
-    beside = simulate(cornered(contact, *cases[0][:2], far), cfl=0.9)
+        (*laws, None, (0.2, 0.4)), (None, none, laws[0], (0.2, 0.0)), (none, None, laws[0], (0.0, 0.2))
+    )  # fmt: skip
+    for floor, wall, friction, wanted in cases:
+        result = simulate(cornered(contact, floor, wall, friction=friction), cfl=0.9)
+        for number, (axis, coefficient) in enumerate(zip((2, 1), wanted, strict=True)):
+            force = result.obstacle_force[f"obstacle-{number}"][:-1].sum(axis=0)
+            assert -force[0] / force[axis] == pytest.approx(coefficient, rel=1e-3, abs=1e-9)
+    if removal == "normal":
+        return
+    alone = simulate(cornered(contact, *laws), cfl=0.9)
+    beside = simulate(cornered(contact, *laws, far), cfl=0.9)
     assert np.abs(beside.position - alone.position).max() <= 1e-12
     assert beside.history["friction_work"] == pytest.approx(alone.history["friction_work"], rel=1e-9)
 
@@ -249,15 +264,16 @@ def test_pairs_and_obstacles_have_their_own_laws(removal):
     result = simulate(dataclasses.replace(scene, obstacles=[rough], **options), cfl=0.9)
     pair, force = result.pair_force["upper-lower"][5:], result.history["contact_force"][5:]
     assert np.linalg.norm(force[:, :2].sum(axis=0)) / force[:, 2].sum() == pytest.approx(0.05, rel=0.02)
-    share = np.linalg.norm(pair[:, :2], axis=1) / pair[:, 2]
-    upper, lower = block_on_block.motion(result)
-    assert share.mean() == pytest.approx(mu(law, (upper - lower)[5:]).mean(), rel=5e-3)
+    share = np.linalg.norm(pair[:, :2].sum(axis=0)) / pair[:, 2].sum()
+    upper, lower = block_on_block.motion(result)  # of the upper block; the lower one has what the floor left
+    assert upper[-1] < 0.9
+    assert mu(law, 1.0) < share < mu(law, upper[-1])
 
 
-@pytest.mark.parametrize("removal", REMOVALS)
+@pytest.mark.parametrize("removal", SLOWLY)
 def test_large_bodies_slow_down_by_the_law(removal):
     """The parallel force pass, with and without obstacles of which only the nearest have rows."""
-    scene = on_plane(FALLING, cells=10, duration=4e-3, removal=removal)
+    scene = on_plane(FALLING, cells=14, duration=4e-3, removal=removal)
     assert not tc.plan(scene).domains[0].small
     result = simulate(scene, cfl=0.9)
     scene = dataclasses.replace(scene, obstacles=[*scene.obstacles, *(
@@ -267,18 +283,20 @@ def test_large_bodies_slow_down_by_the_law(removal):
         assert -force[:, 0].sum() / force[:, 2].sum() == pytest.approx(mu(FALLING, 0.998), rel=2e-3)
 
 
-@pytest.mark.parametrize("removal", REMOVALS)
+@pytest.mark.parametrize("removal", SLOWLY)
 def test_a_belt_that_speeds_up_takes_a_block_along_below_static_friction(removal):
-    """Its acceleration rises to .29 g below static friction .3: the law, which falls steeply, never sees a slip."""
-    time, peak = 0.1, 0.29 * G
+    """Its acceleration rises to .27 g and falls to 0 again, below and above static friction."""
+    time, peak = 0.1, 0.27 * G
 
     def belt(t):
         return np.array([peak * (0.5 * t - time * np.sin(2.0 * np.pi * t / time) / (4.0 * np.pi)), 0.0, 0.0])
 
-    law = tc.Coulomb(static=0.31, kinetic=0.01, decay=200.0)
-    scene = on_plane(law, motion="hold", angle=0.0, damping=0.0, viscosity=0.5, removal=removal, duration=time)
-    result = simulate(dataclasses.replace(scene, obstacles=[tc.Plane(velocity=belt, friction=law)]), cfl=0.9)
-    assert sliding_block.travel(result)[1][-1] == pytest.approx(belt(result.time)[0], rel=5e-3)
+    for static, holds in ((0.3, True), (0.2, False)):
+        law = tc.Coulomb(static=static, kinetic=0.05, decay=50.0)
+        scene = on_plane(law, motion="hold", angle=0.0, damping=0.0, viscosity=0.5, removal=removal, duration=time)
+        result = simulate(dataclasses.replace(scene, obstacles=[tc.Plane(velocity=belt, friction=law)]), cfl=0.9)
+        share = sliding_block.travel(result)[1][-1] / belt(result.time)[0]
+        assert share == pytest.approx(1.0, abs=5e-3) if holds else share < 0.9
 
 
 @pytest.mark.parametrize("removal", REMOVALS)
@@ -294,6 +312,7 @@ def test_a_resumed_run_of_a_pair_with_a_law_has_the_same_bits(tmp_path, monkeypa
     split(monkeypatch, tmp_path, scene, 2, tc.CentralDifference(), 3)
 
 
+@pytest.mark.slow
 def test_a_layer_on_one_obstacle_and_nothing_on_the_other():
     """Friction layers differ in their coefficient only, and not at all where there is no friction."""
     layer = tc.FrictionLayer(coefficient=0.2)
@@ -303,10 +322,10 @@ def test_a_layer_on_one_obstacle_and_nothing_on_the_other():
         momentum = result.history["momentum"][:, 0]
         assert (momentum[0] - momentum[-1]) / 1500.0 / result.time == pytest.approx(wanted, rel=0.03)
         heat = sum(result.history[name][-1] for name in ("layer_heat", "obstacle_heat") if name in result.history)
-        assert heat == pytest.approx(result.history["friction_work"][-1], rel=1e-6)
+        assert heat == pytest.approx(result.history["friction_work"][-1], rel=1e-3)
 
 
-@pytest.mark.parametrize("law", [tc.Coulomb(0.3), FALLING, TABLE], ids=["constant", "falling", "table"])
+@pytest.mark.parametrize("law", [tc.Coulomb(0.3), FALLING], ids=["constant", "falling"])
 @pytest.mark.parametrize("removal", REMOVALS)
 def test_only_what_varies_is_built(law, removal):
     """A constant coefficient costs not a number; the plan counts the bytes of a law that varies."""
@@ -321,10 +340,12 @@ def test_only_what_varies_is_built(law, removal):
     assert state.contact.friction.data.shape == same.contact.friction.data.shape or varied
     assert state.contact.rows.values.shape == same.contact.rows.values.shape or varied
     assert ("its coefficients" in planned.describe()) is varied
-    memory = simulate(scene).memory
-    for name in ("massless-contact", "coulomb-friction"):
-        text = planned.describe().split(f"{name} ")[-1].split(",")[0].split("\n")[0]
-        assert text in (f"{memory[name] / 1e3:.3g} kB", f"{memory[name] / 1e6:.3g} MB")
+    taken, foreseen = simulate(scene).memory, memory(planned, planned.domains[0])
+    assert foreseen["coulomb-friction"] == taken["coulomb-friction"]
+    if varied:
+        without = tc.plan(plain)
+        less = memory(without, without.domains[0])["massless-contact"] - simulate(plain).memory["massless-contact"]
+        assert foreseen["massless-contact"] - taken["massless-contact"] == less
 
 
 def test_a_scene_has_the_friction_of_its_partners():
@@ -388,7 +409,7 @@ def test_what_cannot_be_is_refused_by_name(name):
 def test_implicit_schemes_refuse_the_friction_of_an_obstacle():
     scene = dataclasses.replace(partners(FALLING), duration=1e-3)
     with pytest.raises(tc.InputError, match=r"Scene.obstacles\[0\].friction"):
-        tc.simulate(scene, tc.DiscreteGradient())
+        tc.simulate(scene, tc.DiscreteGradient(dt=1e-4))
 
 
 def test_large_coefficients_of_any_law_are_warned_of():

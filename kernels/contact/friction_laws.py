@@ -45,7 +45,7 @@ def interval(numbers: ti.template(), first, count, value):
 
 @ti.func
 def coefficient(numbers: ti.template(), laws, law, speed, pressure):
-    """Return mu of a law at a slip speed [m/s] and a pressure [Pa]; numbers: `contact.friction`; laws: place of its first record."""
+    """Return mu of a law at a slip speed [m/s] and a pressure [Pa]; laws: place of the first record in the numbers."""
     record = laws + FRICTION_LAW * law
     rows, columns = int(numbers[record + SPEEDS]), int(numbers[record + PRESSURES])
     first = laws + int(numbers[record + TABLE])
