@@ -21,6 +21,10 @@ FIRST_CELL, LAST_CELL, NODES_AT, GRADIENTS_AT, WEIGHTS_AT, POINTS, MATERIAL_AT, 
 KIND, LANE_AT = CONTACT_BLOCK - 2, CONTACT_BLOCK - 1
 OBSTACLE = 33  # numbers of an obstacle (obstacles.py)
 FRICTION_NODE = 9  # numbers of friction per contact node (friction.py)
+# numbers of a law of friction (contact/friction_laws.py): static - kinetic [-]; decay [s/m]; limit [Pa]; place of its
+# table from the first record on, number of its speeds and of its pressures
+FRICTION_LAW = 6
+JUMP, DECAY, SHEAR_LIMIT, TABLE, SPEEDS, PRESSURES = range(FRICTION_LAW)
 MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time
 # places in `params`: kicks and drift [s], gravity [m/s^2] (3), constants of the damping law (4), 1 if boundary nodes
 # move like ordinary ones (products), number of massless nodes, number of chunks, length of the step that ends at the

@@ -59,7 +59,7 @@ from .run.simulation import simulate  # noqa: E402
 from .scene.body import Body, Support  # noqa: E402
 from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
-from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
+from .scene.friction_models import Coulomb, FrictionLayer, FrictionTable, NoFriction, RegularizedCoulomb  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
@@ -94,6 +94,7 @@ __all__ = [
     "ElastoPlastic",
     "EnergyWarning",
     "FrictionLayer",
+    "FrictionTable",
     "Gonzalez",
     "HilberHughesTaylor",
     "ImpulseContact",
@@ -112,6 +113,7 @@ __all__ = [
     "MieGrueneisen",
     "MooneyRivlin",
     "NeoHookean",
+    "NoFriction",
     "Ogden",
     "OutputError",
     "OverlapWarning",

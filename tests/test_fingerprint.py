@@ -24,7 +24,13 @@ BOX = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), origin=(0.0, 0.0, 1e-3))
 TETS = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), "tet4", origin=(0.0, 0.0, 1e-3))
 ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
 OTHER = {"young": 2.1e7, "poisson": 0.31, "density": 1201.0}
-MOTION = {"name": "ram", "velocity": (0.0, 0.0, 0.1), "angular_velocity": (0.0, 0.1, 0.0), "metal": COPPER}
+MOTION = {
+    "name": "ram",
+    "velocity": (0.0, 0.0, 0.1),
+    "angular_velocity": (0.0, 0.1, 0.0),
+    "metal": COPPER,
+    "friction": tc.Coulomb(0.1),
+}
 IMPLICIT = {
     "dt": 1e-5, "cfl": lambda s: type(s)(cfl=2.0), "rtol": 1e-11, "iterations": 16, "mass": "consistent",
     "reproject": False, "solver": "krylov", "verbose": True, "alpha": -0.2, "chi": 0.2,
@@ -103,7 +109,16 @@ CHANGES = {
     ),
     tc.PenaltyContact: (tc.PenaltyContact(3e10), {"stiffness": 3.1e10}),
     tc.ImpulseContact: (tc.ImpulseContact(), {}),
-    tc.Coulomb: (tc.Coulomb(0.3), {"coefficient": 0.31}),
+    tc.Coulomb: (
+        tc.Coulomb(static=0.4, kinetic=0.2, decay=1.0, limit=1e6),
+        {"coefficient": lambda c: tc.Coulomb(0.3, limit=1e6), "static": 0.41, "kinetic": 0.21, "decay": 1.1,
+         "limit": 2e6},
+    ),
+    tc.FrictionTable: (
+        tc.FrictionTable((0.0, 1.0), (0.0, 1e5), ((0.4, 0.3), (0.2, 0.1))),
+        {"speeds": (0.0, 1.1), "pressures": (0.0, 2e5), "coefficients": ((0.4, 0.3), (0.2, 0.11))},
+    ),
+    tc.NoFriction: (tc.NoFriction(), {}),
     tc.RegularizedCoulomb: (tc.RegularizedCoulomb(0.3, 0.1), {"coefficient": 0.31, "slip_speed": 0.11}),
     tc.FrictionLayer: (
         tc.FrictionLayer(),

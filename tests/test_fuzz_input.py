@@ -159,7 +159,8 @@ GOOD = {
     },
     tc.MasslessContact: {"removal": "auto", "penalty": None, "depth": 1, "sweeps": 10, "tolerance": None},
     tc.PenaltyContact: {"stiffness": 1e9},
-    tc.Coulomb: {"coefficient": 0.3},
+    tc.Coulomb: {"coefficient": 0.3, "static": None, "kinetic": None, "decay": None, "limit": None},
+    tc.FrictionTable: {"speeds": (0.0, 1.0), "pressures": (0.0,), "coefficients": ((0.3,), (0.2,))},
     tc.RegularizedCoulomb: {"coefficient": 0.3, "slip_speed": 0.1},
     tc.FrictionLayer: {
         field.name: field.default for field in dataclasses.fields(tc.FrictionLayer)

@@ -66,6 +66,15 @@ SCENES = {
     ),
     "penalty": lambda: scene(contact=tc.PenaltyContact(1e9), friction=tc.RegularizedCoulomb(0.2, 0.1)),
     "impulse": lambda: scene(contact=tc.ImpulseContact()),
+    "friction by partner": lambda: scene(
+        obstacles=[
+            tc.Plane((0, 0, -1), friction=tc.Coulomb(static=0.4, kinetic=0.2, decay=3.0, limit=1e6)),
+            tc.Sphere((0, 0, -3.0), friction=tc.FrictionTable([0, 0.5], [0, 1e5, 2e5], [[0.4, 0.3, 0.2], [0.1] * 3])),
+            tc.Box((0, 0, -3.0), friction=tc.NoFriction()),
+            tc.Sdf.from_surface(surfaces.sphere(8, 8, 0.2), cells=8, friction=tc.Coulomb(0.1)),
+        ],
+        duration=1e-5,
+    ),
     "nothing": lambda: scene(contact=None, obstacles=[]),
     "rubber": lambda: scene(body=tc.Body(BOX, material("mooney"), contact="zmin")),
     "metals": lambda: scene(
@@ -105,7 +114,7 @@ def test_a_scene_comes_back_as_it_was(name, tmp_path):
     for a, b in zip(first.obstacles, second.obstacles, strict=True):
         assert np.array_equal(a.gap(points), b.gap(points))
         assert np.array_equal(a.normal_at(points), b.normal_at(points))
-        assert (a.name, a.moves, a.metal) == (b.name, b.moves, b.metal)
+        assert (a.name, a.moves, a.metal, a.friction) == (b.name, b.moves, b.metal, b.friction)
 
 
 def test_it_runs_to_the_same_bits(tmp_path):

@@ -61,6 +61,15 @@ def velocity_of(rows: ti.template(), r, place: ti.template()):
 
 
 @ti.func
+def friction_cone(rows: ti.template(), r, pressing):
+    """Return the largest friction [N] that the law of row r allows for a normal force [N]."""
+    limit = number_of(rows, r, rows.at.coefficient) * pressing
+    if ti.static(rows.at.shear_limit >= 0):
+        limit = ti.min(limit, number_of(rows, r, rows.at.shear_limit))
+    return limit
+
+
+@ti.func
 def sum_of_rows(rows: ti.template(), k, place: ti.template()):
     """Sum three numbers of every row of node k."""
     slots = ti.static(rows.options.slots)

@@ -17,7 +17,7 @@ from ..lanes import FRICTION_NODE
 # `friction`: slip speed [m/s] of the regularised law, step [s] of the static solve; then for every contact node:
 # largest friction force [N] that its layer transmits; slip speed [m/s] after the kick without friction, its change by a
 # unit force [m/(s N)] and the mean of the speeds before and after the kick; work [J] and force [N] of friction in the
-# last kick or step; displacement (3) [m] from which the static solve measures slip
+# last kick or step; displacement (3) [m] from which the static solve measures slip; then the laws (friction_laws.py)
 SLIP_SPEED, STEP, FIRST = 0, 1, 2
 LIMIT, SPEED, SOFTNESS, MEAN_SPEED, WORK, FORCE, ORIGIN = 0, 1, 2, 3, 4, 5, 6
 NODE = FRICTION_NODE

@@ -13,7 +13,7 @@ from ..lanes import KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
-from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
+from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
 from .friction import (
     FORCE,
     LIMIT,
@@ -100,7 +100,7 @@ def kick_friction_node(
                     if ti.static(contact.options.static_friction):
                         relative = without_massless_components(contact, k, relative)
                     slip = across @ relative
-                    limit = number_of(rows, r, rows.at.coefficient) * pressing
+                    limit = friction_cone(rows, r, pressing)
                     if ti.static(contact.options.static_friction):
                         there = vector_of(rows, k * slots + p, rows.at.traction)
                         limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))

@@ -17,7 +17,7 @@ from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW, ROWS, SLAVES, VELOCITIES
-from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
+from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
 from .friction import (
     FORCE,
     LIMIT,
@@ -121,7 +121,7 @@ def row_mobility(body: ti.template(), boundary: ti.template(), coupling: ti.temp
 @ti.func
 def limit_of(contact: ti.template(), rows: ti.template(), row_number):
     """Return the largest friction [N] that a row can transmit."""
-    limit = number_of(rows, row_number, rows.at.coefficient) * number_of(rows, row_number, rows.at.pressing)
+    limit = friction_cone(rows, row_number, number_of(rows, row_number, rows.at.pressing))
     if ti.static(contact.options.layered):
         limit = ti.min(limit, contact.friction[node_place(row_number // ti.static(contact.options.slots), LIMIT)])
     return limit

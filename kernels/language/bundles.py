@@ -118,7 +118,8 @@ class RowPlaces(NamedTuple):
     without kick_friction (3) [N], the friction of the kick. With friction: coefficient; pressing [N]: lambda. With
     friction in the static solve: traction (3) [N]: friction force now; traction_before (3): one step before; slip (3)
     [m]: since then. Rows of pairs beside those of obstacles: lift (3), motion of the slave for a unit normal motion of
-    its masters, in its massless components.
+    its masters, in its massless components. Where the coefficient varies (friction_laws.py): shear_limit [N]: largest
+    friction of the law; slip_speed [m/s] of the step before; law: number of the law of the partner.
     """
 
     gap: int
@@ -134,6 +135,9 @@ class RowPlaces(NamedTuple):
     traction_before: int
     slip: int
     lift: int
+    shear_limit: int
+    slip_speed: int
+    law: int
     width: int
 
 
@@ -168,7 +172,8 @@ class ContactOptions(NamedTuple):
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
-    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only).
+    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); varied: the
+    coefficients of friction of the rows change in the run.
     """
 
     model: str = ""
@@ -184,6 +189,7 @@ class ContactOptions(NamedTuple):
     projected: bool = False
     coupled: bool = False
     plain: bool = False
+    varied: bool = False
 
     @property
     def obstacle_slots(self) -> int:
@@ -219,6 +225,9 @@ class ContactOptions(NamedTuple):
             "traction_before": 3 * solved,
             "slip": 3 * solved,
             "lift": 3 * (self.coupled and self.slots > 1 and not solved and self.model == "massless"),
+            "shear_limit": self.varied,
+            "slip_speed": self.varied,
+            "law": self.varied,
         }
         places, width = {}, 0
         for name, size in sizes.items():

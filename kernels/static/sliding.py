@@ -9,7 +9,16 @@ the energy balance uses for all forces.
 import taichi as ti
 
 from ..columns import SUMS
-from ..contact.constraint_rows import normal_of, number_of, set_number, set_vector, sum_of_rows, vector_of, velocity_of
+from ..contact.constraint_rows import (
+    friction_cone,
+    normal_of,
+    number_of,
+    set_number,
+    set_vector,
+    sum_of_rows,
+    vector_of,
+    velocity_of,
+)
 from ..contact.friction import (
     FORCE,
     LIMIT,
@@ -118,6 +127,12 @@ def sliding_work_node(
             own -= 0.5 * (now + then).dot(slip_of(body, boundary, contact, rows, coupling, k, k * slots + p))
             strongest = ti.max(strongest, now.norm())
         set_vector(rows, k * slots + p, rows.at.traction_before, now)
+        if ti.static(contact.options.varied):
+            if contact.friction[STEP] > 0.0:
+                slip = slip_of(body, boundary, contact, rows, coupling, k, k * slots + p)
+                normal = normal_of(rows, k * slots + p)
+                speed = (slip - normal.dot(slip) * normal).norm() / contact.friction[STEP]
+                set_number(rows, k * slots + p, rows.at.slip_speed, speed)
     contact.friction[node_place(k, WORK)] = own
     contact.friction[node_place(k, FORCE)] = strongest
     return own
@@ -126,7 +141,7 @@ def sliding_work_node(
 @ti.func
 def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
     """Return the largest friction force [N] that row r of node k can transmit."""
-    limit = number_of(rows, r, rows.at.coefficient) * pressing
+    limit = friction_cone(rows, r, pressing)
     if ti.static(contact.options.layered):
         limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
     return limit

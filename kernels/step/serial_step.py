@@ -110,6 +110,7 @@ def make_serial_step(
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
     find_squeezed = layer_slip_of_pairs = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
+    note_slip = set_coefficients = None
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
@@ -125,6 +126,9 @@ def make_serial_step(
         from ..contact.obstacles import set_pose
     if has_friction:
         from ..contact.friction import clear_work
+    varied = has_friction and options.varied
+    if varied:
+        from ..contact.friction_laws import note_slip, set_coefficients
     if kick_has_friction:
         from ..contact.kick_friction import kick_friction, layer_slip
     if kick_has_friction and coupled:
@@ -179,6 +183,9 @@ def make_serial_step(
             clear_work(contact)
         if ti.static(solve_has_friction):
             sliding_work(body, boundary, contact, rows, coupling)
+        if ti.static(varied):
+            first = ti.select(control[BEFORE] > 0.0, 0, 1)
+            set_coefficients(body, boundary, obstacles, rows, coupling, contact, 1, first, control[AFTER])
         if ti.static(kick_has_friction and options.layered and not solve_has_friction):
             if ti.static(coupled):
                 layer_slip_of_pairs(body, boundary, contact, rows, coupling, damped)
@@ -211,6 +218,8 @@ def make_serial_step(
             support_reactions(body, boundary, supports)
         if ti.static(has_boundary):
             kick_and_drift(body, boundary)
+        if ti.static(varied and not solve_has_friction):
+            note_slip(body, boundary, obstacles, rows, coupling, contact)
 
     @ti.func
     def place(
@@ -321,6 +330,9 @@ def make_serial_step(
                         fill_rows(obstacles, rows, contact, body.u)
                         if ti.static(coupled):
                             fill_pair_rows(coupling, contact, boundary, rows, body)
+                        if ti.static(varied and solve_has_friction):
+                            here = contact.friction[STEP]
+                            set_coefficients(body, boundary, obstacles, rows, coupling, contact, 0, 0, here)
                         resolve(body, boundary, contact, rows, coupling, pairs, system, viscous_cells, first)
                         first = 0
                         if any_island(stats, NEXT, MEASURE) == 1:

@@ -11,25 +11,31 @@ from ..device import arrays
 if TYPE_CHECKING:
     from ..kernels.language.bundles import RowPlaces
 
+UNKNOWN = -2.0  # law of a row before the kernels set its coefficient
+
 
 class ConstraintRows:
     """Constraint rows of k contact nodes, `slots` rows each.
 
-    values [k * slots, width]: numbers of the rows, placed as in kernels/language/bundles.RowPlaces; coefficient: that
-    of friction in every row, which has no place without friction.
+    values [k * slots, width]: numbers of the rows, placed as in kernels/language/bundles.RowPlaces; coefficients
+    [slots]: those of friction in the rows of a node, which have no place without friction.
     """
 
-    def __init__(self, nodes: int, slots: int, places: RowPlaces, coefficient: float) -> None:
-        self.slots, self.places = slots, places
-        values = np.zeros((nodes * slots, places.width))
+    def __init__(self, nodes: int, places: RowPlaces, coefficients: np.ndarray) -> None:
+        self.slots, self.places, self._coefficients = len(coefficients), places, coefficients
+        values = np.zeros((nodes, self.slots, places.width))
         if places.coefficient >= 0:
-            values[:, places.coefficient] = coefficient
+            values[:, :, places.coefficient] = coefficients
+        if places.law >= 0:
+            values[:, :, places.law] = UNKNOWN
         self.values = arrays.put(values)
 
-    def set_coefficients(self, coefficient: float, nodes: np.ndarray, special: np.ndarray) -> None:
-        """Set the coefficient of friction of all rows, and special ones of the last rows of contact nodes [k]."""
+    def set_coefficients(self, nodes: np.ndarray, special: np.ndarray) -> None:
+        """Set the constant coefficients of friction of all rows, special ones of the last rows of contact nodes [k]."""
+        if self.places.law >= 0:
+            return  # the kernels set them
         values = arrays.get(self.values).reshape(-1, self.slots, self.places.width)
-        values[:, :, self.places.coefficient] = coefficient
+        values[:, :, self.places.coefficient] = self._coefficients
         values[nodes, -1, self.places.coefficient] = special
         arrays.set_values(self.values, values.reshape(-1))
 

@@ -16,6 +16,7 @@ from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..friction_layer import LayerState
 from ..planning.domain import Domain
+from ..scene.friction_laws import law_data
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
@@ -39,7 +40,8 @@ def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Fricti
     assert domain.contact is not None
     if isinstance(scene.friction, FrictionLayer):
         return LayeredFriction(scene, domain, static_friction)
-    return Friction(scene.friction, len(domain.contact.nodes), static_friction)
+    areas = domain.contact.areas
+    return Friction(scene.friction, len(areas), static_friction, law_data(scene, domain.pairs, areas))
 
 
 class LayeredFriction(Friction):
@@ -54,7 +56,7 @@ class LayeredFriction(Friction):
         assert isinstance(model, FrictionLayer)
         assert domain.contact is not None
         areas, starts = domain.contact.areas, domain.contact_start
-        super().__init__(model, len(areas), static_friction)
+        super().__init__(model, len(areas), static_friction, law_data(scene, domain.pairs, areas))
         self.model, self.areas = model, areas.copy()
         self.coefficients = np.full(len(areas), model.coefficient)
         places = {number: slice(*starts[place : place + 2]) for place, number in enumerate(domain.numbers)}
@@ -160,8 +162,7 @@ class LayeredFriction(Friction):
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
         data = arrays.get(self.data).copy()
-        rows = data[self.names.FIRST :].reshape(-1, self.names.NODE)
-        rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
+        self.numbers(data)[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
         arrays.set_values(self.data, data)
 
     def _note_onset(self, dt: float) -> None:

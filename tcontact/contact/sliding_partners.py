@@ -7,6 +7,7 @@ import numpy as np
 from ..device import arrays
 from ..kernels import pair_places as at
 from ..planning.domain import Domain
+from ..scene.friction_models import coefficient_of
 from ..scene.layer_metals import LayerKind, kinds_of
 from ..scene.scene import Scene
 from .constraint_rows import ConstraintRows
@@ -34,7 +35,7 @@ class SlidingPartners:
         self._rows, self._candidates, self._pairs = rows, candidates, pairs
         count = len(domain.contact.nodes)
         self._weights = domain.contact.areas
-        self.areas, self.coefficients = self._weights.copy(), np.full(count, scene.friction.coefficient)
+        self.areas, self.coefficients = self._weights.copy(), np.full(count, coefficient_of(scene.friction))
         self._body = np.repeat(np.arange(len(domain.numbers)), np.diff(domain.contact_start))
         self._batches = np.full((len(domain.numbers), max(1, len(scene.obstacles))), -1)  # of a body on an obstacle
         self._on_masters = np.full((len(domain.numbers), len(scene.bodies)), -1)  # of a body on another one

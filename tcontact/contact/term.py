@@ -13,6 +13,7 @@ from ..planning.body_plan import BodyPlan, ContactPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
 from ..scene.contact_models import PenaltyContact
+from ..scene.friction_laws import row_coefficients
 from ..scene.scene import Scene
 from .constraint_rows import ConstraintRows
 from .friction import Friction
@@ -66,20 +67,17 @@ class ContactTerm:
         """Make the friction of the scene, if there is any, and the constraint rows."""
         if domain.contact is None or not len(domain.contact.nodes):
             return
-        count, coefficient = len(domain.contact.nodes), 0.0
         static_friction = self.kernel == "massless" and self.block > 1
         if scene.friction is not None:
-            self.friction, coefficient = (
-                make_friction(scene, domain, static_friction),
-                scene.friction.coefficient,
-            )
-        self.rows = ConstraintRows(count, self.slots, self.options.row_places, coefficient)
+            self.friction = make_friction(scene, domain, static_friction)
+        coefficients = row_coefficients(scene, self.slots)
+        self.rows = ConstraintRows(len(domain.contact.nodes), self.options.row_places, coefficients)
         if self.friction is not None:
             self.friction.rows = self.rows
             if isinstance(self.friction, LayeredFriction):
                 self.friction.find_partners(scene, domain, self.candidates, self.pairs, force)
             if self.pairs is not None:
-                self.pairs.set_friction(self.rows, coefficient)
+                self.pairs.set_friction(self.rows)
 
     @property
     def options(self) -> ContactOptions:
@@ -101,6 +99,7 @@ class ContactTerm:
             self.projected,
             self.pairs is not None,
             self.plain and self.pairs is not None,
+            friction is not None and friction.varied,
         )
 
     @property

@@ -13,7 +13,7 @@ from ..mesh.geometry import parallelepipeds
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
-from ..scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from ..scene.friction_models import Coulomb, FrictionLayer, FrictionTable, RegularizedCoulomb
 from ..scene.periodic import Images
 from .contact_graph import ContactGraph, residual_receivers
 
@@ -23,6 +23,7 @@ SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
 
 FRICTION_TERMS: dict[type, str] = {
     Coulomb: "coulomb-friction",
+    FrictionTable: "coulomb-friction",
     RegularizedCoulomb: "regularized-friction",
     FrictionLayer: "friction-layer",
 }

@@ -10,6 +10,7 @@ from ..kernels.columns import cell_groups, group_size
 from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
+from ..scene.friction_laws import law_data, varies
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
@@ -101,6 +102,7 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
             beside.append("static solve")
         if plan.scene.friction is not None and len(domain.contact.nodes):
             beside.append("friction")
+            beside += ["its coefficients"] if varies(plan.scene) else []
     if len(domain.support_rows):
         beside.append("support reactions")
     if len(domain.boundary) and domain.damping is not None:
@@ -164,7 +166,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             numbers = 7 + 6 * boundary + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
-            size = REAL * (2 + count * FRICTION_NODE)
+            laws = law_data(plan.scene, domain.pairs, contact.areas)
+            size = REAL * (2 + count * FRICTION_NODE + (0 if laws is None else len(laws)))
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene, domain)
     return result
 
@@ -179,7 +182,7 @@ def _row_width(plan: Plan, domain: Domain) -> int:
     now = scene.moving and (kicked or plan.contact_term == "impulse-contact")
     lifted = bool(domain.pairs and scene.obstacles) and massless and not static_friction
     vectors = now + (scene.moving and static_friction) + kicked + 3 * static_friction + lifted
-    return 7 + massless + 2 * has_friction + 3 * vectors
+    return 7 + massless + 2 * has_friction + 3 * (vectors + (has_friction and varies(scene)))
 
 
 def _layered(plan: Plan, domain: Domain) -> bool:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
 
 from ..base import validate
 from ..base.errors import InputError
@@ -15,17 +18,82 @@ FLUTTERS = 0.6  # coefficient above which flutter reduces friction in spite of i
 
 
 @dataclass(frozen=True)
-class Coulomb:
-    """Coulomb friction, |t| <= mu lambda, t against the slip; sticking nodes do not creep (METHOD 3).
+class NoFriction:
+    """No friction on one obstacle or in one pair of bodies, in place of `Scene.friction`."""
 
-    coefficient: mu [-], at least 0. With full removal the problem has one solution for mu up to about 1 on ordinary
-    meshes; a scene with more is warned about. Raises `InputError`.
+    coefficient: ClassVar[float] = 0.0
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Coulomb friction, |t| <= min(mu lambda, limit A), t against the slip; sticking nodes do not creep (METHOD 3).
+
+    coefficient: mu [-], at least 0, or in its place static and kinetic [-], at least 0, and decay [s/m] > 0:
+    mu = kinetic + (static - kinetic) exp(-decay |v|) with the slip speed v at the end of the step before, 0 where a
+    node sticks. limit [Pa]: largest shear stress on the area A of a contact node, None for none. With full removal the
+    problem has one solution for mu up to about 1 on ordinary meshes; a scene with more is warned about.
+    Raises `InputError`.
     """
 
-    coefficient: float
+    coefficient: float | None = None
+    static: float | None = None
+    kinetic: float | None = None
+    decay: float | None = None
+    limit: float | None = None
 
     def __post_init__(self) -> None:
-        validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
+        falling = {name: getattr(self, name) for name in ("static", "kinetic", "decay")}
+        if self.coefficient is not None or not any(value is not None for value in falling.values()):
+            if self.coefficient is None:
+                remedy = "give a number, or static, kinetic and decay in its place"
+                raise InputError("Coulomb.coefficient", None, remedy)
+            for name, value in falling.items():
+                if value is not None:
+                    remedy = "leave it out beside a coefficient, or give static, kinetic and decay without one"
+                    raise InputError(f"Coulomb.{name}", value, remedy)
+            validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
+        else:
+            for name, value in falling.items():
+                if value is None:
+                    raise InputError(f"Coulomb.{name}", None, "static, kinetic and decay come together: give a number")
+                validate.number(f"Coulomb.{name}", value, low=0.0, strict=name == "decay")
+        if self.limit is not None:
+            validate.number("Coulomb.limit", self.limit, low=0.0)
+
+
+@dataclass(frozen=True)
+class FrictionTable:
+    """Friction with a measured coefficient mu(slip speed, pressure), else as Coulomb's (METHOD 3).
+
+    speeds [m/s], pressures [Pa]: at least 0 and rising, one or several; coefficients [speeds, pressures] [-]: at least
+    0, flat where there is one speed or one pressure. mu is linear in both between them and constant beyond the ends; a
+    node that sticks has the speed 0, a node that slides that at the end of the step before. Raises `InputError`.
+    """
+
+    speeds: Any
+    pressures: Any
+    coefficients: Any
+
+    def __post_init__(self) -> None:
+        axes = {}
+        for name in ("speeds", "pressures"):
+            field, given = f"FrictionTable.{name}", getattr(self, name)
+            shape = validate.shape_of(field, given, "give a list of numbers")
+            if len(shape) > 1 or shape == (0,):
+                raise InputError(field, given, "give one number or a list of numbers")
+            values = np.atleast_1d(validate.floats(field, given, shape))
+            if values[0] < 0.0 or not (np.diff(values) > 0.0).all():
+                raise InputError(field, given, "give numbers of at least 0, each larger than the one before")
+            axes[name] = tuple(values.tolist())
+        field, counts = "FrictionTable.coefficients", tuple(map(len, axes.values()))
+        shape = validate.shape_of(field, self.coefficients, f"give numbers of shape {list(counts)}")
+        flat = min(counts) == 1 and shape == (max(counts),)
+        values = validate.floats(field, self.coefficients, shape if flat else counts).reshape(counts)
+        if (values < 0.0).any():
+            raise InputError(field, self.coefficients, "give numbers of at least 0")
+        for name, axis in axes.items():
+            object.__setattr__(self, name, axis)
+        object.__setattr__(self, "coefficients", tuple(map(tuple, values.tolist())))
 
 
 @dataclass(frozen=True)
@@ -103,12 +171,16 @@ class FrictionLayer:
             )
 
 
-FrictionModel = Coulomb | RegularizedCoulomb | FrictionLayer
+FrictionModel = Coulomb | FrictionTable | RegularizedCoulomb | FrictionLayer | NoFriction
 
 
 def coefficient_of(model: FrictionModel | None) -> float:
-    """Return the coefficient of friction of a model, 0 without one."""
-    return 0.0 if model is None else float(model.coefficient)
+    """Return the largest coefficient of friction of a model, 0 without one."""
+    if isinstance(model, FrictionTable):
+        return float(np.max(model.coefficients))
+    if isinstance(model, Coulomb) and model.coefficient is None:
+        return float(max(model.static, model.kinetic))  # type: ignore[type-var, arg-type]
+    return 0.0 if model is None else float(model.coefficient)  # type: ignore[arg-type]
 
 
 def law_of(model: FrictionModel | None) -> str:

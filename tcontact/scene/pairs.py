@@ -7,7 +7,6 @@ is the slave: its contact nodes get the constraint rows.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +32,7 @@ class Pair:
     """Two bodies that can touch each other, by name (`Body.name`, or "body-0", "body-1", ...).
 
     first, second: the names; forces in the history act on the first one. friction: the model between these two bodies
-    in place of `Scene.friction`; None takes `Scene.friction`. slave: the name of the body
+    in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`. slave: the name of the body
     whose contact nodes get the constraint rows; None chooses the softer one, then the one with the smaller faces.
     initial_gap: "as-meshed", or "closed": gaps and overlaps at the start below h^2 kappa / 8 (h: size of a face, kappa:
     curvature of the surface), which come from flat faces on curved surfaces, count as closed. Raises `InputError`.
@@ -70,7 +69,7 @@ class Pair:
 class BodyPair:
     """A pair by the numbers of its bodies in the scene; forces in the history act on `first`.
 
-    coefficient: of friction, 0 without any.
+    friction: the model between the two, None for none.
     """
 
     name: str
@@ -78,7 +77,12 @@ class BodyPair:
     second: int
     slave: int
     initial_gap: str = "as-meshed"
-    coefficient: float = 0.0
+    friction: FrictionModel | None = None
+
+    @property
+    def coefficient(self) -> float:
+        """The largest coefficient of friction, 0 without any."""
+        return coefficient_of(self.friction)
 
     @property
     def master(self) -> int:
@@ -101,21 +105,6 @@ def checked_pairs(given: Any) -> Any:
             raise InputError("Scene.pairs", pair.name, "name each pair once")
         seen.add(bodies)
     return tuple(pairs)
-
-
-def joint_friction(friction: FrictionModel | None, pairs: Any) -> FrictionModel | None:
-    """Return the friction of a scene that has some in its pairs; obstacles have the coefficient 0 if it had none.
-
-    Raises `InputError` if the models differ in more than the coefficient.
-    """
-    for pair in pairs if isinstance(pairs, tuple) else ():
-        if pair.friction is not None:
-            frictionless = dataclasses.replace(pair.friction, coefficient=0.0)
-            friction = frictionless if friction is None else friction
-            if friction != dataclasses.replace(pair.friction, coefficient=friction.coefficient):
-                remedy = f"friction in a scene differs in its coefficient only; elsewhere it is {friction}"
-                raise InputError("Pair.friction", pair.friction, remedy)
-    return friction
 
 
 def hindrance(scene: Any) -> str:
@@ -149,7 +138,7 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
             slave = min(first, second, key=ranks.__getitem__)
             if may_meet(scene, first, second) and not _held(scene.bodies[slave]):
                 name = f"{scene.label(first)}-{scene.label(second)}"
-                found.append(BodyPair(name, first, second, slave, coefficient=coefficient_of(scene.friction)))
+                found.append(BodyPair(name, first, second, slave, friction=scene.friction))
         _check_pair_names(found)
         return tuple(found)
     labels = [scene.label(index) for index in range(len(scene.bodies))]
@@ -169,8 +158,8 @@ def pairs_of(scene: Any) -> tuple[BodyPair, ...]:
                 "supports hold some of its contact nodes, which cannot be slaves: make the other body the slave, or"
             )
             raise InputError("Pair.slave", labels[slave], f"{remedy} leave the held nodes out of Body.contact")
-        coefficient = coefficient_of(pair.friction or scene.friction)
-        found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap, coefficient))
+        friction = scene.friction if pair.friction is None else pair.friction
+        found.append(BodyPair(pair.name, first, second, slave, pair.initial_gap, friction))
     _check_pair_names(found)
     _check_order(found, labels)
     return tuple(found)

@@ -15,10 +15,11 @@ from ..base.errors import InputError
 from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
-from .friction_models import Coulomb, FrictionLayer, FrictionModel, RegularizedCoulomb, coefficient_of
+from .friction_laws import joint_friction, laws_in_use
+from .friction_models import FrictionModel, coefficient_of
 from .layer_metals import check_metals
 from .obstacles import Obstacle
-from .pairs import BodyPair, Pair, checked_pairs, hindrance, joint_friction, meeting_faces, pairs_of
+from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
 from .periodic import check_obstacles
 from .reach import with_reached_faces
 
@@ -34,9 +35,10 @@ class Scene:
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
     duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
     pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
-    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: "auto" (those whose contact
-    faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two bodies meet that are no
-    pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
+    `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs without their own; if
+    only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch each other: "auto"
+    (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two
+    bodies meet that are no pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
     Raises `InputError`.
     """
 
@@ -75,10 +77,11 @@ class Scene:
             raise InputError(
                 "Scene.viscosity", self.viscosity, "give tcontact.BulkViscosity(linear, quadratic) or None"
             )
-        if self.friction is not None and not isinstance(self.friction, (Coulomb, RegularizedCoulomb, FrictionLayer)):
-            raise InputError("Scene.friction", self.friction, "give Coulomb, RegularizedCoulomb, FrictionLayer or None")
+        if self.friction is not None and not isinstance(self.friction, FrictionModel):
+            remedy = "give Coulomb, FrictionTable, RegularizedCoulomb, FrictionLayer or None"
+            raise InputError("Scene.friction", self.friction, remedy)
         object.__setattr__(self, "pairs", checked_pairs(self.pairs))
-        object.__setattr__(self, "friction", joint_friction(self.friction, self.pairs))
+        object.__setattr__(self, "friction", joint_friction(self))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
@@ -129,7 +132,7 @@ class Scene:
     @property
     def largest_friction(self) -> float:
         """Return the largest coefficient of friction, of obstacles and of pairs of bodies; 0 without friction."""
-        return max([coefficient_of(self.friction), *(pair.coefficient for pair in self.body_pairs)])
+        return max(map(coefficient_of, laws_in_use(self) or [self.friction]))
 
     @property
     def moving(self) -> bool:

@@ -58,7 +58,6 @@ class PairContact:
         self._closed = np.zeros(self._count)  # gaps [m] of the contact nodes that count as 0
         self._coefficients = np.array([pair.coefficient for pair in domain.pairs])
         self._rows: ConstraintRows | None = None  # with friction
-        self._obstacle_coefficient = 0.0
         self._candidates = [np.zeros((0, 2), dtype=np.int64) for _ in self.facings]
         self._searched = np.full((len(self._nodes), 3), np.nan)
         self._slip = SLIP if tolerance is None else SLIP * min(1.0, tolerance / TIGHT)
@@ -69,9 +68,9 @@ class PairContact:
         self.values = arrays.put(np.zeros(at.VALUES_HEADER))
         self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
-    def set_friction(self, rows: ConstraintRows, coefficient: float) -> None:
-        """Take over the constraint rows, to which every rebuild gives their coefficient; coefficient: of obstacles."""
-        self._rows, self._obstacle_coefficient = rows, coefficient
+    def set_friction(self, rows: ConstraintRows) -> None:
+        """Take over the constraint rows, to which every rebuild gives their coefficient."""
+        self._rows = rows
         self._store([empty() for _ in self.facings], np.zeros_like(self._reference), stale=1.0)
 
     def rebuild(self, u: np.ndarray) -> None:
@@ -209,7 +208,7 @@ class PairContact:
             pairs = np.concatenate(sides) // 2
             of = np.repeat(np.arange(rows), np.diff(first))
             totals = np.bincount(of, weights * self._coefficients[pairs], rows)
-            self._rows.set_coefficients(self._obstacle_coefficient, slaves, totals.clip(0.0))
+            self._rows.set_coefficients(slaves, totals.clip(0.0))
         header = np.zeros(at.LISTS_HEADER, dtype=np.int64)
         header[at.ROWS], header[at.SURFACE_NODES], header[at.PAIRS] = rows, len(self._nodes), len(self._first)
         for sections, start in ((whole, at.LISTS_HEADER), (real, at.VALUES_HEADER)):

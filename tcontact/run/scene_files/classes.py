@@ -8,7 +8,7 @@ from typing import Any
 from ...friction_layer import metals
 from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
 from ...scene.dissipation import BulkViscosity, Damping
-from ...scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
+from ...scene.friction_models import Coulomb, FrictionLayer, FrictionTable, NoFriction, RegularizedCoulomb
 from ...scene.materials import LAWS
 from ...scene.metals import HARDENINGS, ElastoPlastic, MieGrueneisen
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
@@ -22,13 +22,15 @@ CLASSES: dict[str, dict[str, type]] = {
     "pressure": {"MieGrueneisen": MieGrueneisen},
     "obstacles": {kind.__name__: kind for kind in (Plane, Sphere, Cylinder, Box, Sdf)},
     "contact": {kind.__name__: kind for kind in (MasslessContact, PenaltyContact, ImpulseContact)},
-    "friction": {kind.__name__: kind for kind in (Coulomb, RegularizedCoulomb, FrictionLayer)},
+    "friction": {
+        kind.__name__: kind for kind in (Coulomb, FrictionTable, RegularizedCoulomb, FrictionLayer, NoFriction)
+    },
     "damping": {kind.__name__: kind for kind in Damping.__subclasses__()},
     "viscosity": {"BulkViscosity": BulkViscosity},
     "metal": {"Metal": metals.Metal},
     "scheme": dict(SCHEMES),
 }
-NESTED = ("hardening", "pressure")  # arguments that are objects of plain data themselves
+NESTED = ("hardening", "pressure", "friction")  # arguments that are objects of plain data themselves
 METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
 SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # places that may be "none"
 RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")

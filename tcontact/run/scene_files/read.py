@@ -168,8 +168,10 @@ class Reader:
         if data.get("type") != "Sdf":
             return self.plain(place, data, "obstacles")
         values = {key: value for key, value in data.items() if key != "type"}
+        if "friction" in values:
+            values["friction"] = self.plain(f"{place}.friction", values["friction"], "friction")
         if isinstance(data.get("surface"), str):
-            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal"])
+            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal", "friction"])
             self.find_metal(place, values)
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)

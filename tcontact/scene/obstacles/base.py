@@ -11,6 +11,7 @@ import numpy as np
 from ...base import validate
 from ...base.errors import InputError
 from ...friction_layer.metals import checked_metal
+from ..friction_models import FrictionModel
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -22,6 +23,7 @@ class Obstacle:
     from t = 0 until up to one step after the duration, where the last row lies. metal: a `friction_layer.Metal`, in
     which the `FrictionLayer` of what slides on the obstacle has a second side: conduction then divides the heat
     between both. None: the layer has one side, and its heat_share divides it. Other friction does not use it.
+    friction: the model on this obstacle in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.
     """
@@ -30,6 +32,7 @@ class Obstacle:
     velocity: Any = None
     angular_velocity: Any = None
     metal: Any = None
+    friction: FrictionModel | None = None
     shape: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -40,6 +43,9 @@ class Obstacle:
             if "/" in self.name or not self.name.isprintable():  # columns of history and result files have the name
                 raise InputError(f"{kind}.name", self.name, "leave out '/' and characters that cannot be printed")
         checked_metal(f"{kind}.metal", self.metal)
+        if self.friction is not None and not isinstance(self.friction, FrictionModel):
+            remedy = "give a model such as tcontact.Coulomb(0.3) or NoFriction(), or None for Scene.friction"
+            raise InputError(f"{kind}.friction", self.friction, remedy)
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
             if value is not None and not isinstance(value, Callable):  # type: ignore[arg-type]

@@ -16,6 +16,7 @@ from ...base.errors import InputError
 from ...planning.planning import Plan
 from ...scene.cell_blocks import AVERAGED
 from ...scene.contact_models import ImpulseContact
+from ...scene.friction_models import NoFriction
 from ...scene.scene import Scene
 from .solution.describe import describe
 from .solution.rule import ImplicitRule
@@ -36,6 +37,10 @@ class ImplicitScheme(ImplicitRule):
     def check(self, planned: Plan) -> None:
         """Refuse terms that implicit steps do not have. Raises `InputError`."""
         scene = planned.scene
+        for number, obstacle in enumerate(scene.obstacles):
+            if not isinstance(obstacle.friction, NoFriction | None):
+                remedy = f"{self.name} takes none; leave it at None or use scheme='central-difference'"
+                raise InputError(f"Scene.obstacles[{number}].friction", obstacle.friction, remedy)
         for field in ("friction", "damping", "viscosity"):
             if getattr(scene, field) is not None:
                 remedy = f"{self.name} takes none; leave it at None or use scheme='central-difference'"
