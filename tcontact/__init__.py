@@ -58,6 +58,7 @@ from .scene.body import Body, Support  # noqa: E402
 from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb  # noqa: E402
+from .scene.loads import Load  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
@@ -99,6 +100,7 @@ __all__ = [
     "LayerWarning",
     "LinearElastic",
     "LinearHardening",
+    "Load",
     "LockingWarning",
     "MassDamping",
     "MasslessContact",
