@@ -22,6 +22,7 @@ from ..kernels.load_places import (
 from ..mesh.mesh import Mesh
 from ..scene.body import Body
 from ..scene.loads import Load
+from ..scene.periodic import Images
 from ..scene.time_functions import TimeFunction
 from .body_plan import BodyPlan
 from .domain import Domain
@@ -68,11 +69,13 @@ class PackedLoads:
     own: tuple[OwnForce, ...]
 
 
-def shares_of(load: Load, mesh: Mesh) -> Shares:
-    """Return the shares of the nodes of a mesh in a load."""
+def shares_of(load: Load, mesh: Mesh, images: Images | None) -> Shares:
+    """Return the shares of the nodes of a mesh in a load; images: of a periodic body."""
     none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if load.on_nodes(mesh):
         nodes = load.nodes(mesh)
+        if load.own and images is not None:
+            nodes = np.unique(images.master[nodes])
         weights = np.full(len(nodes), 1.0 if load.own else 1.0 / len(nodes))
         groups = np.arange(len(nodes)) if load.own else np.zeros(len(nodes), dtype=np.int64)
         return Shares(nodes, weights, groups, np.zeros((0, 4), dtype=np.int64), none)
@@ -114,10 +117,10 @@ def pack_loads(domain: Domain) -> PackedLoads | None:
     for body, start in zip(domain.bodies, domain.node_start, strict=False):
         place, master = _numbering(body, int(start))
         for load in body.body.loads:
-            shares = shares_of(load, body.body.mesh)
+            shares = shares_of(load, body.body.mesh, body.body.images)
             components = 1 if load.kind == "pressure" else 3
             if load.own:
-                nodes = np.unique(master[shares.nodes])
+                nodes = place[shares.nodes]
                 own.append(OwnForce(load, nodes, width))
                 entries.append((nodes, np.ones(len(nodes)), width + 3 * np.arange(len(nodes))))
                 width += 3 * len(nodes)
@@ -147,6 +150,15 @@ def pack_loads(domain: Domain) -> PackedLoads | None:
     head[STRIDE], head[PULLS], head[ASKS] = width if rows > 1 else 0, domain.pulled, bool(own)
     data = np.concatenate([head, nodes.ravel(), entry_list.ravel(), face_list.ravel(), np.zeros(rows * width)])
     return PackedLoads(data, len(data) - rows * width, width, rows, tuple(functions), tuple(own))
+
+
+def constant_forces(plan: BodyPlan) -> np.ndarray:
+    """Return the sum [n, 3] [N] of the constant tractions and forces on every node of a body without images."""
+    result = np.zeros_like(plan.reference)
+    for load in plan.body.loads:
+        shares = shares_of(load, plan.body.mesh, None)
+        np.add.at(result, plan.place[shares.nodes], shares.weights[:, None] * np.asarray(load.value))
+    return result
 
 
 def _numbering(body: BodyPlan, start: int) -> tuple[np.ndarray, np.ndarray]:

@@ -78,8 +78,8 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
         if len(domain.contact.nodes):
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
-            groups += ["pair"] * len(domain.pairs)
     groups += ["applied"] if domain.loaded else []
+    groups += ["pair"] * len(domain.pairs)
     return tuple(groups)
 
 
