@@ -8,9 +8,9 @@ The data begin with the numbers below: counts and switches, whole numbers as flo
     rows     [levels, STRIDE]: numbers of a time level: gravity (3) if it is a function of time, then those of the loads
 """
 
-# row length, 0 if one row holds at every level; counts; place of their sums in `sums`; 1: gravity is a function of time;
-# 1: some forces depend on positions and velocities, so that the host computes the row as soon as the nodes have moved;
-# 1: a level has been measured
+# row length, 0 if one row holds at every level; counts; place of their sums in `sums`; 1: gravity is a function of
+# time; 1: some forces depend on positions and velocities, so that the host computes the row as soon as the nodes have
+# moved; 1: a level has been measured
 STRIDE, NODES, ENTRIES, FACES, SUMS_AT, PULLS, ASKS, STARTED = range(8)
 HEAD = 8
 NODE, ENTRY, FACE = 10, 3, 9

@@ -12,8 +12,8 @@ load_places.py says where the data stand.
 import taichi as ti
 
 from ..columns import APPLIED
-from ..language.entries import put_three, row, three
 from ..lanes import GRAVITY, KICK_BEFORE
+from ..language.entries import put_three, row, three
 from ..load_places import (
     ASKS,
     ENTRIES,

@@ -21,7 +21,9 @@ class AppliedLoads:
     fails, it keeps its value, and `prepare` raises before anything moves from that level on.
     """
 
-    def __init__(self, domain: Domain, packed: PackedLoads, load: arrays.Array, gravity: TimeFunction, sums: int) -> None:
+    def __init__(
+        self, domain: Domain, packed: PackedLoads, load: arrays.Array, gravity: TimeFunction, sums: int
+    ) -> None:
         self._load, self._first = load, 3 * len(domain.boundary)
         self._at, self.width, self._rows = self._first + packed.table, packed.width, packed.rows
         self.functions, self._own = list(packed.functions), packed.own
@@ -29,7 +31,7 @@ class AppliedLoads:
             self.functions.append((gravity, 0))
         self._next = np.zeros(self.width)
         self._prepared: tuple[float, ...] = ()
-        self._failed, self._reason = -1, ""  # own force that failed, and why
+        self._failed, self._reason, self._told = -1, "", False  # own force that failed, why, and whether it was raised
         self._reference = domain.reference
         boundary = np.full(len(domain.reference), -1)
         boundary[domain.boundary] = np.arange(len(domain.boundary))
@@ -58,8 +60,8 @@ class AppliedLoads:
 
     def prepare(self, time: float, before: float, after: float, rows: int) -> None:
         """Compute the rows of levels time + after, ..., see `Timed`."""
-        if self._failed >= 0:
-            load, self._failed = self._own[self._failed].load, -1
+        if self._failed >= 0 and (after > 0.0 or not self._told):
+            load, self._told = self._own[self._failed].load, True
             raise FunctionError(f"Load.force on {load.set!r}", load.value, self._reason)
         wanted = (time, after, float(rows))
         if after <= 0.0 or wanted == self._prepared:
@@ -85,7 +87,7 @@ class AppliedLoads:
             try:
                 self._put(own.place, own.load.own_force(positions, velocities, time))
             except FunctionError as error:
-                self._failed, self._reason = index, error.remedy
+                self._failed, self._reason, self._told = index, error.remedy, False
         arrays.set_values(self._load, self._next, self._at)
 
     def _positions(self, u: arrays.Array, nodes: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Pack the loads of a domain for the kernels (kernels/load_places.py): shares of nodes and faces, and their functions."""
+"""Pack the loads of a domain for the kernels (kernels/load_places.py): shares of nodes and faces, and functions."""
 
 from __future__ import annotations
 

@@ -154,7 +154,8 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
         normals = own_normals(body)
     else:
         obstacles = [
-            scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
+            scene.obstacles[number]
+            for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
         ]
         normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)

@@ -126,7 +126,7 @@ class Load:
         """Check set and functions on a body, these at t = 0; velocity [n, 3]: at the start. Raises `InputError`."""
         if self.on_nodes(mesh):
             nodes = self.nodes(mesh)
-        elif images is not None and repeated_faces(images, mesh, self.faces(mesh)).any():
+        elif repeated_faces(images, mesh, self.faces(mesh)).any() if images is not None else not len(self.faces(mesh)):
             raise InputError("Load.set", self.set, "it has faces on periodic sides, which are no surface")
         if self.own:
             self.own_force(mesh.nodes[nodes], velocity[nodes], 0.0)
@@ -159,7 +159,8 @@ class Load:
         """Return the load with a function of time alone, whose values tell functions of other parameters apart."""
         if self.placed:
             function = self.function(mesh)
-            return replace(self, **{self.kind: lambda t: checksum(function.at(np.array([t])))})
+            changed: dict[str, Any] = {self.kind: lambda t: checksum(function.at(np.array([t])))}
+            return replace(self, **changed)
         if self.own:
             nodes = mesh.nodes[self.nodes(mesh)]
             return replace(self, force=lambda t: checksum(self.own_force(nodes, np.zeros_like(nodes), t)))

@@ -33,11 +33,11 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
-    duration [s] > 0; gravity: vector [m/s^2], function of time f(t) -> [3] or None; contact: how contact is resolved, or None to let bodies
-    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
-    `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: "auto" (those whose contact
-    faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two bodies meet that are no
-    pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
+    duration [s] > 0; gravity [m/s^2]: vector, function of time f(t) -> [3], or None; contact: how contact is resolved,
+    or None to let bodies pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None;
+    friction: `Coulomb`, `RegularizedCoulomb`, `FrictionLayer` or None; pairs: which bodies touch each other: "auto"
+    (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two
+    bodies meet that are no pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
     Raises `InputError`.
     """
 
