@@ -19,6 +19,7 @@ The rooms, from top to bottom; each imports only what stands below it:
     node_places places of the data of MPRGP; host and kernels share it
     pair_places places of the rows of pairs of bodies; host and kernels share it
     volume_places  places of volume changes averaged at nodes; host and kernels share it
+    load_places places of the data of loads; host and kernels share it
     lanes       sizes and places that the host and the kernels agree on
 
 `cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and

@@ -11,6 +11,7 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
                      static solve
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
     pair             loads and rows of each pair of bodies
+    applied          loads other than gravity, and gravity where it is a function of time
     host, layers, pairs   numbers that the host measures
 """
 
@@ -22,6 +23,7 @@ FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "v
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
 PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
 HEATED = "friction layers of metals"
+APPLIES, PULLED = "loads", "gravity as a function of time"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -86,6 +88,13 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            PLASTIC_HOURGLASS, integral_of="hourglass_step", rule="sum", energy="dissipated"),
     Column("temperature_max", "K", "highest temperature of a metal", 1, ("plastic",), PLASTIC, "max"),
     Column("plastic_strain_max", "1", "largest plastic strain", 1, ("plastic",), PLASTIC, "max"),
+    Column("applied_force", "N", "force of the loads, without gravity", 3, ("applied",), APPLIES),
+    Column("applied_impulse", "N s", "impulse of the loads so far", 3, (), APPLIES, integral_of="applied_force",
+           impulse=True),
+    Column("applied_work", "J", "work of the loads so far, part of `external_work`", 1, (), APPLIES,
+           integral_of="applied_step", rule="sum"),
+    Column("gravity_impulse", "N s", "impulse of gravity so far", 3, (), PULLED, integral_of="gravity_force",
+           impulse=True),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),
@@ -105,6 +114,15 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("layer_error", "1", "estimated error of a layer step", 1, ("layers",), LAYERS, "max"),
     Column("layer_substeps", "1", "layer steps in a mechanical step", 1, ("layers",), LAYERS, "max"),
     Column("mass_displacement", "kg m", "sum of m u over the ordinary nodes", 3, ("nodes",), RAW_ONLY, shown=False),
+    Column("applied_step", "J", "work of the loads in the step before", 1, ("applied",), APPLIES, shown=False),
+    Column("applied_kick", "J", "kinetic energy that the loads give nodes at rest in half a step", 1, ("applied",),
+           APPLIES, shown=False),
+    Column("gravity", "m/s^2", "gravity of the level", 3, ("applied",), RAW_ONLY, shown=False),
+    Column("half_step", "s", "half the step that ended at the level", 1, ("applied",), RAW_ONLY, shown=False),
+    Column("gravity_kick", "J", "the same for gravity", 1, ("host",), PULLED, shown=False),
+    Column("gravity_force", "N", "gravity times mass", 3, ("host",), PULLED, shown=False),
+    Column("gravity_power", "W", "power of gravity", 1, ("host",), PULLED, shown=False),
+    Column("gravity_work", "J", "work of gravity so far", 1, (), PULLED, integral_of="gravity_power", shown=False),
     Column("load_work", "J", "work of the dead loads", 1, ("boundary",), shown=False),
     Column("support_power", "W", "power of the supports", 1, ("support",), shown=False),
     Column("support_work", "J", "work of the supports so far", integral_of="support_power", shown=False),
@@ -171,3 +189,4 @@ SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
 CONTACT = places("contact")
 OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
 PAIR_LOAD, PAIR_LOADS = places("pair"), group_size("pair")
+APPLIED = places("applied")

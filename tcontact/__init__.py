@@ -60,6 +60,7 @@ from .scene.body import Body, Support  # noqa: E402
 from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, FrictionTable, NoFriction, RegularizedCoulomb  # noqa: E402
+from .scene.loads import Load  # noqa: E402
 from .scene.materials import LinearElastic, Material, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff  # noqa: E402
 from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
@@ -103,6 +104,7 @@ __all__ = [
     "LayerWarning",
     "LinearElastic",
     "LinearHardening",
+    "Load",
     "LockingWarning",
     "MassDamping",
     "MasslessContact",

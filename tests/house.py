@@ -50,6 +50,7 @@ KERNEL_ROOMS = (
     "node_places",
     "pair_places",
     "volume_places",
+    "load_places",
     "lanes",
 )
 HEAVY = {"taichi", "matplotlib", "PIL", "rich", "h5py", "meshio", "imageio_ffmpeg", "scipy", "vtk"}

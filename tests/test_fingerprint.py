@@ -151,7 +151,13 @@ CHANGES = {
             "material": tc.LinearElastic(**ROUND), "velocity": lambda b: _with(b, "velocity", 0.1 * b.mesh.nodes),
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
+            "loads": [tc.Load("zmax", pressure=1e3)],
         },
+    ),
+    tc.Load: (
+        tc.Load("zmax", pressure=1e3),
+        {"set": "xmax", "pressure": 1.1e3, "traction": lambda s: tc.Load("zmax", traction=(0.0, 0.0, 1e3)),
+         "force": lambda s: tc.Load("zmax", force=(0.0, 0.0, 1e3))},
     ),
     tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),
     tc.Mesh: (
@@ -179,7 +185,7 @@ def scheme_sample(kind):
 def classes():
     """Every class that a scene or a scheme consists of."""
     named = {kind for kinds in CLASSES.values() for kind in kinds.values()}
-    return sorted({*named, tc.Scene, tc.Body, tc.Support, tc.Mesh}, key=lambda kind: kind.__name__)
+    return sorted({*named, tc.Scene, tc.Body, tc.Support, tc.Load, tc.Mesh}, key=lambda kind: kind.__name__)
 
 
 def placed(thing):
@@ -194,6 +200,8 @@ def placed(thing):
         bodies, place = [_with(body, "mesh", thing)], "bodies[0].mesh."
     elif isinstance(thing, tc.Support):
         bodies, place = [_with(body, "supports", [thing])], "bodies[0].supports[0]."
+    elif isinstance(thing, tc.Load):
+        bodies, place = [_with(body, "loads", [thing])], "bodies[0].loads[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:
@@ -268,6 +276,27 @@ def test_spin_functions_are_compared_too():
     one, other = (tc.Sphere((0, 0, -2.0), angular_velocity=pulse(1e-4, 1e-5, height)) for height in (1.0, 1.1))
     with pytest.raises(tc.InputError, match="angular_velocity"):
         compare(fingerprint(scene(wall=one), "x"), fingerprint(scene(wall=other), "x"))
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_functions_of_loads_and_gravity_are_compared_by_their_values(number):
+    """Those of place at the faces of the set, own forces on the nodes at rest; not by name."""
+
+    def physics(height):
+        f = pulse(1e-4, 1e-5, height)
+        load = [
+            lambda: tc.Load("zmax", pressure=lambda t: f(t)[2]),
+            lambda: tc.Load("zmax", traction=lambda t, x: f(t) + x),
+            lambda: tc.Load("zmax", force=lambda x, v, t: f(t) + x),
+            lambda: None,
+        ][number]()
+        gravity = f if load is None else None
+        body = tc.Body(BOX, tc.NeoHookean(**ROUND), loads=[load] if load else [])
+        return fingerprint(tc.Scene([body], duration=1e-3, gravity=gravity), "x")
+
+    compare(physics(1.0), physics(1.0))
+    with pytest.raises(tc.InputError, match="function"):
+        compare(physics(1.0), physics(1.1))
 
 
 def test_a_function_with_two_values_at_one_time_is_refused_by_name():

@@ -9,6 +9,7 @@ import pytest
 
 import tcontact as tc
 from tcontact.kernels.columns import (
+    APPLIES,
     COLUMNS,
     DAMPED,
     FRICTION,
@@ -19,6 +20,7 @@ from tcontact.kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PULLED,
     VISCOUS,
     group_columns,
 )
@@ -138,7 +140,20 @@ def test_a_thinned_history_has_the_sums_of_every_row():
         assert np.array_equal(thin.columns()[name], whole[name][[0, 5, 10, 11]]), name
 
 
-TERMS = [DAMPED, FRICTION, HEATED, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS]
+TERMS = [
+    APPLIES,
+    DAMPED,
+    FRICTION,
+    HEATED,
+    HOURGLASS,
+    LAYERS,
+    LOADS,
+    PAIRED,
+    PLASTIC,
+    PLASTIC_HOURGLASS,
+    PULLED,
+    VISCOUS,
+]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):

@@ -147,6 +147,11 @@ def uneven(nodes):
 SUMS = ("contact_force", "momentum", "kinetic", "elastic", "external_work", "support_force", "friction_work")
 HELD = [tc.Support("zmax", "x", velocity=0.1)]
 NORMAL, FULL = (tc.MasslessContact(removal, tolerance=1e-12) for removal in ("normal", "full"))
+LOADS = [
+    tc.Load("zmin", pressure=lambda t: 1e4 * np.cos(800.0 * t)),
+    tc.Load("zmax", traction=(2e3, 0.0, -3e4)),
+    tc.Load("zmin", force=lambda x, v, t: -5.0 * v),
+]
 CUTS = {
     "normal removal": ("hex8", "linear", {"contact": NORMAL}, {}),
     "full removal, tets, damping": (
@@ -177,6 +182,13 @@ CUTS = {
     ),
     "impulse": ("hex8", "linear", {"contact": tc.ImpulseContact()}, {}),
     "prisms, full removal": ("wedge6", "linear", {"contact": FULL}, {}),
+    "normal removal, loads": ("hex8", "linear", {"contact": NORMAL}, {"loads": LOADS[:2]}),
+    "full removal, own force, gravity in time": (
+        "hex8",
+        "linear",
+        {"contact": FULL, "gravity": lambda t: (30.0, 0.0, -9e5 * t)},
+        {"loads": LOADS},
+    ),
     "mean dilatation": ("hex8", "neo", {"contact": FULL}, {"formulation": "mean-dilatation"}),
 }
 LONG = ("mean dilatation", "normal removal, friction")  # to compile; the layers are friction with normal removal too
@@ -212,7 +224,7 @@ def test_one_period_is_what_many_periods_are(name):
     dt = 0.5 * tc.simulate(dataclasses.replace(scene, duration=1e-9)).dt_limit
     one, many = (simulate(whole, dt=dt) for whole in (scene, large))
     assert np.abs(one.history["contact_force"][:, 2]).max() > 0.0
-    for column in SUMS:
+    for column in (*SUMS, *(name for name in one.history if name.startswith(("applied", "gravity")))):
         scale = np.abs(one.history[column]).max()
         assert np.abs(many.history[column] / periods - one.history[column]).max() <= 1e-8 * scale, column
     for field in (lambda r: r.position - r.scene.bodies[0].mesh.nodes, lambda r: r.velocity):

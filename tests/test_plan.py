@@ -11,8 +11,9 @@ FLOOR = tc.Plane(point=(0.0, 0.0, -1.0))
 FULL_MEMORY = {"state", "internal-force", "boundary-nodes"}
 
 
-def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True, friction=None):
-    body = tc.Body(block(cells=2), material("linear"), contact="zmin" if touching else None, supports=supports)
+def scene_with(obstacles=(), contact=None, gravity=None, supports=(), touching=True, friction=None, loads=()):
+    touches = "zmin" if touching else None
+    body = tc.Body(block(cells=2), material("linear"), contact=touches, supports=supports, loads=loads)
     return tc.Scene(
         bodies=[body], obstacles=obstacles, duration=1e-5, gravity=gravity, contact=contact, friction=friction
     )
@@ -34,6 +35,16 @@ SCENES = {
     "gravity": (scene_with(gravity=PULL), ["internal-force", "gravity", "ledger"], {"state", "internal-force"}),
     "zero gravity": (scene_with(gravity=(0, 0, 0.0)), ["internal-force", "ledger"], {"state", "internal-force"}),
     "supports": (scene_with(supports=HELD), ["internal-force", "supports", "ledger"], FULL_MEMORY | {"supports"}),
+    "loads": (
+        scene_with(loads=[tc.Load("zmax", pressure=1e3), tc.Load("xmin", force=lambda t: (t, 0.0, 0.0))]),
+        ["internal-force", "loads", "ledger"],
+        FULL_MEMORY,
+    ),
+    "gravity in time": (
+        scene_with(gravity=lambda t: (0.0, 0.0, -t)),
+        ["internal-force", "gravity", "ledger"],
+        FULL_MEMORY,
+    ),
     "massless": (
         scene_with([FLOOR], tc.MasslessContact()),
         ["internal-force", "massless-contact", "ledger"],
@@ -121,7 +132,7 @@ name = sys.argv[1]
 before = {m for m in sys.modules if m.startswith("tcontact.")}
 scene, _, _ = test_plan.SCENES[name]
 tc.plan(scene)
-tables = (".lanes", ".columns", ".node_places", ".pair_places", ".volume_places")
+tables = (".lanes", ".columns", ".node_places", ".pair_places", ".volume_places", ".load_places")
 kernels = [m for m in sys.modules if m.startswith("tcontact.kernels.") and not m.endswith(tables)]
 assert not kernels and "taichi" not in sys.modules, "planning needs no kernels"
 result = tc.simulate(scene, threads=2)
@@ -134,8 +145,8 @@ modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswit
 print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
 UNUSED = {  # parts of names of kernel modules, rooms among them, and of factories
-    "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster"),
-    "massless": ("contact_load", "kick_friction", "layer1d", "images", "raster"),
+    "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster", "nodes.loads"),
+    "massless": ("contact_load", "kick_friction", "layer1d", "images", "raster", "nodes.loads"),
     "penalty": ("massless", "static", "surface", "kick_friction", "layer1d", "images", "raster"),
     "coulomb": ("contact_load", "kick_friction", "layer1d", "images", "raster"),
     "friction layer": ("contact_load", "images", "raster"),

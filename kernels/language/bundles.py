@@ -56,6 +56,7 @@ class Body(NamedTuple):
 class Boundary(NamedTuple):
     """Boundary nodes, the contact nodes first: nodes [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
+    Behind f_ext stand the data of loads other than constant gravity, if there are any (load_places.py).
     sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
 

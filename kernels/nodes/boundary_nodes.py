@@ -9,8 +9,8 @@ since the static solve places them. special_force is the internal force less the
 import taichi as ti
 
 from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
-from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
-from ..language.entries import row
+from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
+from ..language.entries import row, three
 from .damping import damping_force
 
 
@@ -34,8 +34,17 @@ def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
 
 
 @ti.func
-def kick_and_drift(body: ti.template(), boundary: ti.template()):
-    """Advance u and v of the boundary nodes by the steps in `params`; sum up energy and momentum at time level n."""
+def weight(body: ti.template(), boundary: ti.template(), s):
+    """Return M g of boundary node s."""
+    return symmetric(boundary.mass, s) @ three(body.params, GRAVITY)
+
+
+@ti.func
+def kick_and_drift(body: ti.template(), boundary: ti.template(), loaded: ti.template()):
+    """Advance u and v of the boundary nodes by the steps in `params`; sum up energy and momentum at time level n.
+
+    loaded: name of the term of loads other than gravity (loads.py), whose work is counted apart; "" without.
+    """
     kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
     for s in range(boundary.nodes.shape[0]):
@@ -49,7 +58,10 @@ def kick_and_drift(body: ti.template(), boundary: ti.template()):
         for j in ti.static(range(3)):
             sums[BOUNDARY.momentum + j] += momentum[j]
             sums[BOUNDARY.angular_momentum + j] += spin[j]
-        sums[BOUNDARY.load_work] += row(boundary.load, s).dot(displacement)
+        if ti.static(loaded != ""):
+            sums[BOUNDARY.load_work] += weight(body, boundary, s).dot(displacement)
+        else:
+            sums[BOUNDARY.load_work] += row(boundary.load, s).dot(displacement)
         velocity += kick_after * acceleration
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]

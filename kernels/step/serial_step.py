@@ -12,6 +12,8 @@ are measured here. If they are many, the kernel ends where a measure is needed a
 a parallel pass over them. A small domain (few cells in all its bodies) starts at `pass` and does many rows; one loop
 over cells serves force passes and measures. The kernel ends early at a row that the host must check (`suspicious`).
 With friction layers it ends after the contact load, so that the layers take their step, and is started again at `kick`.
+Loads of the next level are applied once the nodes have moved, before the static solve. Where they depend on positions
+and velocities, the kernel ends there, and is started again at `loads` after the host has computed them.
 The force of viscous contact cells (cell_viscosity.py) is computed before each row and in each measure, here or, if they
 are many, in a parallel pass before the launch; started at `viscous`, the kernel does only that.
 
@@ -39,14 +41,14 @@ from .raw_rows import log_row, row_width
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
 # measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
-# of bodies must be built anew; limit of the number of nodes in contact
+# of bodies must be built anew; limit of the number of nodes in contact; 1: the host must compute the loads
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT = 11, 12, 13
-CONTROL = 14
+RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT, WANTS_LOADS = 11, 12, 13, 14
+CONTROL = 15
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
-STOP, VISCOUS = 6, 7
+STOP, VISCOUS, LOADS = 6, 7, 8
 
 
 @ti.func
@@ -83,6 +85,7 @@ def make_serial_step(
     damped: str = "",
     viscous: bool = False,
     tied: bool = False,
+    loaded: str = "",
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -90,7 +93,8 @@ def make_serial_step(
     "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
-    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; loaded: "loads", or ""
+    without (loads.py).
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -105,6 +109,7 @@ def make_serial_step(
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
+    apply_loads = measure_loads = asks = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
@@ -114,6 +119,8 @@ def make_serial_step(
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
+    if loaded:
+        from ..nodes.loads import apply_loads, asks, measure_loads
     if tied:
         from ..nodes.images import follow, gather
     coupled = options.coupled
@@ -216,8 +223,10 @@ def make_serial_step(
             damp(body, boundary, damped)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports)
+        if ti.static(loaded != ""):
+            measure_loads(body, boundary)
         if ti.static(has_boundary):
-            kick_and_drift(body, boundary)
+            kick_and_drift(body, boundary, loaded)
         if ti.static(varied and not solve_has_friction):
             note_slip(body, boundary, obstacles, rows, coupling, contact)
 
@@ -340,7 +349,8 @@ def make_serial_step(
                         elif any_island(stats, CONVERGED, 0.0) == 1:
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
-                        place(body, obstacles, rows, contact, viscous_cells, control, state)
+                        if state != LOADS:
+                            place(body, obstacles, rows, contact, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(coupled and contact_model == "massless"):
                     if again == 1:  # the nodes have moved: rows that slipped too far are built before the measure
@@ -350,6 +360,13 @@ def make_serial_step(
                 if ti.static(tied):
                     if state != PRODUCT and state != VISCOUS:
                         follow(body.u, body.v, boundary.nodes, images)
+                if ti.static(loaded != ""):
+                    moved = control[AFTER] > 0.0 and (state == PASS or state == BOUNDARY or state == KICK)
+                    if state == LOADS or (moved and asks(boundary) == 0):
+                        apply_loads(body, boundary, number)
+                    elif moved:
+                        control[WANTS_LOADS] = 1.0
+                        again = 0
                 if ti.static(body.averaged and contact_model == "massless"):
                     if again == 1 and first == 1:
                         ring_changes(body)

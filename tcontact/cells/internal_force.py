@@ -39,7 +39,7 @@ class InternalForce:
         kept = {kind: FUNCTIONS[kind[0]].points * len(LAWS[kind[1]].state) for kind in domain.kinds}
         self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()), kept)
         self.chunks = packs.chunks
-        self.gravity = domain.gravity
+        self.gravity, self.pulled = domain.gravity, domain.pulled  # pulled: the loads set it in every step
         self.connectivity = arrays.put(packs.connectivity)
         self.table = arrays.put(packs.chunk_table)
         self.segments = arrays.put(packs.segments)
@@ -110,7 +110,8 @@ class InternalForce:
         if self.timed:
             arrays.set_values(self.parameters, np.array([before]), lanes.STEP)
         gravity = self.gravity if loaded else np.zeros(3)
-        arrays.set_values(self.parameters, np.array([kick_before, kick_after, drift, *gravity]))
+        numbers = np.array([kick_before, kick_after, drift, *gravity])
+        arrays.set_values(self.parameters, numbers[:3] if self.pulled and loaded else numbers)
 
     def arguments(self, u: arrays.Array, v: arrays.Array) -> tuple[arrays.Array, ...]:
         """Return the arrays of the pass in the order of kernels/language/bundles.Body."""

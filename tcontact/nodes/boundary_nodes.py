@@ -20,12 +20,14 @@ class BoundaryNodes:
 
     name = "boundary-nodes"
 
-    def __init__(self, domain: Domain, force: arrays.Array) -> None:
+    def __init__(self, domain: Domain, force: arrays.Array, loads: np.ndarray | None = None) -> None:
+        """Make the arrays; loads: data of loads behind those of gravity (kernels/load_places.py)."""
         self.force = force
         self.nodes = arrays.put(domain.boundary.astype(np.int32))
         self.mass = arrays.put(flat_tensors(domain.tensors))
         self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
-        self.load = arrays.put(domain.loads)
+        behind = np.zeros(0) if loads is None else loads
+        self.load = arrays.put(np.concatenate([domain.loads.reshape(-1), behind]))
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/language/bundles.Boundary."""

@@ -72,7 +72,8 @@ class BodyPlan:
 
     cells [m, corners]: block after block, rows of one length as `Mesh.cells`; lumped [n] [kg]: ordinary lumped mass;
     boundary [s]: nodes with tensor mass, supports or contact; tensors and
-    inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
+    inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity at the
+    start; pulled: gravity is a function of time;
     support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
     images: those of a periodic body, whose masters alone have mass, loads and contact.
     """
@@ -96,6 +97,7 @@ class BodyPlan:
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     images: Images | None = None
+    pulled: bool = False
 
     @property
     def viscous_cells(self) -> bool:
@@ -184,8 +186,10 @@ class BodyPlan:
         names = ["internal-force"]
         if self.images is not None:
             names.append("periodic")
-        if self.gravity.any():
+        if self.gravity.any() or self.pulled:
             names.append("gravity")
+        if self.body.loads:
+            names.append("loads")
         if len(self.support_rows):
             names.append("supports")
         if self.damping is not None:

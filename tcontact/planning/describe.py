@@ -14,6 +14,7 @@ from ..scene.friction_laws import law_data, varies
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
 from ..scene.scene import Scene
+from .applied_loads import pack_loads
 from .body_plan import FRICTION_TERMS, BodyPlan, PlanBlock
 from .domain import Domain
 from .domain_packs import pack_domain
@@ -107,6 +108,8 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
         beside.append("support reactions")
     if len(domain.boundary) and domain.damping is not None:
         beside.append("damping of the boundary nodes")
+    if domain.loaded:
+        beside.append("loads")
     if len(domain.boundary):
         beside.append("kick and drift of the boundary nodes")
     layers = _layered(plan, domain)
@@ -130,7 +133,9 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     boundary = len(domain.boundary)
     result = {"state": 2 * 3 * REAL * nodes, "internal-force": _force_pass(plan, domain, packs)}
     if boundary:
+        loads = pack_loads(domain)
         result["boundary-nodes"] = boundary * (WHOLE + REAL * (2 * SYMMETRIC + 3 + 3))
+        result["boundary-nodes"] += 0 if loads is None else loads.data.nbytes
     if len(domain.support_rows):
         result["supports"] = len(domain.support_rows) * (WHOLE + REAL)
     if domain.images is not None:

@@ -163,6 +163,16 @@ class Domain:
         return self.bodies[0].gravity
 
     @property
+    def pulled(self) -> bool:
+        """Return whether gravity is a function of time."""
+        return self.bodies[0].pulled
+
+    @property
+    def loaded(self) -> bool:
+        """Return whether it has loads that need data of their own: other ones than constant gravity."""
+        return self.pulled or any(body.body.loads for body in self.bodies)
+
+    @property
     def damping(self) -> Damping | None:
         """The damping of the scene."""
         return self.bodies[0].damping

@@ -78,7 +78,8 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
         if len(domain.contact.nodes):
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
-            groups += ["pair"] * len(domain.pairs)
+    groups += ["applied"] if domain.loaded else []
+    groups += ["pair"] * len(domain.pairs)
     return tuple(groups)
 
 
@@ -92,6 +93,7 @@ class RawRows:
         self.layout = layout
         first: dict[int, int] = {}  # place in a measured row -> place in a raw row
         further: dict[int, int] = {}  # the same where a second group adds to that place
+        self._loads: dict[str, range] = {}
         names, start = {"obstacle": iter(layout.obstacles), "pair": iter(pairs)}, 0
         for group in groups:
             name = f":{next(names[group])}" if group in names else ""
@@ -99,18 +101,29 @@ class RawRows:
                 here, start = range(start, start + column.size), start + column.size
                 if column.name == "mass_displacement":
                     self._moved = here
+                if column.name in ("gravity", "half_step"):
+                    self._loads[column.name] = here
                 for place, raw in zip(layout.numbers([column.name + name]), here, strict=False):
                     (further if place in first else first)[place] = raw
         self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
 
-    def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray) -> np.ndarray:
-        """Convert raw rows to measured rows [n, width] at the times [s] with the gravity [m/s^2]."""
+    def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray, mass: float = 0.0) -> np.ndarray:
+        """Convert raw rows to measured rows [n, width] at the times [s] with the gravity [m/s^2].
+
+        mass [kg]: of the domain, for a gravity that is a function of time and whose work is an integral over time.
+        """
         rows = np.repeat(self.layout.empty, len(raw), axis=0)
         rows[:, self.layout.place["time"].start] = times
         rows[:, self._first[0]] = raw[:, self._first[1]]
         rows[:, self._further[0]] += raw[:, self._further[1]]
         weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
         rows[:, self.layout.place["load_work"].start] += weight
+        if "gravity_force" in self.layout.place:
+            now, half, place = raw[:, self._loads["gravity"]], raw[:, self._loads["half_step"]], self.layout.place
+            rows[:, place["gravity_force"]] = mass * now
+            rows[:, place["gravity_kick"]] = 0.5 * mass * half**2 * (now**2).sum(axis=1, keepdims=True)
+            rows[:, place["gravity_power"].start] = (now * rows[:, place["momentum"]]).sum(axis=1)
+            rows[:, place["load_work"]] = 0.0
         return rows
 
 

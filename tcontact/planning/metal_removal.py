@@ -58,10 +58,10 @@ def impact_speed(scene: Scene, index: int) -> float:
     body = scene.bodies[index]
     nodes = body.contact_nodes
     start, velocity = body.initial_nodes[nodes], body.initial_velocity[nodes]
-    pull = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity))
+    pull = scene.largest_gravity
     outward = own_normals(body)[:, 0]
     fastest = 0.0
-    for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity):
+    for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity):
         obstacle = scene.obstacles[number]
         normals = obstacle.normal_at(start)
         towards = np.einsum("ki,ki->k", velocity, outward) * (np.einsum("ki,ki->k", velocity, normals) < 0.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..kernels.columns import (
+    APPLIES,
     DAMPED,
     FRICTION,
     HEATED,
@@ -22,6 +23,7 @@ from ..kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PULLED,
     VISCOUS,
 )
 from ..scene.body import Body
@@ -29,6 +31,7 @@ from ..scene.contact_models import ImpulseContact, MasslessContact
 from ..scene.friction_models import CELL_VISCOSITY, FrictionLayer
 from ..scene.layer_metals import warms_bodies
 from ..scene.scene import Scene
+from .applied_loads import loaded_nodes
 from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
 from .describe import describe
@@ -89,6 +92,8 @@ class Plan:
             HEATED: can_touch and isinstance(scene.friction, FrictionLayer) and warms_bodies(scene),
             LOADS: can_touch and scene.tracked,
             PAIRED: bool(scene.body_pairs),
+            APPLIES: any(body.loads for body in scene.bodies),
+            PULLED: callable(scene.gravity),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
@@ -175,7 +180,10 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     around = np.zeros(0, dtype=np.int64)  # nodes of contact cells: they sum up corner rows
     if contact is not None and contact.graph is not None:
         around = cells[contact.graph.cells].reshape(-1)
-    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around]))
+    loaded = place[loaded_nodes(body)]
+    if callable(scene.gravity) and not len(loaded):
+        loaded = np.zeros(1, dtype=np.int64)  # the data of a gravity that varies stand behind the loads of a node
+    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around, loaded]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
     images, total = None, lumped
     if body.images is not None:
@@ -187,7 +195,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     mass[row[place[tensors["nodes"]]]] = tensors["values"]
     free_here = free[node_order[boundary]]
     inverses = _inverses(mass, free_here, contact)
-    gravity = np.zeros(3) if scene.gravity is None else np.asarray(scene.gravity)
+    gravity = scene.gravity_function.at(np.zeros(1))[0]
     rows, axes = np.nonzero(~free_here)
     return BodyPlan(
         label=label,
@@ -209,6 +217,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         damping=scene.damping,
         viscosity=scene.viscosity,
         images=images,
+        pulled=callable(scene.gravity),
     )
 
 

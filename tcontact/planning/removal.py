@@ -68,7 +68,7 @@ def choose_removal(scene: Scene, index: int) -> str:
 def _plane_normals(scene: Scene, body: Body) -> np.ndarray | None:
     """Return the normals [m, 3] of the obstacles within reach if all are planes of one direction that do not turn."""
     obstacles = [
-        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
+        scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
     ]
     if not all(obstacle.shape == "plane" and not obstacle.turns for obstacle in obstacles):
         return None
@@ -154,7 +154,8 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
         normals = own_normals(body)
     else:
         obstacles = [
-            scene.obstacles[number] for number in within_reach(body, scene.obstacles, scene.duration, scene.gravity)
+            scene.obstacles[number]
+            for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity)
         ]
         normals = np.stack([obstacle.normal_at(body.initial_nodes[nodes]) for obstacle in obstacles], axis=1)
     candidates = free if removal == "full" else np.concatenate([free, normals.reshape(len(nodes), -1)], axis=1)

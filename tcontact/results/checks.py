@@ -65,14 +65,14 @@ def finished(result: Result) -> Check:
 
 
 def momentum_balance(result: Result, bound: float) -> Check:
-    """Check that the momentum changes by the impulse of contact, supports, gravity and damping, in every row.
+    """Check that the momentum changes by the impulse of contact, supports, loads, gravity and damping, in every row.
 
     The value is the largest deviation relative to the largest momentum or impulse of the run.
     """
     history, scene = result.history, result.scene
     change = history["momentum"] - history["momentum"][0]
     impulse = sum(history[column.name] for column in COLUMNS if column.impulse and column.name in history)
-    if scene.gravity is not None:
+    if scene.gravity is not None and not callable(scene.gravity):
         impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
     parts = [
         np.abs(history[name]).max(initial=0.0) for name in ("momentum", "impulse", "support_impulse") if name in history

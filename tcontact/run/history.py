@@ -59,7 +59,10 @@ class History:
         rows, self._last = table[1:], table[-1].copy()
         largest = (self._column("kinetic", rows) + self._column("elastic", rows)).max()
         self.reference_energy = float(np.fmax(self.reference_energy, largest))
-        self.largest_work = float(np.fmax(self.largest_work, np.abs(self._external_work(rows)).max()))
+        # a load that begins shows in the kinetic energy half a step before its work
+        work = np.abs(self._external_work(rows)) + self._column("applied_kick", rows)
+        work += self._column("gravity_kick", rows)
+        self.largest_work = float(np.fmax(self.largest_work, work.max()))
         self._store(rows[(self.steps + np.arange(count)) % self.every == 0])
         self.steps += count
 
@@ -90,7 +93,8 @@ class History:
         if self._origin is None:
             return np.zeros(len(rows))
         work = self._column("load_work", rows) - self._origin[self.layout.place["load_work"]]
-        return work + self._column("support_work", rows) + self._column("obstacle_work", rows)
+        parts = ("support_work", "obstacle_work", "applied_work", "gravity_work")
+        return sum((self._column(name, rows) for name in parts), work)
 
     def forecast(self, steps: float, beside: int) -> str | None:
         """Return messages about the memory of so many steps; beside: bytes kept besides each row."""

@@ -14,6 +14,7 @@ from ..base.errors import InputError
 from ..friction_layer.metals import Metal, checked_metal
 from ..mesh.mesh import Mesh
 from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
+from .loads import Load
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 
@@ -70,6 +71,7 @@ class Body:
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
+    loads: pressures, tractions and forces on named sets (`Load`);
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
     a box mesh, share their degrees of freedom.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
@@ -85,6 +87,7 @@ class Body:
     periodic: str | None = None
     displacement: Nodal | None = None
     metal: Metal | None = None
+    loads: Sequence[Load] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -111,6 +114,12 @@ class Body:
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
+        loads = (self.loads,) if isinstance(self.loads, Load) else self.loads
+        if not isinstance(loads, Sequence) or not all(isinstance(load, Load) for load in loads):
+            raise InputError("Body.loads", self.loads, "give a list of tcontact.Load")
+        object.__setattr__(self, "loads", tuple(loads))
+        for load in self.loads:
+            load.check(self.mesh, self.images, self.initial_velocity)
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -19,6 +19,7 @@ from ..base.errors import InputError
 from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
+from .reach import speed_by_loads
 
 FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
 DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
@@ -264,7 +265,8 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
         return np.zeros(len(faces[0]), dtype=bool)
     speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
-    fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration
+    fall = scene.largest_gravity * scene.duration
+    fall += sum(speed_by_loads(body, scene.duration) for body in (one, other))
     slack = sum(body.mesh.shortest_edge for body in (one, other))
     way = SLACK * (speed + fall) * scene.duration + slack
     corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]

@@ -3,17 +3,17 @@
 A face may meet an obstacle that it faces (its outward normal within 90 degrees of minus the obstacle's) and that is
 close enough at t = 0:
 
-    distance <= 1.5 (|v| + |g| T + w) T + |u| + shortest edge,
+    distance <= 1.5 (|v| + |g| T + l + w) T + |u| + shortest edge,
 
-|v| the body's largest initial speed, T the duration, g gravity, w the largest speed of the obstacle's points near the
-body, |u| the largest initial displacement. Faces that turn towards an obstacle later are not found: name their set.
+|v| the body's largest initial speed, T the duration, g gravity, l the speed that the loads of the body can give it, w
+the largest speed of the obstacle's points near the body, |u| the largest initial displacement. Faces that turn towards
+an obstacle later are not found: name their set.
 """
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,11 +29,12 @@ OUT_OF_REACH = 10.0  # times the distance that a node can cover
 
 
 def with_reached_faces(
-    body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any, others: np.ndarray | None = None
+    body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: float, others: np.ndarray | None = None
 ) -> Body:
     """Return the body with the faces that may meet an obstacle as contact faces; the body itself unless "auto".
 
-    others [k]: for each outer face whether it may meet another body; None: it may not.
+    gravity [m/s^2]: its largest size; others [k]: for each outer face whether it may meet another body; None: it may
+    not.
     """
     if not body.finds_contact:
         return body
@@ -48,7 +49,7 @@ def with_reached_faces(
     return result
 
 
-def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, gravity: Any) -> np.ndarray:
+def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, gravity: float) -> np.ndarray:
     corners = body.initial_nodes[faces]
     centre = corners.mean(axis=1)
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
@@ -56,7 +57,7 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     outward = across / np.linalg.norm(across, axis=1).clip(1e-300)[:, None]
     facing = np.einsum("ni,ni->n", outward, obstacle.normal_at(centre)) < FACING
     speed = float(np.linalg.norm(body.initial_velocity, axis=1).max())
-    fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
+    fall = gravity * duration + speed_by_loads(body, duration)
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
     close = obstacle.gap(centre) - radius <= way + shift + body.mesh.shortest_edge
@@ -73,14 +74,41 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
     return moving + turning * float(np.linalg.norm(positions - obstacle.reference, axis=1).max())
 
 
-def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: Any) -> list[int]:
+def speed_by_loads(body: Body, duration: float) -> float:
+    """Return the speed [m/s] that the loads of a body can give it, infinite for a function that fails.
+
+    That is force over mass times duration, and behind a loaded face p/(density wave speed). An own force counts as it
+    is at the start.
+    """
+    speed, times = 0.0, np.linspace(0.0, duration, SAMPLES)
+    stiffness = min(material.density * material.wave_speed for material in body.materials)
+    for load in body.loads:
+        try:
+            if load.own:
+                nodes = load.nodes(body.mesh)
+                start = body.mesh.nodes[nodes], body.initial_velocity[nodes]
+                values = np.array([load.own_force(*start, float(time)).sum(axis=0) for time in times])
+            else:
+                values = load.function(body.mesh).at(times if load.varies else times[:1])
+        except FunctionError:  # the run stops where it fails
+            return float(np.inf)
+        size = float(np.linalg.norm(values.reshape(-1, 1 if load.kind == "pressure" else 3), axis=1).max())
+        if load.kind != "force":
+            speed += size / stiffness
+            x = body.mesh.nodes[load.faces(body.mesh)]
+            size *= 0.5 * float(np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1).sum())
+        speed += size / body.mass * duration
+    return speed
+
+
+def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gravity: float) -> list[int]:
     """Return the numbers of the obstacles that the contact nodes may meet; all numbers if there is none."""
     nodes = body.initial_nodes[body.contact_nodes]
     edge = body.mesh.shortest_edge
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
     freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
     own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
-    fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
+    fall = gravity * duration + speed_by_loads(body, duration)
     try:
         pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)
     except FunctionError:  # no bound of the motion; a run stops where the function fails

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base import validate
-from ..base.errors import InputError
+from ..base.errors import FunctionError, InputError
 from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
@@ -21,7 +21,8 @@ from .layer_metals import check_metals
 from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
 from .periodic import check_obstacles
-from .reach import with_reached_faces
+from .reach import SAMPLES, with_reached_faces
+from .time_functions import TimeFunction
 
 
 class OverlapWarning(UserWarning):
@@ -33,10 +34,11 @@ class Scene:
     """Bodies, obstacles and loads over a time span; terms left at None do not exist in the run.
 
     bodies: one or more `Body`; obstacles: `Plane`, `Sphere`, `Cylinder`, `Box` or `Sdf`, one or several;
-    duration [s] > 0; gravity: vector [m/s^2] or None; contact: how contact is resolved, or None to let bodies
-    pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None; friction: `Coulomb`,
-    `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs without their own; if
-    only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch each other: "auto"
+    duration [s] > 0; gravity [m/s^2]: vector, function of time f(t) -> [3], or None; contact: how contact is resolved,
+    or None to let bodies pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None;
+    friction: `Coulomb`, `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs
+    without their own; if only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch
+    each other: "auto"
     (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two
     bodies meet that are no pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
     Raises `InputError`.
@@ -65,7 +67,9 @@ class Scene:
             )
         object.__setattr__(self, "obstacles", tuple(obstacles))
         validate.number("Scene.duration", self.duration, low=0.0)
-        if self.gravity is not None:
+        if callable(self.gravity):
+            self.gravity_function.at(np.zeros(1))
+        elif self.gravity is not None:
             object.__setattr__(self, "gravity", validate.vector("Scene.gravity", self.gravity))
         if self.contact is not None and not isinstance(self.contact, (MasslessContact, PenaltyContact, ImpulseContact)):
             raise InputError(
@@ -84,7 +88,7 @@ class Scene:
         object.__setattr__(self, "friction", joint_friction(self))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
-        within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
+        within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
         reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
@@ -104,6 +108,20 @@ class Scene:
         if self.pairs is None and len(self.bodies) > 1:
             warnings.warn("the scene has pairs=None: its bodies pass through each other", OverlapWarning, stacklevel=3)
         self._check_bodies_apart()
+
+    @property
+    def gravity_function(self) -> TimeFunction:
+        """Return gravity [3] [m/s^2] as a function of time."""
+        return TimeFunction("Scene.gravity", self.gravity, 3)
+
+    @property
+    def largest_gravity(self) -> float:
+        """Return the largest size of gravity over the duration [m/s^2]; infinite for a function that fails."""
+        try:
+            values = self.gravity_function.at(np.linspace(0.0, self.duration, SAMPLES if callable(self.gravity) else 1))
+        except FunctionError:  # the run stops where it fails
+            return np.inf
+        return float(np.linalg.norm(values, axis=1).max())
 
     @property
     def touching(self) -> bool:

@@ -34,7 +34,7 @@ class TimeFunction:
             constant = np.zeros(self.size) if self.value is None else np.broadcast_to(self.value, self.size)
             return np.tile(np.asarray(constant, dtype=np.float64), (len(times), 1))
         values = np.array([self._call(float(time)) for time in times]).reshape(len(times), self.size)
-        self.record.add(times, values)
+        self.record.add(times, self._kept(values))
         return values
 
     def checkpoint(self) -> dict[str, np.ndarray]:
@@ -45,16 +45,24 @@ class TimeFunction:
         """Set the recorded calls. Raises `InputError` if the function now returns other values than in the run."""
         self.record.restore(saved)
         for time, value in zip(self.record.times if self.varies else (), self.record.values, strict=False):
-            if not np.array_equal(now := self._call(float(time)), value):
+            if not np.array_equal(now := self._kept(self._call(float(time))[None])[0], value):
                 remedy = (
                     f"it gives {now.tolist()} at t = {time:.9g} s and gave {value.tolist()} to the run that is to go"
                     " on; resume it as it was, or start a new run elsewhere"
                 )
                 raise InputError(self.field, self.value, remedy)
 
+    def _kept(self, values: np.ndarray) -> np.ndarray:
+        """Return what the record keeps of values [m, size]."""
+        return values
+
+    def _given(self, time: float) -> Any:
+        """Return what the callable gives at a time [s]."""
+        return self.value(time)
+
     def _call(self, time: float) -> np.ndarray:
         try:
-            given = np.asarray(self.value(time))
+            given = np.asarray(self._given(time))
             result = given if given.dtype.kind not in "iufO" else np.asarray(given, dtype=np.float64)
         except Exception as error:
             raise FunctionError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error

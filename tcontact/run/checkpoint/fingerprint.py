@@ -17,13 +17,15 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...scene.body import Body, Support
+from ...scene.loads import COMPONENTS, Load
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.own_laws import OwnMaterial
 from ...scene.scene import Scene
 
 SHORT = 12  # longest array that is written out
 SAMPLES = 4096  # values of a function of time
-FUNCTIONS_OF_TIME = (Obstacle, Support)  # objects whose velocity or angular_velocity may be a function of time
+FUNCTIONS_OF_TIME = (Obstacle, Support, Load)  # objects with fields that may be functions of time, and these fields
+RATES = ("velocity", "angular_velocity", *COMPONENTS)
 
 
 def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
@@ -34,7 +36,10 @@ def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for field in (field for field in fields(scene) if field.init):
-        _add(found, field.name, getattr(scene, field.name), scene.duration)
+        value = getattr(scene, field.name)
+        if field.name == "gravity" and callable(value):
+            value = {"function": _samples(value, "gravity", scene.duration)}
+        _add(found, field.name, value, scene.duration)
     _add(found, "scheme", scheme, scene.duration)
     return found
 
@@ -55,12 +60,13 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
         found |= {"velocity": thing.initial_velocity, "displacement": thing.initial_displacement}
+        found["loads"] = [load.by_time(thing.mesh) for load in thing.loads]
     if isinstance(thing, OwnMaterial):
         found["energy"] = thing.formula
     if isinstance(thing, Sdf) and (callable(thing.distance) or callable(thing.gradient)):
         found |= {"distance": thing.grid[..., 0], "gradient": thing.grid[..., 1:]}
     if isinstance(thing, FUNCTIONS_OF_TIME):
-        for name in ("velocity", "angular_velocity"):
+        for name in RATES:
             if callable(found.get(name)):
                 found[name] = {"function": _samples(found[name], f"{place}.{name}", duration)}
     return found

@@ -14,6 +14,7 @@
                                     # or { ball = { radius = 0.05, cells = 8 } }, so cylinder and ring
     material = { type = "NeoHookean", young = 1e7, poisson = 0.3, density = 1000 }
     supports = [{ set = "zmax", axes = "xy" }]
+    loads = [{ set = "xmin", pressure = 1e5 }, { set = "ymax", force = [0, 0, -10] }]
 
     [[obstacles]]
     type = "Plane"

@@ -20,6 +20,7 @@ from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
 from ...mesh.round import ball_mesh, cylinder_mesh, ring_mesh
 from ...scene.body import Body, Support
+from ...scene.loads import Load
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
@@ -133,6 +134,12 @@ class Reader:
                 check_keys(f"{place}.supports[{i}]", support, keys_of(Support))
                 supports.append(made(f"{place}.supports[{i}]", Support, support))
             values["supports"] = supports
+        if "loads" in data:
+            loads = []
+            for i, load in enumerate(tables(f"{place}.loads", data, "loads")):
+                check_keys(f"{place}.loads[{i}]", load, keys_of(Load))
+                loads.append(made(f"{place}.loads[{i}]", Load, load))
+            values["loads"] = loads
         return made(place, Body, values)
 
     def materials(self, place: str, data: Any) -> Any:

@@ -17,12 +17,14 @@ from ...mesh.box import box_mesh
 from ...mesh.mesh import Mesh
 from ...scene.body import Body
 from ...scene.cell_blocks import suited_formulation
+from ...scene.loads import Load
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
 from .classes import METALS, NESTED, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
 
+UNWRITABLE = "a function of time has no plain data"
 INLINE = 24  # numbers of an array; longer ones go to the .npz file
 
 
@@ -30,8 +32,8 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     """Write a scene, and options of `simulate` as its [run] table; `load_scene` then gives the same run, bit for bit.
 
     path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
-    Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
-    that are functions of time, which have no plain data, and for a file that cannot be written.
+    Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles,
+    loads and gravity that are functions of time, which have no plain data, and for a file that cannot be written.
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
@@ -62,6 +64,8 @@ class Writer:
     def scene(self, scene: Scene, run: Mapping[str, Any]) -> dict[str, Any]:
         """Return the whole table."""
         data: dict[str, Any] = {"duration": float(scene.duration)}
+        if callable(scene.gravity):
+            raise InputError("gravity", scene.gravity, f"{UNWRITABLE}; give a vector, or keep this scene in Python")
         if scene.gravity is not None:
             data["gravity"] = scene.gravity.tolist()
         for key in SCENE_PARTS:
@@ -121,7 +125,16 @@ class Writer:
                 }
                 for support in body.supports
             ]
+        if body.loads:
+            data["loads"] = [self.load(f"bodies[{index}].loads[{i}]", load) for i, load in enumerate(body.loads)]
         return data
+
+    def load(self, place: str, load: Load) -> dict[str, Any]:
+        """Return the table of a load."""
+        if load.varies:
+            remedy = f"{UNWRITABLE}; give numbers, or keep this scene in Python"
+            raise InputError(f"{place}.{load.kind}", load.value, remedy)
+        return {"set": load.set, load.kind: np.asarray(load.value, dtype=float).tolist()}
 
     def mesh(self, index: int, mesh: Mesh) -> dict[str, Any]:
         """Return the table of a mesh: a box by its numbers, or a file of arrays."""
@@ -147,7 +160,7 @@ class Writer:
         """Return the table of an obstacle; the grid of an Sdf goes to the .npz file."""
         for key in ("velocity", "angular_velocity"):
             if callable(getattr(obstacle, key)):
-                remedy = "a function of time has no plain data; give a vector, or keep this scene in Python"
+                remedy = f"{UNWRITABLE}; give a vector, or keep this scene in Python"
                 raise InputError(f"obstacles[{index}].{key}", getattr(obstacle, key), remedy)
         if not isinstance(obstacle, Sdf):
             return self.plain("obstacles", obstacle)

@@ -13,6 +13,7 @@ from ...device import arrays
 from ...device.launch import Prepared
 from ...kernels.columns import group_size
 from ...kernels.lanes import MAXIMUM_ROWS
+from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
 from ...planning.domain import Domain
@@ -33,6 +34,7 @@ class SerialStep:
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
+        loads: AppliedLoads | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             PAIR_LISTS,
@@ -54,7 +56,7 @@ class SerialStep:
 
         self.names = kernels
         self.force = force
-        self.contact = contact
+        self.contact, self.loads = contact, loads
         self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
@@ -99,6 +101,7 @@ class SerialStep:
             domain.small,
             domain.few_contact_cells,
             tied=images is not None,
+            loaded="" if loads is None else "loads",
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
@@ -146,6 +149,13 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
+        if control[names.WANTS_LOADS] == 1.0:
+            assert self.loads is not None
+            self.loads.ask(u, time + after, after)
+            stale = control[names.WANTS_ROWS]
+            control[names.START], control[names.WANTS_LOADS] = names.LOADS, 0.0
+            control = self._go(control, u, v)
+            control[names.WANTS_ROWS] = max(stale, control[names.WANTS_ROWS])
         while control[names.WANTS_ROWS] == 1.0 or control[names.WANTS_MEASURE] == 1.0:
             if control[names.WANTS_ROWS] == 1.0:
                 self.build_rows(u)

@@ -11,8 +11,10 @@ from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
 from ...kernels.columns import group_size, raw_places
+from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
+from ...planning.applied_loads import pack_loads
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
 from ...scene.scene import Scene
@@ -47,21 +49,31 @@ class DomainState:
         self.groups = raw_groups(scene, domain)
         self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs])
         self._places = raw_places(domain.dissipates, domain.plastic)
+        self._mass = float(domain.lumped.sum())
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
-        self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force) if len(domain.boundary) else None
+        self.boundary_nodes: BoundaryNodes | None = None
+        self.loads: AppliedLoads | None = None
+        if len(domain.boundary):
+            packed = pack_loads(domain)
+            data = None if packed is None else packed.data
+            self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force, data)
+            if packed is not None:
+                before = self.groups[self.groups.index("boundary") : self.groups.index("applied")]
+                load, gravity = self.boundary_nodes.load, scene.gravity_function
+                self.loads = AppliedLoads(domain, packed, load, gravity, group_size(*before))
         self.supports = Supports(domain) if len(domain.support_rows) else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.serial: SerialStep | None = None
         if self.boundary_nodes is not None or self.contact is not None or domain.small:
-            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
+            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images, self.loads
             self.serial = SerialStep(domain, self.groups, *parts)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
-        self.timed: list[Timed] = []
+        self.timed: list[Timed] = [self.loads] if self.loads is not None and self.loads.varies else []
         several = 1
         if not domain.small and self.layered is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
@@ -90,7 +102,14 @@ class DomainState:
         return result if self.domain.images is None else self.domain.images.follow(result)
 
     def begin_contact(self, dt: float) -> None:
-        """Bring massless nodes to equilibrium at the start, or build the rows of a penalty; dt [s]: the first step."""
+        """Bring massless nodes to equilibrium at the start, or build the rows of a penalty; dt [s]: the first step.
+
+        Loads are applied before.
+        """
+        if self.serial is not None and self.loads is not None:
+            self.loads.start(self.u, self.start_velocity)
+            self.internal_force.set_steps(0.0, 0.0, 0.0)
+            self.serial.run(self.serial.names.LOADS, self.u, self.v, 0.0, 0.0, 0.0)
         if self.serial is None or self.contact is None:
             return
         if self.contact.kernel == "penalty" and self.contact.pairs is not None:
@@ -106,6 +125,14 @@ class DomainState:
         if self.domain.small and self.serial is not None:
             return self.serial.rows_at_once
         return len(self._raw)
+
+    def prepare(self, time: float, before: float, after: float, rows: int) -> int:
+        """Compute what functions of time give for the rows of a launch, see `Timed`; return how many there may be."""
+        for term in self.timed:
+            rows = min(rows, term.rows_at_once(self.domain.small))
+        for term in self.timed:
+            term.prepare(time, before, after, rows)
+        return rows
 
     def advance(
         self,
@@ -127,10 +154,7 @@ class DomainState:
         fails within the first row.
         """
         force, serial, places = self.internal_force, self.serial, self._places
-        for term in self.timed:
-            rows = min(rows, term.rows_at_once(self.domain.small))
-        for term in self.timed:
-            term.prepare(time, *steps, rows)
+        rows = self.prepare(time, *steps, rows)
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
             limits = jacobian, energy, viscous_rate, touching
@@ -162,7 +186,7 @@ class DomainState:
         """Return the measured rows [n, width] (measured.Layout) of the last `advance`, at these times [s]."""
         small = self.domain.small and self.serial is not None
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
-        rows = self._reader.measured(raw, times, self.domain.gravity)
+        rows = self._reader.measured(raw, times, self.domain.gravity, self._mass)
         if self.contact is not None and self.contact.pairs is not None:
             rows[-1, self.layout.place["pair_rebuilds"]] = self.contact.pairs.rebuilds
             rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]

@@ -62,7 +62,14 @@ class ImplicitScheme(ImplicitRule):
         if scene.body_pairs:
             remedy = f"{self.name} has no contact between bodies; leave it at 'auto' or use scheme='central-difference'"
             raise InputError("Scene.pairs", scene.body_pairs[0].name, remedy)
+        if callable(scene.gravity):
+            remedy = f"{self.name} takes constant gravity; give a vector or use scheme='central-difference'"
+            raise InputError("Scene.gravity", scene.gravity, remedy)
         for index, body in enumerate(scene.bodies):
+            for load in body.loads:
+                if load.varies or load.kind == "pressure":
+                    remedy = f"{self.name} takes constant tractions and forces; use scheme='central-difference'"
+                    raise InputError(f"Scene.bodies[{index}].loads: {load.kind}", load.value, remedy)
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)

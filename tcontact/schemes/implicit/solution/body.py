@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....planning.applied_loads import constant_forces
 from ....planning.body_plan import BodyPlan
 from ....scene.body import Body
 from ....scene.scene import Scene
@@ -67,7 +68,9 @@ class ImplicitBody:
         count = len(plan.reference)
         self.cells = cells_of([(block.own, block.cells) for block in plan.blocks], plan.reference)
         self.mass = NodalMass(plan) if scheme.mass == "lumped" else ConsistentMass(plan, self.cells.sparsity)
-        self.load = self.mass.times(np.tile(plan.gravity, (count, 1)))
+        self.weight = self.mass.times(np.tile(plan.gravity, (count, 1)))
+        self.applied = constant_forces(plan) if plan.body.loads else None
+        self.load = self.weight if self.applied is None else self.weight + self.applied
         held = np.zeros((count, 3, 3))
         self.support_nodes = plan.boundary[plan.support_rows]
         held[self.support_nodes, plan.support_axes, plan.support_axes] = 1.0

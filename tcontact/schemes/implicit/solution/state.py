@@ -78,6 +78,7 @@ class ImplicitState:
         self._shown = self._taken  # step that the last row shows
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
+        self._work: float | None = None  # of constant loads from no displacement to the last row [J]
         self.views = [self]
 
     @property
@@ -142,7 +143,12 @@ class ImplicitState:
         put("jacobian_min", jacobian)
         put("momentum", momentum.sum(axis=0))
         put("angular_momentum", np.cross(plan.reference + level.u, momentum).sum(axis=0))
-        put("load_work", float((body.load * level.u).sum()))
+        put("load_work", float((body.weight * level.u).sum()))
+        if body.applied is not None:
+            work = float((body.applied * level.u).sum())
+            put("applied_force", body.applied.sum(axis=0))
+            put("applied_step", 0.0 if self._work is None else work - self._work)
+            self._work = work
         put("support_force", taken.reaction.sum(axis=0))
         if len(body.support_nodes):
             put("support_power", float(taken.reaction[body.support_nodes, plan.support_axes] @ plan.speeds))
@@ -166,7 +172,7 @@ class ImplicitState:
         found: dict[str, Any] = {f"level.{name}": value for name, value in vars(self.level).items()}
         for part, taken in (("taken", self._taken), ("shown", self._shown)):
             found |= {f"{part}.{name}": value for name, value in vars(taken).items()}
-        found |= {"v": self._v, "row": self._row, "massless": self._massless}
+        found |= {"v": self._v, "row": self._row, "massless": self._massless, "work": self._work}
         found |= {f"before.{number}": array for number, array in enumerate(self.body.before)}
         found |= {"depth": self.body.depth, "good": self.body.good, "trouble": self.contact.trouble}
         contact = self.body.contact
@@ -183,7 +189,7 @@ class ImplicitState:
 
         self.level, self._taken, self._shown = part(Level, "level"), part(Taken, "taken"), part(Taken, "shown")
         arrays.set_values(self.u, self.level.u)
-        self._v, self._row, self._massless = (saved[key] for key in ("v", "row", "massless"))
+        self._v, self._row, self._massless, self._work = (saved[key] for key in ("v", "row", "massless", "work"))
         self.body.before = saved["before.0"], saved["before.1"], saved["before.2"]
         self.body.depth, self.body.good, self.contact.trouble = saved["depth"], saved["good"], saved["trouble"]
         if self.body.contact is not None and self.body.contact.exact is not None:
