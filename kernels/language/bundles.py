@@ -66,11 +66,15 @@ class Boundary(NamedTuple):
 
 
 class Supports(NamedTuple):
-    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction and power."""
+    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction and power.
+
+    driven: functions of time drive some of them, whose table is behind these numbers (nodes/driven_supports.py).
+    """
 
     components: Index = None
     speeds: Array = None
     sums: Shared = None
+    driven: Any = None
 
 
 class Contact(NamedTuple):

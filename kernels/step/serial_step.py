@@ -83,6 +83,7 @@ def make_serial_step(
     damped: str = "",
     viscous: bool = False,
     tied: bool = False,
+    driven: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -90,7 +91,8 @@ def make_serial_step(
     "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
-    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; driven: functions of time
+    drive supports.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -105,7 +107,7 @@ def make_serial_step(
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
-    gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
+    accelerate = move_on = gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
     find_squeezed = layer_slip_of_pairs = None
@@ -113,6 +115,8 @@ def make_serial_step(
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
+    if driven:
+        from ..nodes.driven_supports import accelerate, move_on
     if tied:
         from ..nodes.images import follow, gather
     coupled = options.coupled
@@ -194,6 +198,7 @@ def make_serial_step(
         rows: ti.template(),
         coupling: ti.template(),
         contact: ti.template(),
+        number,
     ):
         if ti.static(kick_has_friction):
             if ti.static(coupled):
@@ -211,6 +216,8 @@ def make_serial_step(
             support_reactions(body, boundary, supports)
         if ti.static(has_boundary):
             kick_and_drift(body, boundary)
+        if ti.static(driven):
+            move_on(body, boundary, supports, number)
 
     @ti.func
     def place(
@@ -291,12 +298,14 @@ def make_serial_step(
                         keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)
+                    if ti.static(driven):
+                        accelerate(body, boundary, supports, number)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, coupling, contact)
+                    kick(body, boundary, supports, obstacles, rows, coupling, contact, number)
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
@@ -361,4 +370,4 @@ def make_serial_step(
     long = has_friction or slots > 1 or options.projected or coupled
     long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)
+    return compiled_with(kernel_of(serial_step, signature, options=options, driven=driven), **KEEP_VECTORS, **optimisation)

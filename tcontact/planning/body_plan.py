@@ -72,7 +72,9 @@ class BodyPlan:
     cells [m, corners]: block after block, rows of one length as `Mesh.cells`; lumped [n] [kg]: ordinary lumped mass;
     boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
-    support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
+    support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s] at t
+    = 0; driven [r]: for components that functions of time drive, number of the axis among those of all supports
+    `body.driven`, one after the other, else -1;
     images: those of a periodic body, whose masters alone have mass, loads and contact.
     """
 
@@ -91,6 +93,7 @@ class BodyPlan:
     support_rows: np.ndarray
     support_axes: np.ndarray
     speeds: np.ndarray
+    driven: np.ndarray
     contact: ContactPlan | None
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None

@@ -20,6 +20,7 @@ from ..scene.materials import Material
 from ..scene.pairs import BodyPair
 from ..scene.periodic import Images
 from ..scene.scene import Scene
+from ..scene.supports import Support
 from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
@@ -156,6 +157,20 @@ class Domain:
     def speeds(self) -> np.ndarray:
         """Prescribed velocities [r] of these components [m/s]."""
         return self._joined("speeds")
+
+    @cached_property
+    def driven(self) -> tuple[Support, ...]:
+        """The supports that functions of time drive."""
+        return tuple(support for body in self.bodies for support in body.body.driven)
+
+    @cached_property
+    def driven_axes(self) -> np.ndarray:
+        """For every prescribed component [r] the number of the axis of `driven` that drives it, or -1."""
+        parts, first = [], 0
+        for body in self.bodies:
+            parts.append(np.where(body.driven >= 0, body.driven + first, -1))
+            first += sum(len(support.axes) for support in body.body.driven)
+        return np.concatenate(parts)
 
     @property
     def gravity(self) -> np.ndarray:

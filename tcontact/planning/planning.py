@@ -205,11 +205,23 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         support_rows=rows,
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
+        driven=_driven(body)[node_order[boundary]][rows, axes],
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
         images=images,
     )
+
+
+def _driven(body: Body) -> np.ndarray:
+    """Return for every component [n, 3] the number of the axis that drives it, -1 without a function of time."""
+    supports = body.driven
+    starts = np.cumsum([0, *(len(support.axes) for support in supports)])
+    numbers = [
+        int(starts[supports.index(support)]) + motion.number if support.varies else -1
+        for support, motion in body.motions[1]
+    ]
+    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0], nan=-1.0).astype(int)]
 
 
 def _cell_viscosity(scene: Scene) -> float:

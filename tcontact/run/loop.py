@@ -274,6 +274,9 @@ class Run:
     def _step(self, time: float, before: float, after: float, many: int) -> int:
         """Do one step of every domain, or up to `many` of a small one; return the number of steps."""
         if many == 1:
+            for domain in self._order if len(self._order) > 1 else ():  # a function that fails leaves all at rest
+                for term in getattr(domain, "timed", ()):
+                    term.prepare(time, before, after, 1)
             for domain in self._order:
                 self.scheme.step(domain, time, before, after)
             return 1

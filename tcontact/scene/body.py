@@ -16,36 +16,7 @@ from ..mesh.mesh import Mesh
 from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
-
-
-@dataclass(frozen=True)
-class Support:
-    """Held or driven displacement components of a named set.
-
-    set: name of a node or face set of the mesh; axes: letters out of "xyz"; velocity [m/s]: one number for all named
-    axes or one per axis (0 = held). Raises `InputError`.
-    """
-
-    set: str
-    axes: str
-    velocity: float | Sequence[float] = 0.0
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.set, str):
-            raise InputError("Support.set", self.set, "give the name of a node or face set")
-        known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
-        if not known or len(set(self.axes)) != len(self.axes):
-            raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
-        if not validate.shape_of("Support.velocity", self.velocity, "give one number, or one for each axis"):
-            validate.number("Support.velocity", self.velocity)
-        else:
-            validate.floats("Support.velocity", self.velocity, (len(self.axes),))
-
-    @property
-    def components(self) -> dict[int, float]:
-        """Prescribed velocity [m/s] by axis number."""
-        speeds = np.broadcast_to(np.asarray(self.velocity, dtype=float), (len(self.axes),))
-        return {"xyz".index(axis): float(speed) for axis, speed in zip(self.axes, speeds, strict=True)}
+from .supports import Prescribed, Support
 
 
 Materials = Any  # a Material, or a dict from names of cell sets to materials
@@ -179,26 +150,48 @@ class Body:
         nodes = np.unique(self.contact_faces)
         return nodes if self.images is None else self.images.with_images(nodes)
 
+    @property
+    def driven(self) -> tuple[Support, ...]:
+        """The supports that functions of time drive."""
+        return tuple(support for support in self.supports if support.varies)
+
+    def driven_speed(self, duration: float) -> float:
+        """Return the largest speed [m/s] that functions of time prescribe to its supports; 0 without any."""
+        return max((support.largest_speed(duration) for support in self.driven), default=0.0)
+
     @cached_property
-    def prescribed(self) -> np.ndarray:
-        """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
+    def motions(self) -> tuple[np.ndarray, tuple[tuple[Support, Prescribed], ...]]:
+        """The motion of every prescribed component: its number [n, 3], NaN where it is free, and the motions."""
         result = np.full((self.mesh.node_count, 3), np.nan)
+        found: dict[tuple[Any, ...], int] = {}
+        motions: list[tuple[Support, Prescribed]] = []
         for support in self.supports:
             nodes = self.mesh.nodes_of(support.set)
-            for axis, speed in support.components.items():
-                present = result[nodes, axis]
-                if (np.isfinite(present) & (present != speed)).any():
-                    raise InputError(
-                        "Body.supports", support, "another support prescribes the same components with another velocity"
-                    )
-                result[nodes, axis] = speed
+            for motion in support.motions():
+                number = found.setdefault(motion.key, len(motions))
+                if number == len(motions):
+                    motions.append((support, motion))
+                present = result[nodes, motion.axis]
+                if (np.isfinite(present) & (present != number)).any():
+                    remedy = "another support prescribes the same components with another velocity or displacement"
+                    raise InputError("Body.supports", support, remedy)
+                result[nodes, motion.axis] = number
         if self.images is not None:
             result = self.images.prescribed(result, self.supports)
         if result.size and np.isfinite(result).all():
             raise InputError(
                 "Body.supports", self.supports, "every component is prescribed; leave something free to move"
             )
-        return result
+        return result, tuple(motions)
+
+    @cached_property
+    def prescribed(self) -> np.ndarray:
+        """Prescribed velocity components [n, 3] [m/s] at t = 0; NaN where the component is free."""
+        return self._of_motions([motion.speed for _, motion in self.motions[1]])
+
+    def _of_motions(self, values: list[float]) -> np.ndarray:
+        """Return a value of each motion at its components [n, 3], NaN where they are free."""
+        return np.array([*values, np.nan])[np.nan_to_num(self.motions[0], nan=-1.0).astype(int)]
 
     @cached_property
     def initial_velocity(self) -> np.ndarray:
@@ -214,8 +207,12 @@ class Body:
 
     @cached_property
     def initial_displacement(self) -> np.ndarray:
-        """Initial displacement [n, 3] [m]."""
+        """Initial displacement [n, 3] [m], supports included."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
+        if any(support.displacement is not None for support in self.supports):
+            places = [motion.displacement for _, motion in self.motions[1]]
+            given = self._of_motions([np.nan if place is None else place for place in places])
+            result = np.where(np.isnan(given), result, given)
         if self.images is not None:
             tolerance = MATCH * self.mesh.shortest_edge
             result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)

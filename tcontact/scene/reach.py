@@ -5,8 +5,8 @@ close enough at t = 0:
 
     distance <= 1.5 (|v| + |g| T + w) T + |u| + shortest edge,
 
-|v| the body's largest initial speed, T the duration, g gravity, w the largest speed of the obstacle's points near the
-body, |u| the largest initial displacement. Faces that turn towards an obstacle later are not found: name their set.
+|v| the body's largest initial speed, and that of supports that functions of time drive, T the duration, g gravity, w
+the largest speed of the obstacle's points near the body, |u| the largest initial displacement. Faces that turn towards an obstacle later are not found: name their set.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     outward = across / np.linalg.norm(across, axis=1).clip(1e-300)[:, None]
     facing = np.einsum("ni,ni->n", outward, obstacle.normal_at(centre)) < FACING
-    speed = float(np.linalg.norm(body.initial_velocity, axis=1).max())
+    speed = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration)
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
@@ -79,7 +79,7 @@ def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gra
     edge = body.mesh.shortest_edge
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
     freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
-    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
+    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration) + freed
     fall = 0.0 if gravity is None else float(np.linalg.norm(gravity)) * duration
     try:
         pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)

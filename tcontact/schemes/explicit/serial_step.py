@@ -93,6 +93,7 @@ class SerialStep:
             domain.small,
             domain.few_contact_cells,
             tied=images is not None,
+            driven=supports is not None and supports.driven,
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
