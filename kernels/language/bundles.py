@@ -77,6 +77,19 @@ class Supports(NamedTuple):
     driven: Any = None
 
 
+class Springs(NamedTuple):
+    """Springs between sets of nodes (nodes/springs.py): lists and values; sums: energy, power and force."""
+
+    lists: Index = None
+    values: Array = None
+    sums: Shared = None
+
+    @property
+    def exist(self) -> bool:
+        """Return whether there are springs."""
+        return self.values is not None
+
+
 class Contact(NamedTuple):
     """Contact nodes and their forces; the partners in contact appear only in constraint rows (constraint_rows.py).
 

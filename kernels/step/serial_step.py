@@ -84,6 +84,7 @@ def make_serial_step(
     viscous: bool = False,
     tied: bool = False,
     driven: bool = False,
+    has_springs: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -92,7 +93,7 @@ def make_serial_step(
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
     damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; driven: functions of time
-    drive supports.
+    drive supports; has_springs: springs act on boundary nodes.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -107,6 +108,7 @@ def make_serial_step(
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
+    spring_forces = measure_springs = None
     accelerate = move_on = gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
@@ -115,6 +117,8 @@ def make_serial_step(
     viscous_load = viscous_phase = RATE = POWER = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
+    if has_springs:
+        from ..nodes.springs import measure_springs, spring_forces
     if driven:
         from ..nodes.driven_supports import accelerate, move_on
     if tied:
@@ -194,6 +198,7 @@ def make_serial_step(
         body: ti.template(),
         boundary: ti.template(),
         supports: ti.template(),
+        springs: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
         coupling: ti.template(),
@@ -212,6 +217,8 @@ def make_serial_step(
             obstacle_loads(obstacles, rows, contact, body.u)
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
+        if ti.static(has_springs):
+            measure_springs(body, boundary, springs)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports)
         if ti.static(has_boundary):
@@ -253,6 +260,7 @@ def make_serial_step(
         body: ti.template(),
         boundary: ti.template(),
         supports: ti.template(),
+        springs: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
         contact: ti.template(),
@@ -300,12 +308,14 @@ def make_serial_step(
                         gather(body.special_force, images)
                     if ti.static(driven):
                         accelerate(body, boundary, supports, number)
+                    if ti.static(has_springs):
+                        spring_forces(body, boundary, springs, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, coupling, contact, number)
+                    kick(body, boundary, supports, springs, obstacles, rows, coupling, contact, number)
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]

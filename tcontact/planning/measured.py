@@ -79,6 +79,7 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
             groups += ["pair"] * len(domain.pairs)
+    groups += ["springs"] if domain.springs else []
     return tuple(groups)
 
 

@@ -22,6 +22,7 @@ from ..kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    SPRINGS,
     VISCOUS,
 )
 from ..scene.body import Body
@@ -39,6 +40,7 @@ from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
+from .springs import check_massless, spring_nodes
 from .static_solver import check_poisson, static_solver
 
 
@@ -89,6 +91,7 @@ class Plan:
             HEATED: can_touch and isinstance(scene.friction, FrictionLayer) and warms_bodies(scene),
             LOADS: can_touch and scene.tracked,
             PAIRED: bool(scene.body_pairs),
+            SPRINGS: bool(scene.springs),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
@@ -175,7 +178,9 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     around = np.zeros(0, dtype=np.int64)  # nodes of contact cells: they sum up corner rows
     if contact is not None and contact.graph is not None:
         around = cells[contact.graph.cells].reshape(-1)
-    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around]))
+    tied = place[spring_nodes(scene, index)]
+    check_massless(scene, index, tied, contact)
+    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around, tied]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
     images, total = None, lumped
     if body.images is not None:

@@ -16,6 +16,7 @@ from ..mesh.mesh import Mesh
 from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
+from .springs import PointMass, Spring, checked
 from .supports import Prescribed, Support
 
 
@@ -42,7 +43,8 @@ class Body:
     the first row, so that the strain energy of their cells may be less than that of the field given;
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
-    a box mesh, share their degrees of freedom.
+    a box mesh, share their degrees of freedom;
+    point_masses, springs: masses and springs on sets of nodes.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -56,6 +58,8 @@ class Body:
     periodic: str | None = None
     displacement: Nodal | None = None
     metal: Metal | None = None
+    point_masses: Sequence[PointMass] = ()
+    springs: Sequence[Spring] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -79,6 +83,10 @@ class Body:
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
             raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
         object.__setattr__(self, "supports", tuple(supports))
+        object.__setattr__(self, "point_masses", checked("Body.point_masses", self.point_masses, PointMass))
+        object.__setattr__(self, "springs", checked("Body.springs", self.springs, Spring))
+        for part in (*self.point_masses, *self.springs):
+            self.mesh.nodes_of(part.set)
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
@@ -110,11 +118,12 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Its mass [kg], from the reference volumes of the cells."""
+        """Its mass [kg], from the reference volumes of the cells, with the point masses."""
+        added = sum(point.mass for point in self.point_masses)
         if isinstance(self.material, Material):
-            return self.material.density * float(self.mesh.cell_volumes().sum())
+            return self.material.density * float(self.mesh.cell_volumes().sum()) + added
         volumes = self.mesh.cell_volumes()
-        return sum(block.material.density * float(volumes[block.numbers].sum()) for block in self.blocks)
+        return sum(block.material.density * float(volumes[block.numbers].sum()) for block in self.blocks) + added
 
     @property
     def finds_contact(self) -> bool:

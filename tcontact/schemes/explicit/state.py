@@ -15,6 +15,7 @@ from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.driven_supports import DrivenSupports
 from ...nodes.images import PeriodicImages
+from ...nodes.springs import Springs
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
 from ...scene.scene import Scene
@@ -59,10 +60,14 @@ class DomainState:
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
+        self.springs = None
+        if domain.springs:
+            before = self.groups[self.groups.index("boundary") : self.groups.index("springs")]
+            self.springs = Springs(domain, group_size(*before))
         self.serial: SerialStep | None = None
         if self.boundary_nodes is not None or self.contact is not None or domain.small:
-            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
-            self.serial = SerialStep(domain, self.groups, *parts)
+            terms = self.boundary_nodes, self.supports, self.contact, self.images, self.springs
+            self.serial = SerialStep(domain, self.groups, self.internal_force, *terms)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -203,6 +208,7 @@ class DomainState:
             self.internal_force,
             self.boundary_nodes,
             self.supports,
+            self.springs,
             self.contact,
             friction,
             cells,
