@@ -68,6 +68,8 @@ class Plan:
     def terms(self) -> tuple[str, ...]:
         """Names of the terms of the run."""
         found = dict.fromkeys(name for body in self.bodies for name in body.terms)
+        if self.scene.springs:
+            found["springs"] = None
         if self.contact_term:
             found[self.contact_term] = None
             if self.scene.friction is not None:

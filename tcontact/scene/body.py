@@ -198,6 +198,12 @@ class Body:
         """Prescribed velocity components [n, 3] [m/s] at t = 0; NaN where the component is free."""
         return self._of_motions([motion.speed for _, motion in self.motions[1]])
 
+    @cached_property
+    def given_displacement(self) -> np.ndarray:
+        """Displacement [n, 3] [m] at t = 0 of components whose displacement supports prescribe; NaN elsewhere."""
+        places = [motion.displacement for _, motion in self.motions[1]]
+        return self._of_motions([np.nan if place is None else place for place in places])
+
     def _of_motions(self, values: list[float]) -> np.ndarray:
         """Return a value of each motion at its components [n, 3], NaN where they are free."""
         return np.array([*values, np.nan])[np.nan_to_num(self.motions[0], nan=-1.0).astype(int)]
@@ -218,10 +224,8 @@ class Body:
     def initial_displacement(self) -> np.ndarray:
         """Initial displacement [n, 3] [m], supports included."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
-        if any(support.displacement is not None for support in self.supports):
-            places = [motion.displacement for _, motion in self.motions[1]]
-            given = self._of_motions([np.nan if place is None else place for place in places])
-            result = np.where(np.isnan(given), result, given)
+        given = self.given_displacement
+        result[np.isfinite(given)] = given[np.isfinite(given)]
         if self.images is not None:
             tolerance = MATCH * self.mesh.shortest_edge
             result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)

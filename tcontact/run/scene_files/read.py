@@ -17,10 +17,12 @@ from ...mesh.box import box_mesh
 from ...mesh.elements import ELEMENTS, MIXED
 from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
-from ...scene.body import Body, Support
+from ...scene.body import Body
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
+from ...scene.springs import PointMass, Spring
+from ...scene.supports import Support
 from .classes import CLASSES, METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of
 
 if sys.version_info >= (3, 11):
@@ -120,12 +122,12 @@ class Reader:
         for key in ("velocity", "displacement"):
             if key in data:
                 values[key] = self.array(f"{place}.{key}", data[key])
-        if "supports" in data:
-            supports = []
-            for i, support in enumerate(tables(f"{place}.supports", data, "supports")):
-                check_keys(f"{place}.supports[{i}]", support, keys_of(Support))
-                supports.append(made(f"{place}.supports[{i}]", Support, support))
-            values["supports"] = supports
+        for key, kind in (("supports", Support), ("point_masses", PointMass), ("springs", Spring)):
+            if key in data:
+                values[key] = []
+                for i, part in enumerate(tables(f"{place}.{key}", data, key)):
+                    check_keys(f"{place}.{key}[{i}]", part, keys_of(kind))
+                    values[key].append(made(f"{place}.{key}[{i}]", kind, part))
         return made(place, Body, values)
 
     def materials(self, place: str, data: Any) -> Any:
