@@ -20,7 +20,7 @@ NUMBERS = 4
 
 @ti.func
 def table_place(supports: ti.template(), i, number):
-    """Return where the numbers of component i begin in the table at level `number` of a launch; -1 if none drives it."""
+    """Return where the numbers of component i begin at level `number` of a launch; -1 if no function drives it."""
     count = component_count(supports)
     axis, axes = supports.components[count + i], supports.components[2 * count]
     return ti.select(axis >= 0, 2 * count + NUMBERS * (number * axes + axis), -1)

@@ -1,11 +1,12 @@
 """Springs and dashpots between the mean positions of two sets of nodes, or of one set and a fixed point (METHOD 2).
 
-    q = q_0 + sum_i w_i u_i,  d = q_B - q_A,  F_A = -F_B = k (|d| - l) n + c P r^n,   n = d/|d|, P = n n^T, r = q_B' - q_A'
+    q = q_0 + sum_i w_i u_i,  d = q_B - q_A,  r = q_B' - q_A',  n = d/|d|,  P = n n^T
+    F_A = -F_B = k (|d| - l) n + c P r^n
 
-or, along axes, k P (d - d_0) + c P r^n with P the projector on these axes; node i takes w_i F. The dashpot acts on the
-rate at the time level, r^n = r* - k0 W F_c with r* before its own force F_c and W = sum_i w_i^2 M_i^+ over both ends, so
-that x = P r^n follows from (1 + k0 c P W P) x = P r* (for a node: that of damping.py). In the first row, where k0 = 0,
-k1 takes its place. Springs that share nodes repeat this in turns.
+or, along axes, k P (d - d_0) + c P r^n with P the projector on these axes; node i takes w_i F. The dashpot acts on
+the rate at the time level, r^n = r* - k0 W F_c with r* before its own force F_c and W = sum_i w_i^2 M_i^+ over both
+ends, so that x = P r^n follows from (1 + k0 c P W P) x = P r* (for a node: that of damping.py). In the first row, where
+k0 = 0, k1 takes its place. Springs that share nodes repeat this in turns.
 
 `springs.lists`: numbers below, then for each spring ENDS numbers: 1 if it acts along axes, first entry of end A, of end
 B, behind end B; then the boundary node of every entry. `springs.values`: for each spring the numbers below, then the
@@ -122,7 +123,7 @@ def spring_forces(body: ti.template(), boundary: ti.template(), springs: ti.temp
 
 @ti.func
 def measure_springs(body: ti.template(), boundary: ti.template(), springs: ti.template()):
-    """Sum up energy, dissipated power and the force of fixed points, when all forces of the kick are in special_force."""
+    """Sum up energy, dissipated power and the force of fixed points; special_force has all forces of the kick."""
     sums = ti.Vector.zero(ti.f64, SPRING_SUMS)
     for i in range(springs.lists[COUNT]):
         place = NUMBERS * i

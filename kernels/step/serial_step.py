@@ -92,8 +92,8 @@ def make_serial_step(
     "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
-    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; driven: functions of time
-    drive supports; has_springs: springs act on boundary nodes.
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; driven: functions of
+    time drive supports; has_springs: springs act on boundary nodes.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -108,8 +108,8 @@ def make_serial_step(
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
-    spring_forces = measure_springs = None
-    accelerate = move_on = gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
+    spring_forces = measure_springs = accelerate = move_on = None
+    gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
     find_squeezed = layer_slip_of_pairs = None
@@ -380,4 +380,5 @@ def make_serial_step(
     long = has_friction or slots > 1 or options.projected or coupled
     long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, options=options, driven=driven), **KEEP_VECTORS, **optimisation)
+    made = kernel_of(serial_step, signature, options=options, driven=driven)
+    return compiled_with(made, **KEEP_VECTORS, **optimisation)

@@ -14,9 +14,9 @@ from .boundary_nodes import Supports
 class DrivenSupports:
     """The motion of all axes that functions of time drive, a `Timed` term.
 
-    D is the displacement itself, or the integral of the velocity by three Gauss points for each step. A row of `_levels`
-    holds time, D [axes] and the mean velocity [axes] over the step that ended there, from the level before the present
-    one on.
+    D is the displacement itself, or the integral of the velocity by three Gauss points for each step. A row of
+    `_levels` holds time, D [axes] and the mean velocity [axes] over the step that ended there, from the level before
+    the present one on.
     """
 
     def __init__(self, domain: Domain, supports: Supports) -> None:
@@ -69,7 +69,7 @@ class DrivenSupports:
         here = int(np.flatnonzero(self._levels[:, 0] == time)[-1])
         self._levels = self._levels[max(0, here - 1) : here + 1]
         past = self._levels[:-1]
-        speeds = [self._levels[-1, 1 + self.axes :]]
+        speed = self._levels[-1, 1 + self.axes :]
         try:
             for end in np.cumsum([time, *[step] * rows])[1:] if step > 0.0 else ():
                 self._levels = np.concatenate([self._levels, self._next(self._levels[-1], float(end))[None]])
@@ -79,10 +79,9 @@ class DrivenSupports:
         levels = self._levels[len(past) :]
         halves = levels[1:, 1 + self.axes :]
         if len(levels) == 1:  # no step follows, and the function gives none
-            change = speeds[0] - past[0, 1 + self.axes :] if len(past) else 0.0 * speeds[0]
-            halves = (speeds[0] + change)[None]
+            halves = (2.0 * speed - past[0, 1 + self.axes :] if len(past) else speed)[None]
             levels = np.repeat(levels, 2, axis=0)
-        speeds = np.concatenate([speeds, halves])
+        speeds = np.concatenate([speed[None], halves])
         spans = 0.5 * np.array([before, *[after] * (rows - 1)])[:, None], 0.5 * (after or before)
         table = np.zeros((rows, self.axes, NUMBERS))
         total = spans[0] + spans[1]

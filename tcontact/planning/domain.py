@@ -334,7 +334,7 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         if len(together) > 1 and any(one in paired or _can_touch(bodies[one]) for one in together):
             groups.setdefault((-1, *together), []).append(number)
             continue
-        if not _can_touch(body):
+        if body.contact is None or not len(body.contact.nodes):
             alone.append(number)
             continue
         massless = body.contact.graph is not None

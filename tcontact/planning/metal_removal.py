@@ -68,7 +68,8 @@ def impact_speed(scene: Scene, index: int) -> float:
         towards = np.einsum("ki,ki->k", velocity, outward) * (np.einsum("ki,ki->k", velocity, normals) < 0.0)
         towards = np.maximum(towards, -np.einsum("ki,ki->k", velocity, normals))
         fall = min(pull * scene.duration, np.sqrt(2.0 * pull * max(0.0, float(obstacle.gap(start).min(initial=0.0)))))
-        fastest = max(fastest, driven + float(towards.max(initial=0.0)) + _pushed(obstacle, start, normals, scene) + fall)
+        towards = driven + towards
+        fastest = max(fastest, float(towards.max(initial=0.0)) + _pushed(obstacle, start, normals, scene) + fall)
     for pair in scene.body_pairs:
         if index in (pair.first, pair.second):
             other = scene.bodies[pair.second if index == pair.first else pair.first]

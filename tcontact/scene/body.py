@@ -19,7 +19,6 @@ from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repea
 from .springs import PointMass, Spring, checked
 from .supports import Prescribed, Support
 
-
 Materials = Any  # a Material, or a dict from names of cell sets to materials
 Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
 
@@ -85,8 +84,8 @@ class Body:
         object.__setattr__(self, "supports", tuple(supports))
         object.__setattr__(self, "point_masses", checked("Body.point_masses", self.point_masses, PointMass))
         object.__setattr__(self, "springs", checked("Body.springs", self.springs, Spring))
-        for part in (*self.point_masses, *self.springs):
-            self.mesh.nodes_of(part.set)
+        for name in [part.set for part in self.point_masses] + [part.set for part in self.springs]:
+            self.mesh.nodes_of(name)
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here

@@ -68,7 +68,7 @@ class Spring:
         if self.rest_length is not None:
             validate.number("Spring.rest_length", self.rest_length, low=0.0, strict=False)
             if self.directions:
-                remedy = "a spring along axes is free of force at the start; leave it out, or leave axes out and give to"
+                remedy = "a spring along axes is free of force at the start; leave it out, or axes, and give to"
                 raise InputError("Spring.rest_length", self.rest_length, remedy)
 
     @property
@@ -127,7 +127,7 @@ def checked(field: str, given: Any, kind: type) -> tuple[Any, ...]:
 
 
 def springs_of(scene: Any) -> Iterator[SceneSpring]:
-    """Yield the springs of all bodies of a scene. Raises `InputError` for unknown bodies, sets and lines of length 0."""
+    """Yield the springs of all bodies. Raises `InputError` for unknown bodies and sets, and lines of length 0."""
     for index, body in enumerate(scene.bodies):
         for number, spring in enumerate(body.springs):
             field = f"Scene.bodies[{index}].springs[{number}]"
