@@ -88,7 +88,7 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            PLASTIC_HOURGLASS, integral_of="hourglass_step", rule="sum", energy="dissipated"),
     Column("spring_energy", "J", "elastic energy of the springs", 1, ("springs",), SPRINGS, energy="stored"),
     Column("spring_work", "J", "energy dissipated by the dashpots of springs so far", 1, (), SPRINGS,
-           integral_of="spring_power", energy="dissipated"),
+           integral_of="spring_before", rule="kicks", energy="dissipated"),
     Column("spring_force", "N", "force of springs to the ground and to points", 3, ("springs",), SPRINGS),
     Column("spring_impulse", "N s", "impulse of that force so far", 3, (), SPRINGS, integral_of="spring_force",
            impulse=True),
@@ -124,7 +124,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("hourglass_step", "J", "energy let go by hourglass modes", 1, ("plastic",), PLASTIC_HOURGLASS, shown=False),
     Column("friction_before", "J", "work of friction up to the row", 1, ("friction",), FRICTION, shown=False),
     Column("friction_after", "J", "work of friction in the kick after it", 1, ("friction",), FRICTION, shown=False),
-    Column("spring_power", "W", "power that dashpots dissipate", 1, ("springs",), SPRINGS, shown=False),
+    Column("spring_before", "J", "work of dashpots up to the row", 1, ("springs",), SPRINGS, shown=False),
+    Column("spring_after", "J", "work of dashpots in the kick after it", 1, ("springs",), SPRINGS, shown=False),
     Column("obstacle_power", "W", "power of the obstacles on the bodies", 1, ("loads",), LOADS, shown=False),
     Column("obstacle_work", "J", "work of obstacles so far", 1, (), LOADS, integral_of="obstacle_power", shown=False),
 )  # fmt: skip

@@ -136,9 +136,15 @@ CHANGES = {
             "material": tc.LinearElastic(**ROUND), "velocity": lambda b: _with(b, "velocity", 0.1 * b.mesh.nodes),
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
+            "point_masses": [tc.PointMass("zmax", 0.1)], "springs": [tc.Spring("zmax", 1e3)],
         },
     ),
-    tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),
+    tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1, "displacement": 1e-3}),
+    tc.PointMass: (tc.PointMass("zmax", 0.1), {"set": "xmax", "mass": 0.11}),
+    tc.Spring: (
+        tc.Spring("zmax", 1e3, to="zmin"),
+        {"set": "xmax", "stiffness": 1.1e3, "damping": 1.0, "to": (0.0, 0.0, 1.0), "axes": "z", "rest_length": 0.1},
+    ),
     tc.Mesh: (
         BOX,
         {

@@ -19,6 +19,7 @@ from tcontact.kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    SPRINGS,
     VISCOUS,
     group_columns,
 )
@@ -138,7 +139,7 @@ def test_a_thinned_history_has_the_sums_of_every_row():
         assert np.array_equal(thin.columns()[name], whole[name][[0, 5, 10, 11]]), name
 
 
-TERMS = [DAMPED, FRICTION, HEATED, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS]
+TERMS = [DAMPED, FRICTION, HEATED, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, SPRINGS, VISCOUS]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):

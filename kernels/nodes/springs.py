@@ -74,9 +74,9 @@ def pull(body: ti.template(), springs: ti.template(), i, force):
 
 
 @ti.func
-def rate_between(body: ti.template(), boundary: ti.template(), springs: ti.template(), i, span, damped: ti.template()):
-    """Return r of spring i after a kick of `span` [s] with the present forces, and W."""
-    rate = ti.Vector.zero(ti.f64, 3)
+def rate_between(body: ti.template(), boundary: ti.template(), springs: ti.template(), i, damped: ti.template()):
+    """Return r of spring i before the kick, its change per second of kick with the present forces, and W."""
+    rate, change = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
     flexible = ti.Matrix.zero(ti.f64, 3, 3)
     for entry in range(end_of(springs, i, FIRST_A), end_of(springs, i, LAST_B)):
         s, weight = node_of(springs, entry)
@@ -84,9 +84,10 @@ def rate_between(body: ti.template(), boundary: ti.template(), springs: ti.templ
         velocity, inverse = row(body.v, boundary.nodes[s]), symmetric(boundary.inverse_mass, s)
         net = row(boundary.load, s) - row(body.special_force, s)
         net, inverse = damped_response(damped, body, symmetric(boundary.mass, s), velocity, net, inverse)
-        rate += sign * (velocity + span * (inverse @ net))
+        rate += sign * velocity
+        change += sign * (inverse @ net)
         flexible += weight * weight * inverse
-    return rate, flexible
+    return rate, change, flexible
 
 
 @ti.func
@@ -113,7 +114,8 @@ def spring_forces(body: ti.template(), boundary: ti.template(), springs: ti.temp
             if damping > 0.0:
                 old = three(springs.values, NUMBERS * i + RESISTING)
                 along = projector(springs, i, vector_between(body, boundary, springs, i))
-                rate, flexible = rate_between(body, boundary, springs, i, span, damped)
+                rate, change, flexible = rate_between(body, boundary, springs, i, damped)
+                rate += span * change
                 soft = span * (along @ flexible @ along)
                 unit = ti.Matrix.identity(ti.f64, 3)
                 force = damping * ((unit + damping * soft).inverse() @ (along @ rate + soft @ old))
@@ -123,14 +125,19 @@ def spring_forces(body: ti.template(), boundary: ti.template(), springs: ti.temp
 
 @ti.func
 def measure_springs(body: ti.template(), boundary: ti.template(), springs: ti.template()):
-    """Sum up energy, dissipated power and the force of fixed points; special_force has all forces of the kick."""
+    """Sum up energy, work of the dashpots in both parts of the kick, and the force of fixed points.
+
+    special_force holds all forces of the kick.
+    """
+    before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     sums = ti.Vector.zero(ti.f64, SPRING_SUMS)
     for i in range(springs.lists[COUNT]):
         place = NUMBERS * i
         elastic, resisting = three(springs.values, place + ELASTIC), three(springs.values, place + RESISTING)
-        rate, _flexible = rate_between(body, boundary, springs, i, body.params[KICK_BEFORE], "")
+        rate, change, _flexible = rate_between(body, boundary, springs, i, "")
         sums[SPRING.spring_energy] += springs.values[place + ENERGY]
-        sums[SPRING.spring_power] += resisting.dot(rate)
+        sums[SPRING.spring_before] += before * resisting.dot(rate + 0.5 * before * change)
+        sums[SPRING.spring_after] += after * resisting.dot(rate + (before + 0.5 * after) * change)
         if end_of(springs, i, FIRST_B) == end_of(springs, i, LAST_B):
             for j in ti.static(range(3)):
                 sums[SPRING.spring_force + j] += elastic[j] + resisting[j]
