@@ -1,5 +1,7 @@
 """Springs, dashpots and point masses on sets of nodes (METHOD 1): frequencies, decay, momenta, refusals."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scenes import simulate
@@ -25,7 +27,7 @@ def oscillation(history, axis=2):
     time, value = history["time"], history["momentum"][:, axis]
     step = np.flatnonzero(value[:-1] * value[1:] < 0.0)
     passage = time[step] - value[step] * (time[step + 1] - time[step]) / (value[step + 1] - value[step])
-    peaks = [np.abs(value[start:end]).max() for start, end in zip(step, step[1:], strict=False)]
+    peaks = [np.abs(value[start:end]).max() for start, end in itertools.pairwise(step)]
     half = (passage[-1] - passage[0]) / (len(passage) - 1)
     return np.pi / half, -np.log(peaks[-1] / peaks[0]) / ((len(peaks) - 1) * half)
 
@@ -114,14 +116,14 @@ def test_a_strong_dashpot_is_stable_and_dashpots_on_the_same_nodes_add_up():
     """At c dt/m >> 1 the node creeps; two dashpots of c/2 are one of c."""
     ends = []
     for parts in ([1e5], [5e4, 5e4]):
-        springs = [tc.Spring("zmin", 1e3, part) for part in parts]
+        springs = [tc.Spring("zmin", 1e3 / len(parts), part) for part in parts]
         result = simulate(tc.Scene([cube(velocity=(0.0, 0.0, SPEED), springs=springs)], duration=2e-3))
         ends.append(result)
         assert ck.momentum_balance(result, 1e-10).passed
         mesh = result.scene.bodies[0].mesh
         assert 0.0 < (result.position - mesh.nodes)[mesh.nodes_of("zmin"), 2].mean() < 0.02 * SPEED * result.time
         assert result.history["energy_error"].max() <= 0.1
-    assert ends[0].position == pytest.approx(ends[1].position, abs=1e-6 * SPEED * 2e-3)
+    assert ends[0].position == pytest.approx(ends[1].position, abs=1e-9 * SPEED * 2e-3)
 
 
 def test_springs_in_a_run_with_contact_resume_with_the_same_bits(monkeypatch, tmp_path):

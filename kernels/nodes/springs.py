@@ -21,11 +21,12 @@ from ..language.entries import put_three, row, three
 from .boundary_nodes import symmetric
 from .damping import damped_response
 
-COUNT, ROUNDS, SUMS_PLACE, HEAD = 0, 1, 2, 3  # of lists: springs; turns of the dashpots; first of its sums; header
+COUNT, ROUNDS, SUMS_PLACE, HEAD = 0, 1, 2, 3  # of lists: springs; most turns of dashpots; first of the sums; header
 ALONG_AXES, FIRST_A, FIRST_B, LAST_B, ENDS = 0, 1, 2, 3, 4
 # of values: k, c, l; axes (0 or 1); q_0 of both ends; d_0; elastic force on A, its energy; force of the dashpot on A
 STIFFNESS, DAMPING, LENGTH, AXES, PLACE_A, PLACE_B, REST, ELASTIC, ENERGY, RESISTING = 0, 1, 2, 3, 6, 9, 12, 15, 18, 19
 NUMBERS = 22
+CHANGE = 1e-13  # change of the forces of dashpots over their size at which turns end
 
 
 @ti.func
@@ -109,6 +110,7 @@ def spring_forces(body: ti.template(), boundary: ti.template(), springs: ti.temp
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = ti.select(before > 0.0, before, after)
     for _ in range(springs.lists[ROUNDS]):
+        change_of_forces, size = 0.0, 0.0
         for i in range(count):
             damping = springs.values[NUMBERS * i + DAMPING]
             if damping > 0.0:
@@ -121,6 +123,10 @@ def spring_forces(body: ti.template(), boundary: ti.template(), springs: ti.temp
                 force = damping * ((unit + damping * soft).inverse() @ (along @ rate + soft @ old))
                 put_three(springs.values, NUMBERS * i + RESISTING, force)
                 pull(body, springs, i, force - old)
+                change_of_forces += (force - old).norm()
+                size += force.norm()
+        if change_of_forces <= CHANGE * size:
+            break
 
 
 @ti.func

@@ -8,7 +8,7 @@ from ..device import arrays
 from ..planning.domain import Domain
 from ..planning.springs import planned_ends
 
-ROUNDS = 20  # turns of dashpots that share nodes; each reduces their error by more than half where dt resolves them
+ROUNDS = 1000  # most turns of dashpots that share nodes: a few where dt resolves m/c, more where it does not
 
 
 class Springs:
