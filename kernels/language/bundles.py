@@ -55,6 +55,7 @@ class Body(NamedTuple):
 class Boundary(NamedTuple):
     """Boundary nodes, the contact nodes first: nodes [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
+    Behind the mass tensors stand the numbers of springs, if there are any (nodes/springs.py).
     sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
 
@@ -75,19 +76,6 @@ class Supports(NamedTuple):
     speeds: Array = None
     sums: Shared = None
     driven: Any = None
-
-
-class Springs(NamedTuple):
-    """Springs between sets of nodes (nodes/springs.py): lists and values; sums: energy, power and force."""
-
-    lists: Index = None
-    values: Array = None
-    sums: Shared = None
-
-    @property
-    def exist(self) -> bool:
-        """Return whether there are springs."""
-        return self.values is not None
 
 
 class Contact(NamedTuple):

@@ -198,7 +198,6 @@ def make_serial_step(
         body: ti.template(),
         boundary: ti.template(),
         supports: ti.template(),
-        springs: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
         coupling: ti.template(),
@@ -218,7 +217,7 @@ def make_serial_step(
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
         if ti.static(has_springs):
-            measure_springs(body, boundary, springs)
+            measure_springs(body, boundary)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports)
         if ti.static(has_boundary):
@@ -260,7 +259,6 @@ def make_serial_step(
         body: ti.template(),
         boundary: ti.template(),
         supports: ti.template(),
-        springs: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
         contact: ti.template(),
@@ -309,13 +307,13 @@ def make_serial_step(
                     if ti.static(driven):
                         accelerate(body, boundary, supports, number)
                     if ti.static(has_springs):
-                        spring_forces(body, boundary, springs, damped)
+                        spring_forces(body, boundary, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, springs, obstacles, rows, coupling, contact, number)
+                    kick(body, boundary, supports, obstacles, rows, coupling, contact, number)
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]

@@ -18,14 +18,18 @@ def flat_tensors(tensors: np.ndarray) -> np.ndarray:
 
 
 class BoundaryNodes:
-    """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force."""
+    """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force.
+
+    springs: numbers of springs, which stand behind the mass tensors (springs.py), None without any.
+    """
 
     name = "boundary-nodes"
 
-    def __init__(self, domain: Domain, force: arrays.Array) -> None:
+    def __init__(self, domain: Domain, force: arrays.Array, springs: np.ndarray | None = None) -> None:
         self.force = force
         self.nodes = arrays.put(domain.boundary.astype(np.int32))
-        self.mass = arrays.put(flat_tensors(domain.tensors))
+        tensors = flat_tensors(domain.tensors)
+        self.mass = arrays.put(tensors if springs is None else np.concatenate([tensors.ravel(), springs]))
         self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
         self.load = arrays.put(domain.loads)
 

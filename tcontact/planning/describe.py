@@ -163,7 +163,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["supports"] += 4 * axes * (MAXIMUM_ROWS if domain.small else 1) * REAL
     if domain.springs:
         entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
-        result["springs"] = len(domain.springs) * (4 * WHOLE + 22 * REAL) + 3 * WHOLE + entries * (WHOLE + REAL)
+        result["boundary-nodes"] += (3 + 26 * len(domain.springs) + 2 * entries) * REAL
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact

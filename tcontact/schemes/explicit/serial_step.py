@@ -15,7 +15,6 @@ from ...kernels.columns import group_size
 from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
-from ...nodes.springs import Springs
 from ...planning.domain import Domain
 
 
@@ -34,7 +33,6 @@ class SerialStep:
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
-        springs: Springs | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             Boundary,
@@ -47,7 +45,6 @@ class SerialStep:
             Rows,
             System,
         )
-        from ...kernels.language.bundles import Springs as SpringArrays
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.signatures import arguments, signature_of
         from ...kernels.step import serial_step as kernels
@@ -71,7 +68,6 @@ class SerialStep:
             if boundary is None
             else Boundary(**boundary.arguments(), sums=self.sums),
             "supports": SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=self.sums),
-            "springs": SpringArrays() if springs is None else SpringArrays(**springs.arguments(), sums=self.sums),
             "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
             "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
             "contact": Contact(**({} if contact is None else contact.arguments()), sums=self.sums),
@@ -98,7 +94,7 @@ class SerialStep:
             domain.few_contact_cells,
             tied=images is not None,
             driven=supports is not None and supports.driven,
-            has_springs=springs is not None,
+            has_springs=bool(domain.springs),
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}

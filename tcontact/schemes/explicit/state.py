@@ -15,7 +15,7 @@ from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.driven_supports import DrivenSupports
 from ...nodes.images import PeriodicImages
-from ...nodes.springs import Springs
+from ...nodes.springs import spring_numbers
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
 from ...scene.scene import Scene
@@ -53,21 +53,20 @@ class DomainState:
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
-        self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force) if len(domain.boundary) else None
+        self.boundary_nodes: BoundaryNodes | None = None
+        if len(domain.boundary):
+            springs = spring_numbers(domain, self.groups) if domain.springs else None
+            self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force, springs)
         self.supports: Supports | None = None
         if len(domain.support_rows):
             self.supports = Supports(domain, self._started(displacement), MAXIMUM_ROWS if domain.small else 1)
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
-        self.springs = None
-        if domain.springs:
-            before = self.groups[self.groups.index("boundary") : self.groups.index("springs")]
-            self.springs = Springs(domain, group_size(*before))
         self.serial: SerialStep | None = None
         if self.boundary_nodes is not None or self.contact is not None or domain.small:
-            terms = self.boundary_nodes, self.supports, self.contact, self.images, self.springs
-            self.serial = SerialStep(domain, self.groups, self.internal_force, *terms)
+            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
+            self.serial = SerialStep(domain, self.groups, *parts)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -208,7 +207,6 @@ class DomainState:
             self.internal_force,
             self.boundary_nodes,
             self.supports,
-            self.springs,
             self.contact,
             friction,
             cells,
