@@ -9,6 +9,7 @@ from stopped_runs import copied, quietly, same
 
 import tcontact as tc
 from tcontact.planning.body_plan import SMALL
+from tcontact.planning.describe import memory
 from tcontact.planning.springs import spring_rates
 from tcontact.results import checks as ck
 from tcontact.schemes.explicit.state import DomainState
@@ -140,6 +141,23 @@ def test_springs_in_a_run_with_contact_resume_with_the_same_bits(monkeypatch, tm
     same(quietly(tc.resume, copies[sorted(copies)[1]], scene, scheme), whole)
 
 
+@pytest.mark.slow
+def test_a_driven_pair_on_springs_keeps_its_momentum_balance():
+    """Two bodies in contact, joined and held by springs, both driven, with gravity and friction: one domain, 1e-10."""
+    law = tc.NeoHookean(1e7, 0.3, 1000.0)
+    springs = [tc.Spring("zmax", 1e5, 10.0, to=("low", "zmin")), tc.Spring("zmax", 1e4)]
+    turn = tc.Support("zmax", "xy", displacement=lambda time: 2e-4 * np.sin(1e3 * time * np.ones(2)))
+    lift = tc.Support("zmin", "z", velocity=lambda time: 0.3 * np.sin(1e3 * time))
+    up = cube(law, (0.0, 0.0, 0.1001), 3, contact="zmin", velocity=(0.0, 0.0, -1.0), springs=springs, supports=[turn])
+    low = cube(law, cells=3, contact="zmax", name="low", supports=[lift])
+    scene = tc.Scene([up, low], duration=6e-3, gravity=(0.0, 0.0, -9.81), friction=tc.Coulomb(0.3))
+    assert len(tc.plan(scene).domains) == 1
+    result = simulate(scene, cfl=0.4)
+    assert ck.momentum_balance(result, 1e-10).passed
+    assert np.abs(result.history["pair_force:body-0-low"]).max() > 0.0
+    assert result.history["energy_error"].max() <= 0.01
+
+
 def test_they_go_through_a_scene_file(tmp_path):
     springs = [
         tc.Spring("zmax", 1e4, 1.0, to="zmin"),
@@ -214,4 +232,6 @@ def test_only_scenes_with_springs_and_functions_have_arguments_for_them():
     assert "spring" not in " ".join(planned.columns)
     for one in (plain, driven, sprung):
         said = tc.plan(one.scene).describe()
+        foreseen = memory(planned, one.domain)
+        assert all(one.memory()[name] == foreseen[name] for name in ("supports", "boundary-nodes"))
         assert ("driven supports" in said, "springs" in said) == (one is driven, one is sprung)
