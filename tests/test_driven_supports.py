@@ -110,6 +110,22 @@ def test_the_reaction_includes_the_inertia_of_the_driven_nodes():
     assert np.abs(history["support_force"][:, 0] - exact).max() <= 1e-3 * exact.max()
 
 
+def test_free_components_feel_the_inertia_of_driven_ones_by_their_mass_tensor():
+    """A plate on an oblique wall: its upper nodes have oblique mass tensors and are driven along x alone."""
+    turn = np.array([[1.0, 0.0, 1.0], [0.0, 2.0**0.5, 0.0], [-1.0, 0.0, 1.0]]) / 2.0**0.5
+    flat = tc.box_mesh((0.1, 0.1, 0.03), (3, 3, 1))
+    mesh = tc.Mesh(flat.nodes @ turn.T, flat.cells, flat.kind, face_sets=flat.face_sets)
+    support = tc.Support("zmax", "x", displacement=lambda time: way(time)[0])
+    body = tc.Body(mesh, tc.NeoHookean(1e7, 0.3, 1000.0), contact="zmin", supports=[support])
+    wall = tc.Plane(tuple(-1e-5 * turn[:, 2]), tuple(turn[:, 2]))
+    scene = tc.Scene([body], [wall], PERIOD, contact=tc.MasslessContact(removal="normal"))
+    tensors = tc.plan(scene).bodies[0].tensors
+    assert np.abs(tensors[:, 0, 2]).max() > 0.1 * np.abs(tensors).max()
+    result = simulate(scene, cfl=0.3)
+    assert np.abs(result.history["contact_force"]).max() > 0.0
+    assert ck.momentum_balance(result, 1e-12).passed
+
+
 @pytest.mark.parametrize("kind", DRIVEN)
 def test_a_split_run_has_the_same_bits(kind, monkeypatch, tmp_path):
     physics = dropped(tc.Support("zmax", "xy", **{kind: DRIVEN[kind]}))
