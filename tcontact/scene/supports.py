@@ -85,13 +85,13 @@ class Support:
 
     def motions(self) -> Iterator[Prescribed]:
         """Yield the motion along each axis. Raises `FunctionError`."""
-        value = getattr(self, self.kind)
-        start = self.function().at(np.zeros(1))[0]
-        single = self.varies and np.ndim(value(0.0)) == 0
+        function = self.function()
+        start = function.at(np.zeros(1))[0]
         for number, (letter, now) in enumerate(zip(self.axes, start.tolist(), strict=True)):
             key: tuple[Any, ...] = (self.kind, now)
             if self.varies:
-                key = (self.kind, "function", id(value), *(() if single else (number, len(self.axes))))
+                part = () if function.single else (number, len(self.axes))
+                key = (self.kind, "function", id(function.value), *part)
             place = now if self.kind == "displacement" else None
             yield Prescribed(key, "xyz".index(letter), number, 0.0 if place is not None else now, place)
 

@@ -13,6 +13,7 @@
     mesh = { box = [0.1, 0.1, 0.1], cells = [8, 8, 8] }     # or { file = "part.msh", scale = 1e-3 }
     material = { type = "NeoHookean", young = 1e7, poisson = 0.3, density = 1000 }
     supports = [{ set = "zmax", axes = "xy" }]
+    springs = [{ set = "zmax", stiffness = 1e4, damping = 2, to = ["other", "zmin"] }]
 
     [[obstacles]]
     type = "Plane"
