@@ -12,6 +12,7 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
     pair             loads and rows of each pair of bodies
     applied          loads other than gravity, and gravity where it is a function of time
+    springs          energy, power and force of springs
     host, layers, pairs   numbers that the host measures
 """
 
@@ -21,6 +22,7 @@ from typing import NamedTuple
 # parts of a scene without which some columns do not exist
 FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "viscosity"
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
+SPRINGS = "springs"
 PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
 HEATED = "friction layers of metals"
 APPLIES, PULLED = "loads", "gravity as a function of time"
@@ -86,6 +88,12 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            rule="sum"),
     Column("hourglass_work", "J", "energy dissipated as hourglass modes softened in plastic flow", 1, (),
            PLASTIC_HOURGLASS, integral_of="hourglass_step", rule="sum", energy="dissipated"),
+    Column("spring_energy", "J", "elastic energy of the springs", 1, ("springs",), SPRINGS, energy="stored"),
+    Column("spring_work", "J", "energy dissipated by the dashpots of springs so far", 1, (), SPRINGS,
+           integral_of="spring_before", rule="kicks", energy="dissipated"),
+    Column("spring_force", "N", "force of springs to the ground and to points", 3, ("springs",), SPRINGS),
+    Column("spring_impulse", "N s", "impulse of that force so far", 3, (), SPRINGS, integral_of="spring_force",
+           impulse=True),
     Column("temperature_max", "K", "highest temperature of a metal", 1, ("plastic",), PLASTIC, "max"),
     Column("plastic_strain_max", "1", "largest plastic strain", 1, ("plastic",), PLASTIC, "max"),
     Column("applied_force", "N", "force of the loads, without gravity", 3, ("applied",), APPLIES),
@@ -134,6 +142,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("hourglass_step", "J", "energy let go by hourglass modes", 1, ("plastic",), PLASTIC_HOURGLASS, shown=False),
     Column("friction_before", "J", "work of friction up to the row", 1, ("friction",), FRICTION, shown=False),
     Column("friction_after", "J", "work of friction in the kick after it", 1, ("friction",), FRICTION, shown=False),
+    Column("spring_before", "J", "work of dashpots up to the row", 1, ("springs",), SPRINGS, shown=False),
+    Column("spring_after", "J", "work of dashpots in the kick after it", 1, ("springs",), SPRINGS, shown=False),
     Column("obstacle_power", "W", "power of the obstacles on the bodies", 1, ("loads",), LOADS, shown=False),
     Column("obstacle_work", "J", "work of obstacles so far", 1, (), LOADS, integral_of="obstacle_power", shown=False),
 )  # fmt: skip
@@ -190,3 +200,4 @@ CONTACT = places("contact")
 OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
 PAIR_LOAD, PAIR_LOADS = places("pair"), group_size("pair")
 APPLIED = places("applied")
+SPRING, SPRING_SUMS = places("springs"), group_size("springs")

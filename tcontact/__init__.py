@@ -56,7 +56,7 @@ from .run.checkpoint import Checkpoint  # noqa: E402
 from .run.resumption import resume  # noqa: E402
 from .run.scene_files import load_scene, save_scene  # noqa: E402
 from .run.simulation import simulate  # noqa: E402
-from .scene.body import Body, Support  # noqa: E402
+from .scene.body import Body  # noqa: E402
 from .scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact  # noqa: E402
 from .scene.dissipation import BulkViscosity, MassDamping  # noqa: E402
 from .scene.friction_models import Coulomb, FrictionLayer, FrictionTable, NoFriction, RegularizedCoulomb  # noqa: E402
@@ -68,6 +68,8 @@ from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.own_laws import register_law  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
+from .scene.springs import PointMass, Spring  # noqa: E402
+from .scene.supports import Support  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
     DiscreteGradient,
@@ -124,6 +126,7 @@ __all__ = [
     "PenaltyContact",
     "Plane",
     "PlasticStepWarning",
+    "PointMass",
     "RegularizedCoulomb",
     "Result",
     "RotationWarning",
@@ -131,6 +134,7 @@ __all__ = [
     "Sdf",
     "SlaveWarning",
     "Sphere",
+    "Spring",
     "StVenantKirchhoff",
     "SteinbergGuinan",
     "StressAveraging",

@@ -152,6 +152,7 @@ CHANGES = {
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
             "loads": [tc.Load("zmax", pressure=1e3)],
+            "point_masses": [tc.PointMass("zmax", 0.1)], "springs": [tc.Spring("zmax", 1e3)],
         },
     ),
     tc.Load: (
@@ -159,7 +160,12 @@ CHANGES = {
         {"set": "xmax", "pressure": 1.1e3, "traction": lambda s: tc.Load("zmax", traction=(0.0, 0.0, 1e3)),
          "force": lambda s: tc.Load("zmax", force=(0.0, 0.0, 1e3))},
     ),
-    tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),
+    tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1, "displacement": 1e-3}),
+    tc.PointMass: (tc.PointMass("zmax", 0.1), {"set": "xmax", "mass": 0.11}),
+    tc.Spring: (
+        tc.Spring("zmax", 1e3, to="zmin"),
+        {"set": "xmax", "stiffness": 1.1e3, "damping": 1.0, "to": (0.0, 0.0, 1.0), "axes": "z", "rest_length": 0.1},
+    ),
     tc.Mesh: (
         BOX,
         {

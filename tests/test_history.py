@@ -21,6 +21,7 @@ from tcontact.kernels.columns import (
     PLASTIC,
     PLASTIC_HOURGLASS,
     PULLED,
+    SPRINGS,
     VISCOUS,
     group_columns,
 )
@@ -152,6 +153,7 @@ TERMS = [
     PLASTIC,
     PLASTIC_HOURGLASS,
     PULLED,
+    SPRINGS,
     VISCOUS,
 ]
 

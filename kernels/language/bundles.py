@@ -57,6 +57,7 @@ class Boundary(NamedTuple):
     """Boundary nodes, the contact nodes first: nodes [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 
     Behind f_ext stand the data of loads other than constant gravity, if there are any (load_places.py).
+    Behind the mass tensors stand the numbers of springs, if there are any (nodes/springs.py).
     sums: sums of all parts of a step except the force pass, at the places of columns.py; all bundles share this array.
     """
 
@@ -68,11 +69,15 @@ class Boundary(NamedTuple):
 
 
 class Supports(NamedTuple):
-    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction and power."""
+    """Prescribed components: 3 * boundary node + axis, velocity [m/s]; sums: reaction and power.
+
+    driven: functions of time drive some of them, whose table is behind these numbers (nodes/driven_supports.py).
+    """
 
     components: Index = None
     speeds: Array = None
     sums: Shared = None
+    driven: Any = None
 
 
 class Contact(NamedTuple):

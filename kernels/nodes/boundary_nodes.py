@@ -71,10 +71,19 @@ def kick_and_drift(body: ti.template(), boundary: ti.template(), loaded: ti.temp
 
 
 @ti.func
+def component_count(supports: ti.template()):
+    """Return the number of prescribed components; beside driven ones stands a table (driven_supports.py)."""
+    count = supports.components.shape[0]
+    if ti.static(supports.driven):
+        count = count // 2
+    return count
+
+
+@ti.func
 def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
     """Sum up the reactions M a + f - f_ext of all prescribed components, and their power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(supports.components.shape[0]):
+    for i in range(component_count(supports)):
         s, axis = supports.components[i] // 3, supports.components[i] % 3
         net = row(boundary.load, s) - row(body.special_force, s)
         inertia = symmetric(boundary.mass, s) @ (symmetric(boundary.inverse_mass, s) @ net)

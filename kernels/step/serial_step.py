@@ -86,6 +86,8 @@ def make_serial_step(
     viscous: bool = False,
     tied: bool = False,
     loaded: str = "",
+    driven: bool = False,
+    has_springs: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -94,7 +96,7 @@ def make_serial_step(
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
     damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; loaded: "loads", or ""
-    without (loads.py).
+    without (loads.py); driven: functions of time drive supports; has_springs: springs act on boundary nodes.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -110,6 +112,7 @@ def make_serial_step(
     # only what the scene needs is imported; Taichi needs the other names to exist
     kick_and_drift = support_reactions = choose_candidates = smallest_gap = impulse_load = penalty_load = None
     apply_loads = measure_loads = asks = None
+    spring_forces = measure_springs = accelerate = move_on = None
     gather = follow = damp = massless_load = predict = move_out = resolve = CONVERGED = MEASURE = NEXT = None
     set_pose = fill_rows = hand_over = hand_over_friction = obstacle_loads = any_island = None
     fill_pair_rows = count_pairs = hand_over_pairs = is_stale = press_all_masters = kick_pair_friction = None
@@ -121,6 +124,10 @@ def make_serial_step(
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if loaded:
         from ..nodes.loads import apply_loads, asks, measure_loads
+    if has_springs:
+        from ..nodes.springs import measure_springs, spring_forces
+    if driven:
+        from ..nodes.driven_supports import accelerate, move_on
     if tied:
         from ..nodes.images import follow, gather
     coupled = options.coupled
@@ -208,6 +215,7 @@ def make_serial_step(
         rows: ti.template(),
         coupling: ti.template(),
         contact: ti.template(),
+        number,
     ):
         if ti.static(kick_has_friction):
             if ti.static(coupled):
@@ -221,12 +229,16 @@ def make_serial_step(
             obstacle_loads(obstacles, rows, contact, body.u)
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
+        if ti.static(has_springs):
+            measure_springs(body, boundary)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports)
         if ti.static(loaded != ""):
             measure_loads(body, boundary)
         if ti.static(has_boundary):
             kick_and_drift(body, boundary, loaded)
+        if ti.static(driven):
+            move_on(body, boundary, supports, number)
         if ti.static(varied and not solve_has_friction):
             note_slip(body, boundary, obstacles, rows, coupling, contact)
 
@@ -309,12 +321,16 @@ def make_serial_step(
                         keep_places(body, boundary)
                     if ti.static(tied):
                         gather(body.special_force, images)
+                    if ti.static(driven):
+                        accelerate(body, boundary, supports, number)
+                    if ti.static(has_springs):
+                        spring_forces(body, boundary, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, coupling, contact)
+                    kick(body, boundary, supports, obstacles, rows, coupling, contact, number)
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
@@ -390,4 +406,5 @@ def make_serial_step(
     long = has_friction or slots > 1 or options.projected or coupled
     long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
-    return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)
+    made = kernel_of(serial_step, signature, options=options, driven=driven)
+    return compiled_with(made, **KEEP_VECTORS, **optimisation)

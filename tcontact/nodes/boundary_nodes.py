@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..device import arrays
@@ -16,15 +18,25 @@ def flat_tensors(tensors: np.ndarray) -> np.ndarray:
 
 
 class BoundaryNodes:
-    """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force."""
+    """The list of boundary nodes; `force` is their internal force of the last pass, less the contact force.
+
+    springs: numbers of springs, which stand behind the mass tensors (springs.py), None without any.
+    """
 
     name = "boundary-nodes"
 
-    def __init__(self, domain: Domain, force: arrays.Array, loads: np.ndarray | None = None) -> None:
-        """Make the arrays; loads: data of loads behind those of gravity (kernels/load_places.py)."""
+    def __init__(
+        self,
+        domain: Domain,
+        force: arrays.Array,
+        loads: np.ndarray | None = None,
+        springs: np.ndarray | None = None,
+    ) -> None:
+        """Make the arrays; loads: data of loads behind those of gravity (kernels/load_places.py); springs: theirs."""
         self.force = force
         self.nodes = arrays.put(domain.boundary.astype(np.int32))
-        self.mass = arrays.put(flat_tensors(domain.tensors))
+        tensors = flat_tensors(domain.tensors)
+        self.mass = arrays.put(tensors if springs is None else np.concatenate([tensors.ravel(), springs]))
         self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
         behind = np.zeros(0) if loads is None else loads
         self.load = arrays.put(np.concatenate([domain.loads.reshape(-1), behind]))
@@ -39,17 +51,30 @@ class BoundaryNodes:
 
 
 class Supports:
-    """Held and driven components; their reaction is M a + f - f_ext - contact force (METHOD 1)."""
+    """Held and driven components; their reaction is M a + f - f_ext - contact force (METHOD 1).
+
+    start [n, 3] [m]: displacement of the nodes at the start; rows: steps in a launch, for the table of driven supports
+    (kernels/nodes/driven_supports.py).
+    """
 
     name = "supports"
 
-    def __init__(self, domain: Domain) -> None:
-        self.components = arrays.put((3 * domain.support_rows + domain.support_axes).astype(np.int32))
-        self.speeds = arrays.put(domain.speeds)
+    def __init__(self, domain: Domain, start: np.ndarray, rows: int = 1) -> None:
+        components, values = 3 * domain.support_rows + domain.support_axes, domain.speeds
+        self.driven, self.rows = bool(domain.driven), rows
+        if self.driven:
+            axes = [support.kind == "velocity" for support in domain.driven for _ in support.axes]
+            place = start[domain.boundary[domain.support_rows], domain.support_axes]
+            added = np.where(np.array([*axes, False])[domain.driven_axes], place, 0.0)
+            components = np.concatenate([components, domain.driven_axes, [len(axes)]])
+            values = np.concatenate([values, added, np.zeros(4 * len(axes) * rows)])
+        self.components = arrays.put(components.astype(np.int32))
+        self.speeds = arrays.put(values)
 
-    def arguments(self) -> dict[str, arrays.Array]:
+    def arguments(self) -> dict[str, Any]:
         """Arrays by the names of kernels/language/bundles.Supports."""
-        return {"components": self.components, "speeds": self.speeds}
+        found: dict[str, Any] = {"components": self.components, "speeds": self.speeds}
+        return {**found, "driven": True} if self.driven else found
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of this term."""

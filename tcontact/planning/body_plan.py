@@ -74,7 +74,9 @@ class BodyPlan:
     boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity at the
     start; pulled: gravity is a function of time;
-    support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
+    support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s] at t
+    = 0; driven [r]: for components that functions of time drive, number of the axis among those of all supports
+    `body.driven`, one after the other, else -1;
     images: those of a periodic body, whose masters alone have mass, loads and contact.
     """
 
@@ -93,6 +95,7 @@ class BodyPlan:
     support_rows: np.ndarray
     support_axes: np.ndarray
     speeds: np.ndarray
+    driven: np.ndarray
     contact: ContactPlan | None
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None

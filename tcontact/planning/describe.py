@@ -10,6 +10,7 @@ from ..kernels.columns import cell_groups, group_size
 from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
 from ..kernels.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
+from ..mesh.geometry import spanned_heights
 from ..scene.friction_laws import law_data, varies
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import all_kinds
@@ -21,10 +22,12 @@ from .domain_packs import pack_domain
 from .measured import raw_groups
 from .node_volumes import volume_arrays
 from .packing import CellPacks
+from .springs import planned_ends, spring_rates
 from .static_solver import projected, static_solver
 from .sweep_order import sweep_order
 
 REAL, WHOLE = 8, 4  # bytes of a number
+STIFF = 0.5  # omega^2 of springs over (wave speed / height)^2 of the cells from which they shorten the step much
 SYMMETRIC = 6
 
 
@@ -46,6 +49,8 @@ def describe(plan: Plan) -> str:
     lines = ["terms: " + ", ".join(plan.terms)]
     for domain in plan.domains:
         lines += [_body(plan, body) for body in domain.bodies]
+        if domain.springs:
+            lines.append(_springs(domain))
         lines.append("  kernels: " + ", ".join(kernels(plan, domain)))
         sizes = [f"{name} {_readable(size)}" for name, size in memory(plan, domain).items()]
         lines.append("  memory: " + ", ".join(sizes))
@@ -61,6 +66,8 @@ def _body(plan: Plan, body: BodyPlan) -> str:
         for block in body.blocks:
             line += f"{len(block.cells)} {block.own.element} cells {_named(block)}{_block(block)} + "
         line = f"{line[:-3]}, {mesh.node_count} nodes"
+    if body.body.point_masses:
+        line += f", {sum(point.mass for point in body.body.point_masses):.6g} kg of point masses"
     if len(body.boundary):
         line += f", {len(body.boundary)} nodes with their own mass tensor, support or contact"
     contact = body.contact
@@ -85,6 +92,21 @@ def _named(block: PlanBlock) -> str:
     return "" if block.own.region is None else f"in {block.own.region!r} "
 
 
+def _springs(domain: Domain) -> str:
+    """Return the number of the springs, and whether they shorten the stable step."""
+    rate = max(spring_rates(domain).values())
+    cells = 1.0 / min(
+        (spanned_heights(block.own.own.kind, domain.reference[block.cells]).min() / block.material.wave_speed)
+        for block in domain.blocks
+    )
+    line = f"  springs: {len(domain.springs)}"
+    if rate > 0.0:
+        line += f", stable step of the masses upon them alone at least {2.0 / np.sqrt(rate):.3g} s"
+    if rate > STIFF * cells**2:
+        line += ": they are stiff beside the cells and shorten the step; share them over more nodes or soften them"
+    return line
+
+
 def kernels(plan: Plan, domain: Domain) -> list[str]:
     """List the kernels that a step of a domain launches, each with its parts."""
     cells = "; ".join(", ".join(kind) for kind in domain.kinds)
@@ -104,6 +126,10 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
         if plan.scene.friction is not None and len(domain.contact.nodes):
             beside.append("friction")
             beside += ["its coefficients"] if varies(plan.scene) else []
+    if domain.springs:
+        beside.append("springs")
+    if domain.driven:
+        beside.append("driven supports")
     if len(domain.support_rows):
         beside.append("support reactions")
     if len(domain.boundary) and domain.damping is not None:
@@ -138,6 +164,13 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["boundary-nodes"] += 0 if loads is None else loads.data.nbytes
     if len(domain.support_rows):
         result["supports"] = len(domain.support_rows) * (WHOLE + REAL)
+    if domain.driven:
+        axes = sum(len(support.axes) for support in domain.driven)
+        result["supports"] += len(domain.support_rows) * (WHOLE + REAL) + WHOLE
+        result["supports"] += 4 * axes * (MAXIMUM_ROWS if domain.small else 1) * REAL
+    if domain.springs:
+        entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
+        result["boundary-nodes"] += (3 + 26 * len(domain.springs) + 2 * entries) * REAL
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact

@@ -20,6 +20,8 @@ from ..scene.materials import Material
 from ..scene.pairs import BodyPair
 from ..scene.periodic import Images
 from ..scene.scene import Scene
+from ..scene.springs import SceneSpring
+from ..scene.supports import Support
 from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
@@ -68,16 +70,21 @@ class CellBlock:
 class Domain:
     """Bodies in one numbering.
 
-    numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
-    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start [bodies + 1]: first node
-    and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
+    numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
+    of its bodies; chunks: chunks of its cells (packing.py), None = as many as suit the threads; node_start,
+    contact_start [bodies + 1]: first node and contact node of a body; boundary_place: for every body, places [s] of its
+    boundary nodes among those of the
     domain. The other attributes are those of `BodyPlan` for all bodies.
     """
 
     def __init__(
-        self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,), pairs: tuple[BodyPair, ...] = ()
+        self,
+        bodies: tuple[BodyPlan, ...],
+        numbers: tuple[int, ...] = (0,),
+        pairs: tuple[BodyPair, ...] = (),
+        springs: tuple[SceneSpring, ...] = (),
     ) -> None:
-        self.bodies, self.numbers, self.pairs = bodies, numbers, pairs
+        self.bodies, self.numbers, self.pairs, self.springs = bodies, numbers, pairs, springs
         self.chunks: int | None = None
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
@@ -156,6 +163,20 @@ class Domain:
     def speeds(self) -> np.ndarray:
         """Prescribed velocities [r] of these components [m/s]."""
         return self._joined("speeds")
+
+    @cached_property
+    def driven(self) -> tuple[Support, ...]:
+        """The supports that functions of time drive."""
+        return tuple(support for body in self.bodies for support in body.body.driven)
+
+    @cached_property
+    def driven_axes(self) -> np.ndarray:
+        """For every prescribed component [r] the number of the axis of `driven` that drives it, or -1."""
+        parts, first = [], 0
+        for body in self.bodies:
+            parts.append(np.where(body.driven >= 0, body.driven + first, -1))
+            first += sum(len(support.axes) for support in body.body.driven)
+        return np.concatenate(parts)
 
     @property
     def gravity(self) -> np.ndarray:
@@ -294,17 +315,34 @@ def _starts(counts: list[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
+def _can_touch(body: BodyPlan) -> bool:
+    return body.contact is not None and len(body.contact.nodes) > 0
+
+
+def _joined_bodies(scene: Scene, number: int) -> list[int]:
+    """Return the numbers of the bodies that pairs and springs connect to a body, with itself, ascending."""
+    found = set(connected(scene, number))
+    while True:
+        more = found.union(*(spring.bodies for spring in scene.springs if spring.bodies & found))
+        more = more.union(*(connected(scene, other) for other in more))
+        if more == found:
+            return sorted(found)
+        found = more
+
+
 def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]:
     """Group the bodies into domains: one for each number of massless components and solver of the static solve.
 
-    These choose different kernels. Bodies that pairs connect have a domain of their own; bodies that cannot touch
-    anything join the first domain.
+    These choose different kernels. Bodies that pairs or springs connect have a domain of their own; bodies that cannot
+    touch anything join the first domain.
     """
     groups: dict[tuple[int, ...], list[int]] = {}
     alone = []
     for number, body in enumerate(bodies):
-        if any(number in (pair.first, pair.second) for pair in scene.body_pairs):
-            groups.setdefault((-1, *connected(scene, number)), []).append(number)
+        together = _joined_bodies(scene, number)
+        paired = {one for pair in scene.body_pairs for one in (pair.first, pair.second)}
+        if len(together) > 1 and any(one in paired or _can_touch(bodies[one]) for one in together):
+            groups.setdefault((-1, *together), []).append(number)
             continue
         if body.contact is None or not len(body.contact.nodes):
             alone.append(number)
@@ -319,6 +357,7 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
             tuple(bodies[number] for number in group),
             tuple(group),
             tuple(pair for pair in scene.body_pairs if pair.first in group),
+            tuple(spring for spring in scene.springs if spring.bodies & set(group)),
         )
         for group in numbers
     )

@@ -11,7 +11,23 @@ QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1
 
 
 def body_masses(body: Body) -> np.ndarray:
-    """Lumped mass of each place in the cells of the mesh of a body [m, corners] [kg]; 0 where one repeats a corner."""
+    """Lumped mass of each place in the cells of the mesh of a body [m, corners] [kg]; 0 where one repeats a corner.
+
+    The share of a node in point masses is divided among its places as its own mass is.
+    """
+    masses = _cell_masses(body)
+    if not body.point_masses:
+        return masses
+    cells = body.mesh.cells
+    own, added = np.zeros(body.mesh.node_count), np.zeros(body.mesh.node_count)
+    np.add.at(own, cells, masses)
+    for point in body.point_masses:
+        nodes = body.mesh.nodes_of(point.set)
+        added[nodes] += point.mass / len(nodes)
+    return masses * (1.0 + added / np.where(own > 0.0, own, 1.0))[cells]
+
+
+def _cell_masses(body: Body) -> np.ndarray:
     blocks, mesh = body.blocks, body.mesh
     if len(blocks) == 1:
         return corner_masses(blocks[0].kind, mesh.nodes[mesh.cells], blocks[0].material.density)

@@ -79,7 +79,8 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
     groups += ["applied"] if domain.loaded else []
-    groups += ["pair"] * len(domain.pairs)
+    groups += ["springs"] if domain.springs else []
+    groups += ["pair"] * len(domain.pairs)  # the kernels count their places from the end
     return tuple(groups)
 
 

@@ -60,19 +60,21 @@ def impact_speed(scene: Scene, index: int) -> float:
     start, velocity = body.initial_nodes[nodes], body.initial_velocity[nodes]
     pull = scene.largest_gravity
     outward = own_normals(body)[:, 0]
-    fastest = 0.0
+    driven = body.driven_speed(scene.duration)
+    fastest = driven
     for number in within_reach(body, scene.obstacles, scene.duration, scene.largest_gravity):
         obstacle = scene.obstacles[number]
         normals = obstacle.normal_at(start)
         towards = np.einsum("ki,ki->k", velocity, outward) * (np.einsum("ki,ki->k", velocity, normals) < 0.0)
         towards = np.maximum(towards, -np.einsum("ki,ki->k", velocity, normals))
         fall = min(pull * scene.duration, np.sqrt(2.0 * pull * max(0.0, float(obstacle.gap(start).min(initial=0.0)))))
+        towards = driven + towards
         fastest = max(fastest, float(towards.max(initial=0.0)) + _pushed(obstacle, start, normals, scene) + fall)
     for pair in scene.body_pairs:
         if index in (pair.first, pair.second):
             other = scene.bodies[pair.second if index == pair.first else pair.first]
             towards = np.einsum("ki,ki->k", velocity - other.initial_velocity.mean(axis=0), outward)
-            fastest = max(fastest, float(towards.max(initial=0.0)))
+            fastest = max(fastest, driven + float(towards.max(initial=0.0)) + other.driven_speed(scene.duration))
     return fastest
 
 

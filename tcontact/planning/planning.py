@@ -24,6 +24,7 @@ from ..kernels.columns import (
     PLASTIC,
     PLASTIC_HOURGLASS,
     PULLED,
+    SPRINGS,
     VISCOUS,
 )
 from ..scene.body import Body
@@ -42,6 +43,7 @@ from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
+from .springs import check_massless, spring_nodes
 from .static_solver import check_poisson, static_solver
 
 
@@ -69,6 +71,8 @@ class Plan:
     def terms(self) -> tuple[str, ...]:
         """Names of the terms of the run."""
         found = dict.fromkeys(name for body in self.bodies for name in body.terms)
+        if self.scene.springs:
+            found["springs"] = None
         if self.contact_term:
             found[self.contact_term] = None
             if self.scene.friction is not None:
@@ -94,6 +98,7 @@ class Plan:
             PAIRED: bool(scene.body_pairs),
             APPLIES: any(body.loads for body in scene.bodies),
             PULLED: callable(scene.gravity),
+            SPRINGS: bool(scene.springs),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
@@ -183,7 +188,9 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     loaded = place[loaded_nodes(body)]
     if callable(scene.gravity) and not len(loaded):
         loaded = np.zeros(1, dtype=np.int64)  # the data of a gravity that varies stand behind the loads of a node
-    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around, loaded]))
+    tied = place[spring_nodes(scene, index)]
+    check_massless(scene, index, tied, contact)
+    special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around, loaded, tied]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
     images, total = None, lumped
     if body.images is not None:
@@ -213,12 +220,24 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         support_rows=rows,
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
+        driven=_driven(body)[node_order[boundary]][rows, axes],
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
         images=images,
         pulled=callable(scene.gravity),
     )
+
+
+def _driven(body: Body) -> np.ndarray:
+    """Return for every component [n, 3] the number of the axis that drives it, -1 without a function of time."""
+    supports = body.driven
+    starts = np.cumsum([0, *(len(support.axes) for support in supports)])
+    numbers = [
+        int(starts[supports.index(support)]) + motion.number if support.varies else -1
+        for support, motion in body.motions[1]
+    ]
+    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0], nan=-1.0).astype(int)]
 
 
 def _cell_viscosity(scene: Scene) -> float:

@@ -38,6 +38,8 @@ class History:
             columns = [column for column in self.layout.integrals if column.rule == rule]
             places = [self.layout.numbers([getattr(c, part) for c in columns]) for part in ("integral_of", "name")]
             self._rules.append((rule, *places))
+        kicks = [column for column in self.layout.integrals if column.rule == "kicks"]
+        self._after = self.layout.numbers([column.integral_of.replace("before", "after") for column in kicks])
         self.steps = 0
         self._rows = np.zeros((256, self.layout.end))
         self.count = 0
@@ -70,7 +72,7 @@ class History:
         """Return the increments of the integrals in every step; table: the rows at its start and its end."""
         old, new, step = table[:-1, places], table[1:, places], np.diff(table[:, self.layout.place["time"]], axis=0)
         if rule == "kicks":  # work already, in two parts
-            after = table[:-1, self.layout.place["friction_after"]].copy()
+            after = table[:-1, self._after].copy()
             if self.steps == 0:
                 after[0] = 0.0  # the first row replaces the one before it
             return after + new

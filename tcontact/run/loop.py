@@ -19,6 +19,7 @@ from ..planning.closed_springs import spring_areas
 from ..planning.locking import locking
 from ..planning.measured import combined
 from ..planning.planning import Plan
+from ..planning.springs import spring_rates
 from ..results.result import Result
 from ..scene.contact_models import MasslessContact, PenaltyContact
 from ..scene.friction_models import FLUTTERS
@@ -125,7 +126,9 @@ class Run:
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
         """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""
         springs = spring_areas(self.planned.bodies, self.scene.body_pairs, view.plan) if stiffness else None
-        return StableStep(view.plan, self.scene.obstacles, stiffness, view.viscous_force, springs)
+        number = next(number for number, body in enumerate(self.planned.bodies) if body is view.plan)
+        rate = max(spring_rates(domain).get(number, 0.0) for domain in self.planned.domains)
+        return StableStep(view.plan, self.scene.obstacles, stiffness, view.viscous_force, springs, rate)
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)

@@ -230,8 +230,22 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
     for body, speeds in zip(scene.bodies, velocities, strict=True):
         held = np.isfinite(body.prescribed)
         speeds[held] = body.prescribed[held]
+    _check_places(scene, positions)
     _check_outside(scene, positions)
     return [x - body.mesh.nodes for x, body in zip(positions, scene.bodies, strict=True)], velocities
+
+
+def _check_places(scene: Scene, positions: list[np.ndarray]) -> None:
+    """Set positions [n, 3] [m] to prescribed displacements at t = 0. Raises `InputError` where they are elsewhere."""
+    for index, (body, there) in enumerate(zip(scene.bodies, positions, strict=True)):
+        given = body.given_displacement
+        known = np.isfinite(given)
+        wanted = (body.mesh.nodes + given)[known]
+        away = float(np.abs(there[known] - wanted).max(initial=0.0))
+        if away > 1e-6 * body.mesh.shortest_edge:
+            remedy = f"nodes of {scene.label(index)} ended up to {away:.3g} m from where the displacement of a support"
+            raise InputError("initial", away, f"{remedy} starts; let it start from there, at t = 0")
+        there[known] = wanted
 
 
 def _check_outside(scene: Scene, positions: list[np.ndarray]) -> None:

@@ -17,37 +17,8 @@ from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulat
 from .loads import Load
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
-
-
-@dataclass(frozen=True)
-class Support:
-    """Held or driven displacement components of a named set.
-
-    set: name of a node or face set of the mesh; axes: letters out of "xyz"; velocity [m/s]: one number for all named
-    axes or one per axis (0 = held). Raises `InputError`.
-    """
-
-    set: str
-    axes: str
-    velocity: float | Sequence[float] = 0.0
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.set, str):
-            raise InputError("Support.set", self.set, "give the name of a node or face set")
-        known = isinstance(self.axes, str) and self.axes and set(self.axes) <= set("xyz")
-        if not known or len(set(self.axes)) != len(self.axes):
-            raise InputError("Support.axes", self.axes, "give distinct letters out of 'xyz', for example 'z' or 'xy'")
-        if not validate.shape_of("Support.velocity", self.velocity, "give one number, or one for each axis"):
-            validate.number("Support.velocity", self.velocity)
-        else:
-            validate.floats("Support.velocity", self.velocity, (len(self.axes),))
-
-    @property
-    def components(self) -> dict[int, float]:
-        """Prescribed velocity [m/s] by axis number."""
-        speeds = np.broadcast_to(np.asarray(self.velocity, dtype=float), (len(self.axes),))
-        return {"xyz".index(axis): float(speed) for axis, speed in zip(self.axes, speeds, strict=True)}
-
+from .springs import PointMass, Spring, checked
+from .supports import Prescribed, Support
 
 Materials = Any  # a Material, or a dict from names of cell sets to materials
 Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
@@ -73,7 +44,8 @@ class Body:
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     loads: pressures, tractions and forces on named sets (`Load`);
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
-    a box mesh, share their degrees of freedom.
+    a box mesh, share their degrees of freedom;
+    point_masses, springs: masses and springs on sets of nodes.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -88,6 +60,8 @@ class Body:
     displacement: Nodal | None = None
     metal: Metal | None = None
     loads: Sequence[Load] = ()
+    point_masses: Sequence[PointMass] = ()
+    springs: Sequence[Spring] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -111,6 +85,10 @@ class Body:
         if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
             raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
         object.__setattr__(self, "supports", tuple(supports))
+        object.__setattr__(self, "point_masses", checked("Body.point_masses", self.point_masses, PointMass))
+        object.__setattr__(self, "springs", checked("Body.springs", self.springs, Spring))
+        for name in [part.set for part in self.point_masses] + [part.set for part in self.springs]:
+            self.mesh.nodes_of(name)
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
@@ -148,11 +126,12 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Its mass [kg], from the reference volumes of the cells."""
+        """Its mass [kg], from the reference volumes of the cells, with the point masses."""
+        added = sum(point.mass for point in self.point_masses)
         if isinstance(self.material, Material):
-            return self.material.density * float(self.mesh.cell_volumes().sum())
+            return self.material.density * float(self.mesh.cell_volumes().sum()) + added
         volumes = self.mesh.cell_volumes()
-        return sum(block.material.density * float(volumes[block.numbers].sum()) for block in self.blocks)
+        return sum(block.material.density * float(volumes[block.numbers].sum()) for block in self.blocks) + added
 
     @property
     def finds_contact(self) -> bool:
@@ -188,26 +167,54 @@ class Body:
         nodes = np.unique(self.contact_faces)
         return nodes if self.images is None else self.images.with_images(nodes)
 
+    @property
+    def driven(self) -> tuple[Support, ...]:
+        """The supports that functions of time drive."""
+        return tuple(support for support in self.supports if support.varies)
+
+    def driven_speed(self, duration: float) -> float:
+        """Return the largest speed [m/s] that functions of time prescribe to its supports; 0 without any."""
+        return max((support.largest_speed(duration) for support in self.driven), default=0.0)
+
     @cached_property
-    def prescribed(self) -> np.ndarray:
-        """Prescribed velocity components [n, 3] [m/s]; NaN where the component is free."""
+    def motions(self) -> tuple[np.ndarray, tuple[tuple[Support, Prescribed], ...]]:
+        """The motion of every prescribed component: its number [n, 3], NaN where it is free, and the motions."""
         result = np.full((self.mesh.node_count, 3), np.nan)
+        found: dict[tuple[Any, ...], int] = {}
+        motions: list[tuple[Support, Prescribed]] = []
         for support in self.supports:
             nodes = self.mesh.nodes_of(support.set)
-            for axis, speed in support.components.items():
-                present = result[nodes, axis]
-                if (np.isfinite(present) & (present != speed)).any():
-                    raise InputError(
-                        "Body.supports", support, "another support prescribes the same components with another velocity"
-                    )
-                result[nodes, axis] = speed
+            for motion in support.motions():
+                number = found.setdefault(motion.key, len(motions))
+                if number == len(motions):
+                    motions.append((support, motion))
+                present = result[nodes, motion.axis]
+                if (np.isfinite(present) & (present != number)).any():
+                    remedy = "another support prescribes the same components with another velocity or displacement"
+                    raise InputError("Body.supports", support, remedy)
+                result[nodes, motion.axis] = number
         if self.images is not None:
             result = self.images.prescribed(result, self.supports)
         if result.size and np.isfinite(result).all():
             raise InputError(
                 "Body.supports", self.supports, "every component is prescribed; leave something free to move"
             )
-        return result
+        return result, tuple(motions)
+
+    @cached_property
+    def prescribed(self) -> np.ndarray:
+        """Prescribed velocity components [n, 3] [m/s] at t = 0; NaN where the component is free."""
+        return self._of_motions([motion.speed for _, motion in self.motions[1]])
+
+    @cached_property
+    def given_displacement(self) -> np.ndarray:
+        """Displacement [n, 3] [m] at t = 0 of components whose displacement supports prescribe; NaN elsewhere."""
+        places = [motion.displacement for _, motion in self.motions[1]]
+        return self._of_motions([np.nan if place is None else place for place in places])
+
+    def _of_motions(self, values: list[float]) -> np.ndarray:
+        """Return a value of each motion at its components [n, 3], NaN where they are free."""
+        return np.array([*values, np.nan])[np.nan_to_num(self.motions[0], nan=-1.0).astype(int)]
 
     @cached_property
     def initial_velocity(self) -> np.ndarray:
@@ -223,8 +230,10 @@ class Body:
 
     @cached_property
     def initial_displacement(self) -> np.ndarray:
-        """Initial displacement [n, 3] [m]."""
+        """Initial displacement [n, 3] [m], supports included."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
+        given = self.given_displacement
+        result[np.isfinite(given)] = given[np.isfinite(given)]
         if self.images is not None:
             tolerance = MATCH * self.mesh.shortest_edge
             result = self.images.agreed("Body.displacement", self.displacement, result, tolerance)

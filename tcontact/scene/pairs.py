@@ -265,6 +265,7 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
         return np.zeros(len(faces[0]), dtype=bool)
     speed = float(np.linalg.norm(one.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
     speed += float(np.linalg.norm(other.initial_velocity - one.initial_velocity.mean(axis=0), axis=1).max())
+    speed += one.driven_speed(scene.duration) + other.driven_speed(scene.duration)
     fall = scene.largest_gravity * scene.duration
     fall += sum(speed_by_loads(body, scene.duration) for body in (one, other))
     slack = sum(body.mesh.shortest_edge for body in (one, other))

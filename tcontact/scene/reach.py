@@ -5,7 +5,8 @@ close enough at t = 0:
 
     distance <= 1.5 (|v| + |g| T + l + w) T + |u| + shortest edge,
 
-|v| the body's largest initial speed, T the duration, g gravity, l the speed that the loads of the body can give it, w
+|v| the body's largest initial speed, and that of supports that functions of time drive, T the duration, g gravity, l
+the speed that the loads of the body can give it, w
 the largest speed of the obstacle's points near the body, |u| the largest initial displacement. Faces that turn towards
 an obstacle later are not found: name their set.
 """
@@ -56,7 +57,7 @@ def _meets(body: Body, faces: np.ndarray, obstacle: Obstacle, duration: float, g
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     outward = across / np.linalg.norm(across, axis=1).clip(1e-300)[:, None]
     facing = np.einsum("ni,ni->n", outward, obstacle.normal_at(centre)) < FACING
-    speed = float(np.linalg.norm(body.initial_velocity, axis=1).max())
+    speed = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration)
     fall = gravity * duration + speed_by_loads(body, duration)
     way = SLACK * (speed + fall + _speed(obstacle, body.initial_nodes, duration)) * duration
     shift = float(np.linalg.norm(body.initial_displacement, axis=1).max())
@@ -107,7 +108,7 @@ def within_reach(body: Body, obstacles: Sequence[Obstacle], duration: float, gra
     edge = body.mesh.shortest_edge
     moved = body.initial_displacement - body.initial_displacement.mean(axis=0)
     freed = body.wave_speed * float(np.linalg.norm(moved, axis=1).max()) / edge
-    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + freed
+    own = float(np.linalg.norm(body.initial_velocity, axis=1).max()) + body.driven_speed(duration) + freed
     fall = gravity * duration + speed_by_loads(body, duration)
     try:
         pushed = 2.0 * max((_speed(obstacle, nodes, duration) for obstacle in obstacles), default=0.0)

@@ -22,6 +22,7 @@ from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
 from .periodic import check_obstacles
 from .reach import SAMPLES, with_reached_faces
+from .springs import SceneSpring, springs_of
 from .time_functions import TimeFunction
 
 
@@ -54,6 +55,7 @@ class Scene:
     viscosity: BulkViscosity | None = None
     pairs: str | Sequence[Pair] | None = "auto"
     body_pairs: tuple[BodyPair, ...] = field(default=(), init=False)
+    springs: tuple[SceneSpring, ...] = field(default=(), init=False)
 
     def __post_init__(self) -> None:
         bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
@@ -94,6 +96,7 @@ class Scene:
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
         check_metals(self)
+        object.__setattr__(self, "springs", tuple(springs_of(self)))
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)

@@ -20,12 +20,12 @@ class TimeFunction:
     """A constant or a function of time with `size` values.
 
     field: its name in messages; value: a number, `size` numbers, None for zero, or a callable(t) that returns these.
-    varies: it is a callable.
+    varies: it is a callable; uniform: it may return one number that stands for all; single: it did so last time.
     """
 
-    def __init__(self, field: str, value: Any, size: int = 3) -> None:
-        self.field, self.value, self.size = field, value, size
-        self.varies = callable(value)
+    def __init__(self, field: str, value: Any, size: int = 3, uniform: bool = False) -> None:
+        self.field, self.value, self.size, self.uniform = field, value, size, uniform
+        self.varies, self.single = callable(value), False
         self.record = CallRecord(size)
 
     def at(self, times: np.ndarray) -> np.ndarray:
@@ -66,10 +66,12 @@ class TimeFunction:
             result = given if given.dtype.kind not in "iufO" else np.asarray(given, dtype=np.float64)
         except Exception as error:
             raise FunctionError(self.field, self.value, f"the callable failed at t = {time:.9g}: {error}") from error
-        if self.size == 1 and result.shape == ():
-            result = result.reshape(1)
+        self.single = result.shape == ()
+        if self.single and (self.size == 1 or self.uniform):
+            result = np.full(self.size, result)
         if result.dtype.kind != "f" or result.shape != (self.size,) or not np.isfinite(result).all():
             got = np.array2string(result, threshold=6)
             words = WORDS.get(self.size, f"{self.size} finite numbers")
+            words = f"one finite number or {words}" if self.uniform and self.size > 1 else words
             raise FunctionError(self.field, self.value, f"it gave {got} at t = {time:.9g}; return {words}")
         return result

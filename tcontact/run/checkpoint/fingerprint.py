@@ -16,16 +16,17 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...scene.body import Body, Support
+from ...scene.body import Body
 from ...scene.loads import COMPONENTS, Load
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.own_laws import OwnMaterial
 from ...scene.scene import Scene
+from ...scene.supports import Support
 
 SHORT = 12  # longest array that is written out
 SAMPLES = 4096  # values of a function of time
 FUNCTIONS_OF_TIME = (Obstacle, Support, Load)  # objects with fields that may be functions of time, and these fields
-RATES = ("velocity", "angular_velocity", *COMPONENTS)
+FIELDS = ("velocity", "angular_velocity", "displacement", *COMPONENTS)
 
 
 def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
@@ -66,7 +67,7 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
     if isinstance(thing, Sdf) and (callable(thing.distance) or callable(thing.gradient)):
         found |= {"distance": thing.grid[..., 0], "gradient": thing.grid[..., 1:]}
     if isinstance(thing, FUNCTIONS_OF_TIME):
-        for name in RATES:
+        for name in FIELDS:
             if callable(found.get(name)):
                 found[name] = {"function": _samples(found[name], f"{place}.{name}", duration)}
     return found

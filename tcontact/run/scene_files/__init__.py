@@ -15,6 +15,7 @@
     material = { type = "NeoHookean", young = 1e7, poisson = 0.3, density = 1000 }
     supports = [{ set = "zmax", axes = "xy" }]
     loads = [{ set = "xmin", pressure = 1e5 }, { set = "ymax", force = [0, 0, -10] }]
+    springs = [{ set = "zmax", stiffness = 1e4, damping = 2, to = ["other", "zmin"] }]
 
     [[obstacles]]
     type = "Plane"

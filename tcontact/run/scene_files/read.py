@@ -19,11 +19,13 @@ from ...mesh.elements import ELEMENTS, MIXED
 from ...mesh.files.reading import read_mesh
 from ...mesh.mesh import Mesh
 from ...mesh.round import ball_mesh, cylinder_mesh, ring_mesh
-from ...scene.body import Body, Support
+from ...scene.body import Body
 from ...scene.loads import Load
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
+from ...scene.springs import PointMass, Spring
+from ...scene.supports import Support
 from .classes import METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of, words_of
 
 if sys.version_info >= (3, 11):
@@ -128,18 +130,13 @@ class Reader:
         for key in ("velocity", "displacement"):
             if key in data:
                 values[key] = self.array(f"{place}.{key}", data[key])
-        if "supports" in data:
-            supports = []
-            for i, support in enumerate(tables(f"{place}.supports", data, "supports")):
-                check_keys(f"{place}.supports[{i}]", support, keys_of(Support))
-                supports.append(made(f"{place}.supports[{i}]", Support, support))
-            values["supports"] = supports
-        if "loads" in data:
-            loads = []
-            for i, load in enumerate(tables(f"{place}.loads", data, "loads")):
-                check_keys(f"{place}.loads[{i}]", load, keys_of(Load))
-                loads.append(made(f"{place}.loads[{i}]", Load, load))
-            values["loads"] = loads
+        parts = (("supports", Support), ("loads", Load), ("point_masses", PointMass), ("springs", Spring))
+        for key, kind in parts:
+            if key in data:
+                values[key] = []
+                for i, part in enumerate(tables(f"{place}.{key}", data, key)):
+                    check_keys(f"{place}.{key}[{i}]", part, keys_of(kind))
+                    values[key].append(made(f"{place}.{key}[{i}]", kind, part))
         return made(place, Body, values)
 
     def materials(self, place: str, data: Any) -> Any:

@@ -21,6 +21,8 @@ from ...scene.loads import Load
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.pairs import Pair
 from ...scene.scene import Scene
+from ...scene.springs import PointMass, Spring
+from ...scene.supports import Support
 from .classes import METALS, NESTED, RUN, SCENE_PARTS, word_of
 from .toml import to_toml
 
@@ -32,8 +34,9 @@ def save_scene(scene: Scene, path: str | os.PathLike[str], **run: Any) -> None:
     """Write a scene, and options of `simulate` as its [run] table; `load_scene` then gives the same run, bit for bit.
 
     path: the TOML file; long arrays go to NAME.npz beside it (boxes of `box_mesh` are written as such).
-    Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles,
-    loads and gravity that are functions of time, which have no plain data, and for a file that cannot be written.
+    Velocities and displacements given as functions are written as arrays. Raises `InputError` for motions of obstacles
+    and supports, loads and gravity that are functions of time, which have no plain data, and for a file that cannot be
+    written.
     """
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
@@ -118,15 +121,14 @@ class Writer:
             data["periodic"] = body.periodic
         if body.supports:
             data["supports"] = [
-                {
-                    "set": support.set,
-                    "axes": support.axes,
-                    "velocity": np.asarray(support.velocity, dtype=float).tolist(),
-                }
-                for support in body.supports
+                self.support(f"bodies[{index}].supports[{number}]", support)
+                for number, support in enumerate(body.supports)
             ]
         if body.loads:
             data["loads"] = [self.load(f"bodies[{index}].loads[{i}]", load) for i, load in enumerate(body.loads)]
+        for key in ("point_masses", "springs"):
+            if getattr(body, key):
+                data[key] = [self.part(part) for part in getattr(body, key)]
         return data
 
     def load(self, place: str, load: Load) -> dict[str, Any]:
@@ -135,6 +137,20 @@ class Writer:
             remedy = f"{UNWRITABLE}; give numbers, or keep this scene in Python"
             raise InputError(f"{place}.{load.kind}", load.value, remedy)
         return {"set": load.set, load.kind: np.asarray(load.value, dtype=float).tolist()}
+
+    def support(self, place: str, support: Support) -> dict[str, Any]:
+        """Return the table of a support. Raises `InputError` for a function of time."""
+        value = getattr(support, support.kind)
+        if support.varies:
+            remedy = f"{UNWRITABLE}; give numbers, or keep this scene in Python"
+            raise InputError(f"{place}.{support.kind}", value, remedy)
+        return {"set": support.set, "axes": support.axes, support.kind: np.asarray(value, dtype=float).tolist()}
+
+    def part(self, part: PointMass | Spring) -> dict[str, Any]:
+        """Return the table of a point mass or a spring: its fields that differ from their defaults."""
+        given = {field.name: (getattr(part, field.name), field.default) for field in fields(part)}
+        found = {name: value for name, (value, default) in given.items() if value != default}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in found.items()}
 
     def mesh(self, index: int, mesh: Mesh) -> dict[str, Any]:
         """Return the table of a mesh: a box by its numbers, or a file of arrays."""

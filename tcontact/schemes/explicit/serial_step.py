@@ -102,6 +102,8 @@ class SerialStep:
             domain.few_contact_cells,
             tied=images is not None,
             loaded="" if loads is None else "loads",
+            driven=supports is not None and supports.driven,
+            has_springs=bool(domain.springs),
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}

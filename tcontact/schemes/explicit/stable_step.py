@@ -86,7 +86,8 @@ class StableStep:
 
     stiffness [N/m^3]: penalty per area of contact nodes with mass, taken as closed: along the normals of planes that do
     not turn, along all directions for other obstacles and bodies; viscous_force: force of viscous contact cells;
-    springs [k] [m^2]: areas with which it acts on a body in contact with others (planning/closed_springs.py).
+    springs [k] [m^2]: areas with which it acts on a body in contact with others (planning/closed_springs.py);
+    spring_rate [1/s^2]: bound of omega^2 of the springs between sets of nodes alone, which adds to that of the body.
     """
 
     def __init__(
@@ -96,8 +97,9 @@ class StableStep:
         stiffness: float | None,
         viscous_force: ViscousForce | None = None,
         springs: np.ndarray | None = None,
+        spring_rate: float = 0.0,
     ) -> None:
-        self.plan = plan
+        self.plan, self.spring_rate = plan, spring_rate
         self.mass = np.repeat(plan.lumped, 3)
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
@@ -197,9 +199,12 @@ class StableStep:
         top = vectors[:, -1]
         self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
-        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual)
+        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual + self.spring_rate)
         if self.damping is not None:
             self.damped = SAFETY * (yield from self.damping.search(u, here, self.elastic, products))
+            if self.spring_rate > 0.0:  # 4 dt/damped + dt^2 spring_rate = 4
+                rate = 1.0 / self.damped
+                self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.spring_rate))
 
 
 def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:

@@ -11,9 +11,12 @@ from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
 from ...kernels.columns import group_size, raw_places
+from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...nodes.driven_supports import DrivenSupports
 from ...nodes.images import PeriodicImages
+from ...nodes.springs import spring_numbers
 from ...planning.applied_loads import pack_loads
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
@@ -58,12 +61,16 @@ class DomainState:
         if len(domain.boundary):
             packed = pack_loads(domain)
             data = None if packed is None else packed.data
-            self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force, data)
+            springs = spring_numbers(domain, self.groups) if domain.springs else None
+            self.boundary_nodes = BoundaryNodes(domain, self.internal_force.special_force, data, springs)
             if packed is not None:
                 before = self.groups[self.groups.index("boundary") : self.groups.index("applied")]
                 load, gravity = self.boundary_nodes.load, scene.gravity_function
                 self.loads = AppliedLoads(domain, packed, load, gravity, group_size(*before))
-        self.supports = Supports(domain) if len(domain.support_rows) else None
+        self.supports: Supports | None = None
+        if len(domain.support_rows):
+            self.supports = Supports(domain, self._started(displacement), MAXIMUM_ROWS if domain.small else 1)
+        self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.serial: SerialStep | None = None
@@ -73,7 +80,8 @@ class DomainState:
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
-        self.timed: list[Timed] = [self.loads] if self.loads is not None and self.loads.varies else []
+        self.timed: list[Timed] = [] if self.driven is None else [self.driven]
+        self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
         several = 1
         if not domain.small and self.layered is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
@@ -104,8 +112,11 @@ class DomainState:
     def begin_contact(self, dt: float) -> None:
         """Bring massless nodes to equilibrium at the start, or build the rows of a penalty; dt [s]: the first step.
 
-        Loads are applied before.
+        Supports that functions of time drive get their velocity there, and loads are applied before.
         """
+        if self.driven is not None:
+            self.driven.begin(dt)
+            self._start_driven(self.driven.start_speeds)
         if self.serial is not None and self.loads is not None:
             self.loads.start(self.u, self.start_velocity)
             self.internal_force.set_steps(0.0, 0.0, 0.0)
@@ -118,6 +129,15 @@ class DomainState:
             assert self.domain.contact is not None
             self.serial.run(self.serial.names.PLACE, self.u, self.v, 0.0, 0.0, dt)
             self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
+
+    def _start_driven(self, speeds: np.ndarray) -> None:
+        """Set the velocities of driven components to those of their axes [axes] [m/s] at the start."""
+        domain, here = self.domain, self.domain.driven_axes >= 0
+        nodes, axes = domain.boundary[domain.support_rows[here]], domain.support_axes[here]
+        velocity = np.array(arrays.get(self.v)).reshape(-1, 3)
+        for values in (velocity, self.start_velocity):
+            values[nodes, axes] = speeds[domain.driven_axes[here]]
+        arrays.set_values(self.v, velocity.reshape(-1))
 
     @property
     def rows_at_once(self) -> int:

@@ -59,6 +59,17 @@ class ImplicitScheme(ImplicitRule):
             if contact is not None and contact.basis is not None and np.isin(one.cells, contact.nodes).all(1).any():
                 remedy = "a cell has contact nodes only, and none to take their mass; use mass='lumped'"
                 raise InputError("mass", self.mass, remedy)
+        for index, body in enumerate(scene.bodies):
+            field = f"Scene.bodies[{index}]"
+            if body.driven:
+                remedy = f"{self.name} takes no functions of time; give a constant or use scheme='central-difference'"
+                raise InputError(f"{field}.supports", body.driven[0], remedy)
+            if body.springs:
+                remedy = f"{self.name} has no springs; use scheme='central-difference'"
+                raise InputError(f"{field}.springs", body.springs[0], remedy)
+            if body.point_masses and self.mass == "consistent":
+                remedy = "the consistent mass has no point masses; use mass='lumped'"
+                raise InputError(f"{field}.point_masses", body.point_masses[0], remedy)
         if scene.body_pairs:
             remedy = f"{self.name} has no contact between bodies; leave it at 'auto' or use scheme='central-difference'"
             raise InputError("Scene.pairs", scene.body_pairs[0].name, remedy)

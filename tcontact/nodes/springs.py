@@ -1,0 +1,36 @@
+"""Springs and dashpots between sets of nodes: their numbers for the kernels (kernels/nodes/springs.py)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.columns import group_size
+from ..planning.domain import Domain
+from ..planning.springs import planned_ends
+
+ROUNDS = 1000  # most turns of dashpots that share nodes: a few where dt resolves m/c, more where it does not
+
+
+def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
+    """Return the numbers of the springs of a domain; groups: of the columns in its raw rows."""
+    from ..kernels.nodes import springs as names
+
+    ends = [planned_ends(domain, spring) for spring in domain.springs]
+    values, entries = np.zeros((len(ends), names.NUMBERS)), 0
+    for row, spring, own in zip(values, domain.springs, ends, strict=True):
+        given, directions = spring.spring, spring.spring.directions
+        middle = entries + len(own[0].nodes)
+        last = middle + (0 if spring.grounded else len(own[1].nodes))
+        row[: names.STIFFNESS] = bool(directions), entries, middle, last
+        entries = last
+        row[[names.STIFFNESS, names.DAMPING, names.LENGTH]] = given.stiffness, given.damping, spring.rest_length
+        row[names.AXES : names.AXES + 3] = [letter in directions for letter in "xyz"]
+        row[names.PLACE_A : names.PLACE_A + 3] = spring.ends[0].place
+        row[names.PLACE_B : names.PLACE_B + 3] = spring.ends[1].place
+        row[names.REST : names.REST + 3] = spring.rest
+    parts = [end for own in ends for end in own]
+    nodes = np.concatenate([end.nodes for end in parts])
+    shared = len(np.unique(nodes)) < len(nodes)
+    sums = group_size(*groups[groups.index("boundary") : groups.index("springs")])
+    weighted = np.stack([nodes, np.concatenate([end.weights for end in parts])], axis=1)
+    return np.concatenate([[len(ends), ROUNDS if shared else 1, sums], values.ravel(), weighted.ravel()])

@@ -1,0 +1,74 @@
+"""Springs in the numbering of a domain, and how fast the nodes at their ends can oscillate on them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..scene.scene import Scene
+from ..scene.springs import SceneSpring
+from .body_plan import ContactPlan
+
+
+class PlannedEnd(NamedTuple):
+    """Boundary nodes [m] at an end of a spring with their weights [m]; mass [m] [kg]: their ordinary lumped mass."""
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    mass: np.ndarray
+
+
+def spring_nodes(scene: Scene, index: int) -> np.ndarray:
+    """Return the nodes of a body to which springs are fixed, in the user's numbering; followers by their masters."""
+    ends = [end for spring in scene.springs for end in spring.ends if end.body == index]
+    nodes = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(end.nodes for end in ends)]))
+    images = scene.bodies[index].images
+    return nodes if images is None else np.unique(images.master[nodes])
+
+
+def check_massless(scene: Scene, index: int, nodes: np.ndarray, contact: ContactPlan | None) -> None:
+    """Refuse springs on massless contact nodes; nodes: those of the springs. Raises `InputError`."""
+    if contact is None or contact.basis is None or not np.isin(nodes, contact.nodes).any():
+        return
+    remedy = "a node there is a contact node without mass, on which springs cannot act; fix the spring to other nodes,"
+    remedy += " leave them out of Body.contact, or use PenaltyContact"
+    label = next(spring.label for spring in scene.springs if index in spring.bodies)
+    raise InputError(f"Scene.bodies[{index}].springs", label, remedy)
+
+
+def planned_ends(domain: Any, spring: SceneSpring) -> list[PlannedEnd]:
+    """Return the moving ends of a spring, one or two."""
+    images = domain.images
+    mass = domain.lumped if images is None else images.total(domain.lumped)
+    found = []
+    for end in spring.ends:
+        if end.body is not None:
+            number = domain.numbers.index(end.body)
+            body = domain.bodies[number]
+            own = body.place[end.nodes] if body.images is None else body.images.master[body.place[end.nodes]]
+            nodes, counts = np.unique(own, return_counts=True)
+            row = np.full(len(body.reference), -1)
+            row[body.boundary] = np.arange(len(body.boundary))
+            places = domain.boundary_place[number][row[nodes]]
+            found.append(PlannedEnd(places, counts / len(end.nodes), mass[nodes + domain.node_start[number]]))
+    return found
+
+
+def spring_rates(domain: Any) -> dict[int, float]:
+    """Return for the bodies with springs a bound of omega^2 [1/s^2] of masses on all springs of the domain.
+
+    sum_i k_i b_i b_i^T has the eigenvalues of [sqrt(k_i k_j) b_i.M^-1 b_j], with the weights b_i of the nodes, here as
+    if all springs had one direction and pulled together. lambda(K + B) <= lambda(K) + lambda(B).
+    """
+    if not domain.springs:
+        return {}
+    count = len(domain.boundary)
+    weights, inverse = np.zeros((len(domain.springs), count)), np.zeros(count)
+    for number, spring in enumerate(domain.springs):
+        for end in planned_ends(domain, spring):
+            weights[number, end.nodes] += end.weights * np.sqrt(spring.spring.stiffness)
+            inverse[end.nodes] = 1.0 / end.mass
+    largest = float(np.linalg.eigvalsh(np.einsum("is,s,js->ij", weights, inverse, weights)).max())
+    return {number: largest for spring in domain.springs for number in spring.bodies}
