@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 from ..base import validate
 from ..base.errors import InputError
+from ..device import runtime
 from . import law_checks, materials, metals
 from .materials import Material
 
@@ -109,6 +110,7 @@ def register_law(name: str, energy: Callable[..., Any], parameters: Mapping[str,
     taken = [kind.__name__ for kind in (*materials.LAWS.values(), metals.ElastoPlastic)]
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise InputError(field, name, "give the name of a class, such as 'Gent'")
+    runtime.load()
     from ..kernels.language.expressions import NotPlain  # kernels, which a scene without own laws does not load
     from ..kernels.language.formula import Formula
     from ..kernels.materials import LAWS
