@@ -120,13 +120,11 @@ def turned_blocks(nodes: FloatArray, blocks: Blocks) -> tuple[tuple[str, IntArra
 
 
 def _turned(nodes: FloatArray, cells: IntArray, kind: str) -> tuple[IntArray, int]:
-    """Return the cells, those turned whose mirror image `check_shapes` would take, and how many these are."""
+    """Return the cells, those turned that are inverted at every point of integration, and how many these are."""
     element = ELEMENTS[kind]
     mirrored = np.ones(len(cells), dtype=bool)
     for part, det, edges in jacobians(nodes, cells, element.rule[1]):
         mirrored[part] = (det < -FLAT * edges).all(axis=0)
-    for part, det, edges in jacobians(nodes, cells, element.shape(element.reference)[1]):
-        mirrored[part] &= (det <= CORNER * edges).all(axis=0)
     turned = np.where(mirrored[:, None], cells[:, element.mirror], cells)
     return read_only(turned), int(mirrored.sum())
 
