@@ -11,7 +11,7 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
                      static solve
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
     pair             loads and rows of each pair of bodies
-    host, layers, pairs   numbers that the host measures
+    host, layers, pairs, sensors   numbers that the host measures
 """
 
 from collections import namedtuple
@@ -22,6 +22,8 @@ FRICTION, LAYERS, DAMPED, VISCOUS = "friction", "friction layers", "damping", "v
 LOADS, HOURGLASS = "several or moving obstacles", "one-point hexes"
 PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
 HEATED = "friction layers of metals"
+MISES_MAXIMUM, PRESSURE_MAXIMUM = "maxima of von Mises stress", "maxima of pressure"
+PROBED = "probes"  # columns of their own, which tcontact/planning/measured.py makes
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -86,6 +88,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            PLASTIC_HOURGLASS, integral_of="hourglass_step", rule="sum", energy="dissipated"),
     Column("temperature_max", "K", "highest temperature of a metal", 1, ("plastic",), PLASTIC, "max"),
     Column("plastic_strain_max", "1", "largest plastic strain", 1, ("plastic",), PLASTIC, "max"),
+    Column("von_mises_max", "Pa", "largest von Mises stress of a cell", 1, ("sensors",), MISES_MAXIMUM, "max"),
+    Column("pressure_max", "Pa", "largest pressure of a cell", 1, ("sensors",), PRESSURE_MAXIMUM, "max", -INFINITE),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),

@@ -278,10 +278,17 @@ class Pairs(NamedTuple):
 class Launch(NamedTuple):
     """Arrays of one launch of the serial kernel (serial_step.py): control, raw_out [rows, width] (raw_rows.py).
 
-    viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py).
+    viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py); samples:
+    motion of the nodes that probes and maxima need (samples.py).
     """
 
     viscous_cells: Array = None
     images: Index = None
+    samples: Array = None
     control: Array = None
     raw_out: Array = None
+
+    @property
+    def sampled(self) -> bool:
+        """Return whether the rows of a launch leave samples."""
+        return self.samples is not None

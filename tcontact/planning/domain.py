@@ -238,6 +238,16 @@ class Domain:
         return np.concatenate(starts), np.concatenate(rows)
 
     @property
+    def massless(self) -> np.ndarray | None:
+        """Projectors [n, 3, 3] on the components of every node that have no mass; None without any."""
+        contact = self.contact
+        if contact is None or contact.basis is None:
+            return None
+        result = np.zeros((len(self.reference), 3, 3))
+        result[contact.nodes] = np.einsum("kic,kjc->kij", contact.basis, contact.basis)
+        return result if self.images is None else result[self.images.master]
+
+    @property
     def small(self) -> bool:
         """Return whether one thread takes its steps, many in a launch."""
         return self._share([len(block.cells) for block in self.blocks]) <= 1.0

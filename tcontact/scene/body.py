@@ -16,6 +16,7 @@ from ..mesh.mesh import Mesh
 from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulation
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
+from .probes import Probe, checked_probes
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Body:
     the first row, so that the strain energy of their cells may be less than that of the field given;
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
-    a box mesh, share their degrees of freedom.
+    a box mesh, share their degrees of freedom; probes: `Probe`s, means over sets that the history records.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -85,6 +86,7 @@ class Body:
     periodic: str | None = None
     displacement: Nodal | None = None
     metal: Metal | None = None
+    probes: Sequence[Probe] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -111,6 +113,7 @@ class Body:
         self.prescribed  # noqa: B018 - conflicts are found here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
+        object.__setattr__(self, "probes", checked_probes(self.probes, self.mesh, self.blocks))
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -80,6 +80,10 @@ class BodyView:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
         return PointState(self.state.domain, self.state.internal_force).of_body(self._number)
 
+    def strains(self) -> np.ndarray:
+        """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
+        return PointState(self.state.domain, self.state.internal_force).strains_of_body(self._number)
+
     def points(self) -> tuple[np.ndarray, ...]:
         """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
         return PointState(self.state.domain, self.state.internal_force).blocks_of_body(self._number)

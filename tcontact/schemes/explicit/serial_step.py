@@ -16,6 +16,7 @@ from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
 from ...planning.domain import Domain
+from ..sensors import Sensors
 
 
 class SerialStep:
@@ -33,6 +34,7 @@ class SerialStep:
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
+        sensors: Sensors | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             Boundary,
@@ -46,7 +48,7 @@ class SerialStep:
             System,
         )
         from ...kernels.language.bundles import Supports as SupportArrays
-        from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.language.signatures import MOST, arguments, signature_of
         from ...kernels.step import serial_step as kernels
 
         self.names = kernels
@@ -59,6 +61,8 @@ class SerialStep:
         self.pairs: PairContact | None = None if contact is None else contact.pairs
         pairs = self.pairs
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
+        if sensors is not None:
+            self.rows_at_once = min(self.rows_at_once, sensors.rows)
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
@@ -77,10 +81,14 @@ class SerialStep:
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
+                self._samples(sensors),
                 self.control,
                 self.raw,
             ),
         }
+        if self._scratch is not None and len(arguments(bundles)) > MOST:  # the host samples every row instead
+            self.rows_at_once, self._scratch = 1, None
+            bundles["launch"] = bundles["launch"]._replace(samples=None)
         self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
@@ -169,6 +177,23 @@ class SerialStep:
         self._launch(*self.force.arguments(u, v), *self._parts)
         return arrays.get(self.control)
 
+    def _samples(self, sensors: Sensors | None) -> arrays.Array | None:
+        """Return the array of samples (kernels/step/samples.py); None where the host samples single rows, or nothing."""
+        self._scratch = None
+        if sensors is not None and self.rows_at_once > 1:
+            head = np.array([len(sensors.nodes), *sensors.nodes], dtype=np.float64)
+            room = np.zeros(6 * len(sensors.nodes) * self.rows_at_once)
+            self._scratch = arrays.put(np.concatenate([head, room]))
+        return self._scratch
+
+    def samples(self) -> np.ndarray | None:
+        """Return the samples [rows, k, 6] of the last run; None if it took none."""
+        if self._scratch is None:
+            return None
+        values = arrays.get(self._scratch)
+        count = int(values[0])
+        return values[1 + count :].reshape(self.rows_at_once, count, 6)
+
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, width] of the last run."""
         return arrays.get(self.raw).reshape(-1, self.width)[:count]
@@ -201,4 +226,4 @@ class SerialStep:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""
-        return [self.raw, self.control, self.sums]
+        return [self.raw, self.control, self.sums, *([] if self._scratch is None else [self._scratch])]
