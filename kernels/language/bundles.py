@@ -167,7 +167,8 @@ class ContactOptions(NamedTuple):
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
-    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only).
+    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); recorded: slip
+    and friction work of every node are summed up for frames (friction_record.py).
     """
 
     model: str = ""
@@ -183,6 +184,7 @@ class ContactOptions(NamedTuple):
     projected: bool = False
     coupled: bool = False
     plain: bool = False
+    recorded: bool = False
 
     @property
     def obstacle_slots(self) -> int:

@@ -13,11 +13,14 @@ from .constraint_rows import ConstraintRows
 class Friction:
     """Arrays of the friction of a domain; static_friction: friction acts in massless components too.
 
+    recorded: slip and work of every node are summed up, for frames (kernels/contact/friction_record.py).
+
     The subclass in `contact/layered_friction.py` also limits it by friction layers.
     """
 
-    def __init__(self, model: FrictionModel, nodes: int, static_friction: bool) -> None:
+    def __init__(self, model: FrictionModel, nodes: int, static_friction: bool, recorded: bool = False) -> None:
         from ..kernels.contact import friction as names
+        from ..kernels.contact.friction_record import RECORD
 
         self.law = law_of(model)
         self.name = FRICTION_TERMS[type(model)]
@@ -25,13 +28,21 @@ class Friction:
         self.names, self.static_friction = names, static_friction
         rows = np.zeros((nodes, names.NODE))
         rows[:, names.LIMIT] = 1e300
-        self.data = arrays.put(np.concatenate([[speed, 0.0], rows.ravel()]))
+        self.recorded, self._end = recorded, names.FIRST + rows.size
+        self.data = arrays.put(np.concatenate([[speed, 0.0], rows.ravel(), np.zeros(RECORD * nodes * recorded)]))
         self.rows: ConstraintRows
 
     def node(self, number: int) -> np.ndarray:
         """Return one number of every node [k], placed as in kernels/contact/friction.py."""
-        rows = arrays.get(self.data)[self.names.FIRST :].reshape(-1, self.names.NODE)
+        rows = arrays.get(self.data)[self.names.FIRST : self._end].reshape(-1, self.names.NODE)
         return rows[:, number].copy()
+
+    def record(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the slip path [k] [m] and the friction work [k] [J] of every node up to the last row."""
+        from ..kernels.contact.friction_record import DONE, RECORD, SLIP
+
+        rows = np.array(arrays.get(self.data)[self._end :]).reshape(-1, RECORD)
+        return rows[:, SLIP], rows[:, DONE]
 
     def owned(self) -> list[arrays.Array]:
         """Return the arrays of this term."""

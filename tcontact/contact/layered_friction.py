@@ -39,7 +39,7 @@ def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Fricti
     assert domain.contact is not None
     if isinstance(scene.friction, FrictionLayer):
         return LayeredFriction(scene, domain, static_friction)
-    return Friction(scene.friction, len(domain.contact.nodes), static_friction)
+    return Friction(scene.friction, len(domain.contact.nodes), static_friction, domain.records_friction)
 
 
 class LayeredFriction(Friction):
@@ -54,7 +54,7 @@ class LayeredFriction(Friction):
         assert isinstance(model, FrictionLayer)
         assert domain.contact is not None
         areas, starts = domain.contact.areas, domain.contact_start
-        super().__init__(model, len(areas), static_friction)
+        super().__init__(model, len(areas), static_friction, domain.records_friction)
         self.model, self.areas = model, areas.copy()
         self.coefficients = np.full(len(areas), model.coefficient)
         places = {number: slice(*starts[place : place + 2]) for place, number in enumerate(domain.numbers)}
@@ -160,7 +160,7 @@ class LayeredFriction(Friction):
             limit = self._solve(pressure, kick) if kick > 0.0 else np.zeros(len(pressure))
             self._kick = 0.0
         data = arrays.get(self.data).copy()
-        rows = data[self.names.FIRST :].reshape(-1, self.names.NODE)
+        rows = data[self.names.FIRST : self._end].reshape(-1, self.names.NODE)
         rows[:, self.names.LIMIT] = np.minimum(limit * self.areas, 1e300)
         arrays.set_values(self.data, data)
 

@@ -101,6 +101,7 @@ class ContactTerm:
             self.projected,
             self.pairs is not None,
             self.plain and self.pairs is not None,
+            friction is not None and friction.recorded,
         )
 
     @property

@@ -164,7 +164,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             numbers = 7 + 6 * boundary + lanes + 3 * packs.corner_rows + len(contact.graph.cells)
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
-            size = REAL * (2 + count * FRICTION_NODE)
+            size = REAL * (2 + count * (FRICTION_NODE + 4 * domain.records_friction))
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene, domain)
     return result
 

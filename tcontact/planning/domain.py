@@ -69,7 +69,8 @@ class Domain:
     """Bodies in one numbering.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
-    of its cells (packing.py), None = as many as suit the threads; node_start, contact_start [bodies + 1]: first node
+    of its cells (packing.py), None = as many as suit the threads; records_friction: frames hold slip and friction work
+    of its contact nodes; node_start, contact_start [bodies + 1]: first node
     and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
     domain. The other attributes are those of `BodyPlan` for all bodies.
     """
@@ -79,6 +80,7 @@ class Domain:
     ) -> None:
         self.bodies, self.numbers, self.pairs = bodies, numbers, pairs
         self.chunks: int | None = None
+        self.records_friction = False
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])

@@ -15,7 +15,7 @@ from ..mesh.mesh import Mesh
 
 
 class Quantity(NamedTuple):
-    """What a probe measures: its unit, how many numbers it has, whether nodes or cells have it, only those of metals."""
+    """What a probe measures: its unit, how many numbers it has, whether cells have it, and only those of metals."""
 
     unit: str
     size: int

@@ -4,8 +4,8 @@
 
 with the steps h^- and h^+ that end and start at level n and the velocities v^- and v^+ in them, which components with
 mass have; those without have the differences of displacements (u^n - u^{n-1})/h^-, (u^{n+1} - u^n)/h^+. Of a constant
-step it is v^n = (v^- + v^+)/2, a^n = (v^+ - v^-)/h. At the start v^- is the start velocity and h^- = 0. At the end, where
-no step follows, components without mass keep their last acceleration.
+step it is v^n = (v^- + v^+)/2, a^n = (v^+ - v^-)/h. At the start v^- is the start velocity and h^- = 0. At the end,
+where no step follows, components without mass keep their last acceleration.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ class Sensors:
             stored[:count] = values[:count]
 
     def measure(self, count: int, before: float, after: float, kept: Kept, strains: Kept) -> None:
-        """Measure `count` rows; before, after [s]: the steps round the first one, the others have `after` on both sides.
+        """Measure `count` rows; before, after [s]: the steps round the first one, those of the others are `after`.
 
         kept, strains: give the mean state and the largest plastic strain of the points of the cells of a body.
         """
@@ -84,7 +84,7 @@ class Sensors:
         self._fill(self.motion.explicit(u, v, before, after), u[:count], kept, strains)
 
     def measure_level(self, u: np.ndarray, velocity: np.ndarray, before: float) -> None:
-        """Measure the row of a level of an implicit scheme: u, velocity [n, 3]; before [s]: the step that ends there."""
+        """Measure the row of a level of an implicit scheme: u, velocity [n, 3]; before [s]: the step before it."""
         moved = u[self.nodes][None]
         motion = self.motion.implicit(moved, velocity[self.nodes][None], before)
         self._fill(motion, moved, None, None)
@@ -113,9 +113,9 @@ class Sensors:
                 parts = [own[quantity] for own in fields]
             cells = np.array([_largest(part) for part in parts])
             largest = np.array([part[np.arange(len(part)), cell] for part, cell in zip(parts, cells, strict=True)])
-            body = _largest(largest.T)
-            row = np.arange(len(body))
-            self._cells[quantity] = largest[body, row], body, cells[body, row]
+            owner = _largest(largest.T)
+            row = np.arange(len(owner))
+            self._cells[quantity] = largest[owner, row], owner, cells[owner, row]
 
     def _fields(self, index: int, body: BodyPlan, u: np.ndarray, state: np.ndarray | None) -> dict[str, np.ndarray]:
         """Return the quantities [rows, cells] of a body that probes or maxima ask for."""

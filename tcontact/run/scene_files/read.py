@@ -20,6 +20,7 @@ from ...mesh.mesh import Mesh
 from ...scene.body import Body, Support
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
+from ...scene.probes import Probe
 from ...scene.scene import Scene
 from .classes import CLASSES, METALS, NESTED, RUN, SCENE_PARTS, SURFACE, keys_of
 
@@ -120,6 +121,9 @@ class Reader:
         for key in ("velocity", "displacement"):
             if key in data:
                 values[key] = self.array(f"{place}.{key}", data[key])
+        if "probes" in data:
+            probes = enumerate(tables(f"{place}.probes", data, "probes"))
+            values["probes"] = [self.probe(f"{place}.probes[{i}]", one) for i, one in probes]
         if "supports" in data:
             supports = []
             for i, support in enumerate(tables(f"{place}.supports", data, "supports")):
@@ -127,6 +131,11 @@ class Reader:
                 supports.append(made(f"{place}.supports[{i}]", Support, support))
             values["supports"] = supports
         return made(place, Body, values)
+
+    def probe(self, place: str, data: dict[str, Any]) -> Probe:
+        """Build a probe."""
+        check_keys(place, data, keys_of(Probe))
+        return made(place, Probe, data)
 
     def materials(self, place: str, data: Any) -> Any:
         """Build a material, or a dict of materials from a table of tables by cell set."""

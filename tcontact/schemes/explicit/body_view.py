@@ -178,6 +178,20 @@ class BodyView:
             fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
         return {name: self.plan.to_user(values) for name, values in fields.items()}
 
+    def friction_fields(self) -> dict[str, np.ndarray]:
+        """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0.
+
+        The work is that on a node over its area weight (`BodyPlan.contact_areas`), also between bodies.
+        """
+        fields = {name: np.zeros(len(self.plan.reference)) for name in ("slip_distance", "friction_work")}
+        friction, contact = None if self.state.contact is None else self.state.contact.friction, self.plan.contact
+        if friction is not None and contact is not None:
+            slip, work = (values[self._contact] for values in friction.record())
+            fields["slip_distance"][contact.nodes], fields["friction_work"][contact.nodes] = slip, work / contact.areas
+        if self.plan.images is not None:
+            fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
+        return {name: self.plan.to_user(values) for name, values in fields.items()}
+
     def layers(self) -> LayerState | None:
         """Return the present friction layers; None without any."""
         layered, contact = self.state.layered, self.plan.contact

@@ -60,6 +60,7 @@ class SerialStep:
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
         self.pairs: PairContact | None = None if contact is None else contact.pairs
         pairs = self.pairs
+        self._scratch: arrays.Array | None = None
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         if sensors is not None:
             self.rows_at_once = min(self.rows_at_once, sensors.rows)
@@ -178,8 +179,7 @@ class SerialStep:
         return arrays.get(self.control)
 
     def _samples(self, sensors: Sensors | None) -> arrays.Array | None:
-        """Return the array of samples (kernels/step/samples.py); None where the host samples single rows, or nothing."""
-        self._scratch = None
+        """Return the array of samples (kernels/step/samples.py); None where the host samples single rows."""
         if sensors is not None and self.rows_at_once > 1:
             head = np.array([len(sensors.nodes), *sensors.nodes], dtype=np.float64)
             room = np.zeros(6 * len(sensors.nodes) * self.rows_at_once)
