@@ -126,7 +126,7 @@ CHANGES = {
             "bodies": lambda s: _with(s, "bodies", [*s.bodies, tc.Body(BOX, tc.NeoHookean(**ROUND))]),
             "obstacles": [], "duration": 1.1e-3, "gravity": (0.0, 0.0, -9.81), "contact": tc.PenaltyContact(3e10),
             "friction": tc.Coulomb(0.1), "damping": tc.MassDamping(1.0), "viscosity": tc.BulkViscosity(),
-            "pairs": lambda s: _with(s, "pairs", None),
+            "pairs": lambda s: _with(s, "pairs", None), "maxima": ("pressure",),
         },
     ),
     tc.Body: (
@@ -136,8 +136,10 @@ CHANGES = {
             "material": tc.LinearElastic(**ROUND), "velocity": lambda b: _with(b, "velocity", 0.1 * b.mesh.nodes),
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
+            "probes": [tc.Probe("zmax", "stress")],
         },
     ),
+    tc.Probe: (tc.Probe("zmax", "velocity"), {"set": "xmax", "quantity": "position"}),
     tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),
     tc.Mesh: (
         BOX,
@@ -164,7 +166,7 @@ def scheme_sample(kind):
 def classes():
     """Every class that a scene or a scheme consists of."""
     named = {kind for kinds in CLASSES.values() for kind in kinds.values()}
-    return sorted({*named, tc.Scene, tc.Body, tc.Support, tc.Mesh}, key=lambda kind: kind.__name__)
+    return sorted({*named, tc.Scene, tc.Body, tc.Probe, tc.Support, tc.Mesh}, key=lambda kind: kind.__name__)
 
 
 def placed(thing):
@@ -179,6 +181,8 @@ def placed(thing):
         bodies, place = [_with(body, "mesh", thing)], "bodies[0].mesh."
     elif isinstance(thing, tc.Support):
         bodies, place = [_with(body, "supports", [thing])], "bodies[0].supports[0]."
+    elif isinstance(thing, tc.Probe):
+        bodies, place = [_with(body, "probes", [thing])], "bodies[0].probes[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:

@@ -16,9 +16,11 @@ from tcontact.kernels.columns import (
     HOURGLASS,
     LAYERS,
     LOADS,
+    MISES_MAXIMUM,
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PRESSURE_MAXIMUM,
     VISCOUS,
     group_columns,
 )
@@ -139,6 +141,7 @@ def test_a_thinned_history_has_the_sums_of_every_row():
 
 
 TERMS = [DAMPED, FRICTION, HEATED, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS]
+TERMS += [MISES_MAXIMUM, PRESSURE_MAXIMUM]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):

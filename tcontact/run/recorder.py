@@ -58,7 +58,7 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Writes the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells.
+    """Writes the frames: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells.
 
     With friction layers also their surface temperature [K] and shear stress [Pa], with metals the plastic strain and
     temperature [K] of cells; where they are named, the pressure of cells, slip distance and friction work of nodes.

@@ -110,12 +110,8 @@ def checked_probes(given: Any, mesh: Mesh, blocks: Sequence[Any]) -> tuple[Probe
                 f"use one of the sets of this mesh: {', '.join(known)}" if known else "this mesh has no sets; add some"
             )
             raise InputError(f"{field}.set", probe.set, have)
-        of_cells = probe.facts.of_cells
-        found = probe.cells(mesh) if of_cells else probe.nodes(mesh)
-        if not len(found):
-            kind = "cells" if of_cells else "nodes"
-            raise InputError(f"{field}.set", probe.set, f"has no {kind}; name a set that has some")
-        if probe.facts.of_metals and not metal[found].all():
+        found = probe.cells(mesh) if probe.facts.of_metals else np.zeros(0, dtype=np.int64)
+        if not metal[found].all():
             remedy = (
                 f"{int((~metal[found]).sum())} of {len(found)} cells of {probe.set!r} are of no metal, and have none;"
             )

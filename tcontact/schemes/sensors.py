@@ -16,6 +16,8 @@ from ..scene.probes import Probe
 from ..scene.scene import Scene
 from .motion import Motion
 
+STRESSES = frozenset({"stress", "von_mises", "pressure"})
+ROOM = 2**20  # numbers that the rows between two calls of `measure` may take
 Kept = Callable[[int], np.ndarray]  # number of a body in the domain -> numbers of its cells
 
 
@@ -41,23 +43,22 @@ class Sensors:
         self.scene, self.bodies, self.layout = scene, tuple(bodies), layout
         self._starts = [int(start) for start in starts]
         self.stateful = needs_state(scene, bodies)
-        self.rows = 1 if self.stateful else rows
         self._probes = [
             _Place(index, scene.probe_column(number, probe), probe, body)
             for index, (number, body) in enumerate(zip(numbers, bodies, strict=True))
             for probe in body.body.probes
         ]
-        stressed = {"stress", "von_mises", "pressure"}
-        self._stress = [
-            CellStress(body.body, self.rows)
-            if any(p.index == i and p.probe.quantity in stressed for p in self._probes) or stressed & {*scene.maxima}
-            else None
-            for i, body in enumerate(bodies)
-        ]
+        of_stress = {place.index for place in self._probes if place.probe.quantity in STRESSES}
+        if not STRESSES.isdisjoint(scene.maxima):
+            of_stress = set(range(len(bodies)))
         of_nodes = [self._starts[p.index] + p.items for p in self._probes if not p.probe.facts.of_cells]
-        if any(stress is not None for stress in self._stress):
-            of_nodes.append(np.arange(len(velocity)))
+        of_nodes += [np.arange(len(velocity))] * bool(of_stress)
         self.nodes = np.unique(np.concatenate(of_nodes)) if of_nodes else np.zeros(0, dtype=np.int64)
+        numbers_a_row = 15 * len(self.nodes) + sum(7 * len(bodies[index].cell_order) for index in of_stress)
+        self.rows = 1 if self.stateful else min(rows, max(1, ROOM // max(numbers_a_row, 1)))
+        self._stress = [
+            CellStress(body.body, self.rows) if index in of_stress else None for index, body in enumerate(bodies)
+        ]
         self.motion = Motion(None if massless is None else massless[self.nodes], velocity[self.nodes])
         self.maxima: dict[str, list[Any]] = {}  # by quantity: largest value so far, its time [s], body, cell
         shape = (self.rows + 1, len(self.nodes), 3)
