@@ -43,7 +43,12 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+FAST = ("normal removal", "full removal, two bodies", "pair and floor, normal")
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+)
 def test_the_work_of_all_nodes_is_that_of_the_ledger(name, tmp_path):
     """Sum of friction_work times area weight over the nodes = `friction_work` of the row, in every frame."""
     physics = SCENES[name]()
@@ -64,29 +69,27 @@ def test_the_work_of_all_nodes_is_that_of_the_ledger(name, tmp_path):
     assert before.max() > 0.0
 
 
-@pytest.mark.parametrize("cells", [2, 17], ids=["serial", "parallel"])
+@pytest.mark.parametrize("cells", [3, 17], ids=["serial", "parallel"])
 @pytest.mark.parametrize("removal", ["normal", "full"])
 def test_a_block_that_slides_has_slid_as_far_as_it_went(cells, removal, tmp_path):
-    """It lies on the floor under its weight and slides with one speed: every node slips that far, but for its strain,
-    and the work is mu times its weight times the way."""
-    speed, steps = 10.0, 10 if cells > 2 else 60
-    mesh = tc.box_mesh((0.1, 0.1, 0.1), (cells, cells, min(cells, 15)))
-    steel = tc.LinearElastic(1e7, 0.0, 1000.0)
-    settled = -9.81 * 1000.0 / 1e7 * (0.1 * mesh.nodes[:, 2] - 0.5 * mesh.nodes[:, 2] ** 2)
-    displacement = np.column_stack([np.zeros((mesh.node_count, 2)), settled])
-    body = tc.Body(mesh, steel, (0.6 * speed, 0.8 * speed, 0.0), contact="zmin", displacement=displacement)
-    dt = 0.4 * 0.1 / cells / steel.wave_speed
+    """It lands softly and slides fast along one line: every node slips as far as it goes, with work mu times force."""
+    speed, steps = 10.0, 10 if cells > 3 else 12
+    mesh = tc.box_mesh((0.06, 0.06, 0.04), (cells, cells, min(cells, 15)))
+    body = tc.Body(mesh, RUBBER, (0.6 * speed, 0.8 * speed, -0.05), contact="zmin")
+    dt = 0.4 * 0.04 / cells / RUBBER.wave_speed
     physics = tc.Scene(body, tc.Plane(), duration=steps * dt, gravity=(0.0, 0.0, -9.81),
-                       contact=tc.MasslessContact(removal), friction=tc.Coulomb(1e-3))  # fmt: skip
-    assert tc.plan(physics).domains[0].small == (cells == 2)
+                       contact=tc.MasslessContact(removal), friction=tc.Coulomb(0.3))  # fmt: skip
+    assert tc.plan(physics).domains[0].small == (cells == 3)
     result = quietly(tc.simulate, physics, tc.CentralDifference(dt=dt), out=tmp_path / "run", frames=2, fields=FIELDS)
     found = ResultData.open(tmp_path / "run" / "result.vtkhdf").frame(1).point_data
     low = mesh.nodes_of("zmin")
     way = np.linalg.norm(found["displacement"][low, :2], axis=1)
-    pressed = np.linalg.norm(found["contact_force"][low], axis=1) > 0.0 if "contact_force" in found else way > 0.0
-    np.testing.assert_allclose(found["slip_distance"][low][pressed], way[pressed], rtol=1e-3)
-    assert np.abs(way - speed * result.time).max() < 1e-3 * way.max()
-    assert result.history["friction_work"][-1] == pytest.approx(1e-3 * 9.81 * speed * result.time, rel=0.05)
+    assert result.history["contact_nodes"][1:].min() == len(low)
+    share = 1.0 if removal == "full" else (result.steps - 1) / result.steps  # in the first step nothing presses yet
+    np.testing.assert_allclose(found["slip_distance"][low], share * way, rtol=2e-3)
+    assert np.abs(way - speed * result.time).max() < 1e-2 * way.max()
+    impulse = result.history["impulse"][-1, 2]
+    assert result.history["friction_work"][-1] == pytest.approx(0.3 * impulse * speed, rel=1e-2)
 
 
 def test_a_split_run_goes_on_with_them(monkeypatch, tmp_path):

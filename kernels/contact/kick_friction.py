@@ -9,7 +9,7 @@ creep. The work up to time level n is that of the part of the kick before it, -t
 import taichi as ti
 
 from ..columns import SUMS
-from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
@@ -137,7 +137,7 @@ def kick_friction_node(
                 slip = 0.0
                 if ti.static(not contact.options.static_friction):
                     if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
-                        slip = after * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
+                        slip = body.params[DRIFT] * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
                 record_kick(contact, k, early, late, slip)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, largest = node_place(k, WORK), node_place(k, FORCE)

@@ -12,7 +12,7 @@ rows.
 import taichi as ti
 
 from ..columns import SUMS
-from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
@@ -260,7 +260,7 @@ def kick_pair_friction(
             late = late - 0.5 * after * force.dot(middle + last)
             if ti.static(contact.options.recorded):
                 add, rest = 0.0 - 0.5 * before * force.dot(first + middle), 0.0 - 0.5 * after * force.dot(middle + last)
-                slip = after * (tangents(normal_of(rows, number)) @ last).norm()
+                slip = body.params[DRIFT] * (tangents(normal_of(rows, number)) @ last).norm()
                 record_kick(contact, k, add, rest, slip)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, size = node_place(k, WORK), node_place(k, FORCE)

@@ -122,7 +122,8 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
 def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     """Return the bytes that the terms of a domain will take, as in `Result.memory`, on up to 8 threads.
 
-    They leave out the state of laws that keep numbers at their quadrature points, and the rows of pairs of bodies.
+    They leave out the state of laws that keep numbers at their quadrature points, the rows of pairs of bodies, and what
+    probes and maxima take.
     """
     nodes, packs = len(domain.reference), pack_domain(domain)
     boundary = len(domain.boundary)

@@ -52,29 +52,34 @@ class Sensors:
         if not STRESSES.isdisjoint(scene.maxima):
             of_stress = set(range(len(bodies)))
         of_nodes = [self._starts[p.index] + p.items for p in self._probes if not p.probe.facts.of_cells]
-        of_nodes += [np.arange(len(velocity))] * bool(of_stress)
-        self.nodes = np.unique(np.concatenate(of_nodes)) if of_nodes else np.zeros(0, dtype=np.int64)
+        self._moving = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *of_nodes]))
+        self.nodes = np.arange(len(velocity)) if of_stress else self._moving
         numbers_a_row = 15 * len(self.nodes) + sum(7 * len(bodies[index].cell_order) for index in of_stress)
         self.rows = 1 if self.stateful else min(rows, max(1, ROOM // max(numbers_a_row, 1)))
         self._stress = [
             CellStress(body.body, self.rows) if index in of_stress else None for index, body in enumerate(bodies)
         ]
-        self.motion = Motion(None if massless is None else massless[self.nodes], velocity[self.nodes])
+        self.motion = Motion(None if massless is None else massless[self._moving], velocity[self._moving])
         self.maxima: dict[str, list[Any]] = {}  # by quantity: largest value so far, its time [s], body, cell
-        shape = (self.rows + 1, len(self.nodes), 3)
-        self._scratch = (np.zeros(shape), np.zeros(shape))
+        counts = len(self.nodes), len(self._moving)
+        self._scratch = tuple(np.zeros((self.rows + 1, count, 3)) for count in counts)  # u of nodes, v of moving ones
         self._measured: dict[str, np.ndarray] = {}
         self._cells: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def take(self, row: int, u: arrays.Array, v: arrays.Array) -> None:
         """Read the motion at the start of row `row` of the next `measure`: u [3n], v [3n] of the domain."""
-        for stored, values in zip(self._scratch, (u, v), strict=True):
-            stored[row] = arrays.get(values).reshape(-1, 3)[self.nodes]
+        for stored, values, nodes in zip(self._scratch, (u, v), (self.nodes, self._moving), strict=True):
+            there = arrays.get(values).reshape(-1, 3)
+            stored[row] = there if len(nodes) == len(there) else there[nodes]
 
     def take_rows(self, count: int, samples: np.ndarray) -> None:
         """Read the first `count` rows from the samples [rows, k, 6] of a kernel (kernels/step/samples.py)."""
-        for stored, values in zip(self._scratch, (samples[..., :3], samples[..., 3:]), strict=True):
-            stored[:count] = values[:count]
+        moved, speeds = self._scratch
+        moved[:count], speeds[:count] = samples[:count, :, :3], self._of_moving(samples[:count, :, 3:])
+
+    def _of_moving(self, values: np.ndarray) -> np.ndarray:
+        """Return values [rows, k, 3] of `nodes` for those of probes."""
+        return values[:, np.searchsorted(self.nodes, self._moving)]
 
     def measure(self, count: int, before: float, after: float, kept: Kept, strains: Kept) -> None:
         """Measure `count` rows; before, after [s]: the steps round the first one, those of the others are `after`.
@@ -82,13 +87,13 @@ class Sensors:
         kept, strains: give the mean state and the largest plastic strain of the points of the cells of a body.
         """
         u, v = (stored[: count + 1] for stored in self._scratch)
-        self._fill(self.motion.explicit(u, v, before, after), u[:count], kept, strains)
+        motion = self.motion.explicit(self._of_moving(u), v, before, after) if len(self._moving) else {}
+        self._fill(motion, u[:count], kept, strains)
 
     def measure_level(self, u: np.ndarray, velocity: np.ndarray, before: float) -> None:
         """Measure the row of a level of an implicit scheme: u, velocity [n, 3]; before [s]: the step before it."""
-        moved = u[self.nodes][None]
-        motion = self.motion.implicit(moved, velocity[self.nodes][None], before)
-        self._fill(motion, moved, None, None)
+        motion = self.motion.implicit(u[self._moving][None], velocity[self._moving][None], before)
+        self._fill(motion, u[None], None, None)
 
     def _fill(self, motion: dict[str, np.ndarray], u: np.ndarray, kept: Kept | None, strains: Kept | None) -> None:
         self._measured, fields = {}, []
@@ -101,7 +106,7 @@ class Sensors:
                 values = own[probe.quantity][:, place.items]
                 self._measured[name] = np.tensordot(values, place.weights, ((1,), (0,)))
                 continue
-            node = np.searchsorted(self.nodes, self._starts[place.index] + place.items)
+            node = np.searchsorted(self._moving, self._starts[place.index] + place.items)
             quantity = "displacement" if probe.quantity == "position" else probe.quantity
             self._measured[name] = motion[quantity][:, node].mean(axis=1)
             if probe.quantity == "position":
