@@ -60,7 +60,10 @@ def short(scene, steps):
     return tc.Scene(scene.bodies, scene.obstacles, steps * dt, maxima=scene.maxima), tc.CentralDifference(dt=dt)
 
 
-@pytest.mark.parametrize("name", SCENES)
+SLOW = ("periodic", "metal and rubber")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SCENES])
 def test_every_frame_has_the_same_maxima(name, tmp_path):
     """A frame at every step: the largest of its cells is the column, to the bit, and that of all steps the result."""
     parallel = name == "parallel"
