@@ -13,7 +13,7 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
     pair             loads and rows of each pair of bodies
     applied          loads other than gravity, and gravity where it is a function of time
     springs          energy, power and force of springs
-    host, layers, pairs   numbers that the host measures
+    host, layers, pairs, sensors   numbers that the host measures
 """
 
 from collections import namedtuple
@@ -26,6 +26,8 @@ SPRINGS = "springs"
 PAIRED, PLASTIC, PLASTIC_HOURGLASS = "pairs of bodies", "metals", "one-point hexes of metals"
 HEATED = "friction layers of metals"
 APPLIES, PULLED = "loads", "gravity as a function of time"
+MISES_MAXIMUM, PRESSURE_MAXIMUM = "maxima of von Mises stress", "maxima of pressure"
+PROBED = "probes"  # columns of their own, which tcontact/planning/measured.py makes
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -103,6 +105,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            integral_of="applied_step", rule="sum"),
     Column("gravity_impulse", "N s", "impulse of gravity so far", 3, (), PULLED, integral_of="gravity_force",
            impulse=True),
+    Column("von_mises_max", "Pa", "largest von Mises stress of a cell", 1, ("sensors",), MISES_MAXIMUM, "max"),
+    Column("pressure_max", "Pa", "largest pressure of a cell", 1, ("sensors",), PRESSURE_MAXIMUM, "max", -INFINITE),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),

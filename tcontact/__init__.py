@@ -67,6 +67,7 @@ from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGruene
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.own_laws import register_law  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
+from .scene.probes import Probe  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .scene.springs import PointMass, Spring  # noqa: E402
 from .scene.supports import Support  # noqa: E402
@@ -127,6 +128,7 @@ __all__ = [
     "Plane",
     "PlasticStepWarning",
     "PointMass",
+    "Probe",
     "RegularizedCoulomb",
     "Result",
     "RotationWarning",

@@ -141,7 +141,7 @@ CHANGES = {
             "bodies": lambda s: _with(s, "bodies", [*s.bodies, tc.Body(BOX, tc.NeoHookean(**ROUND))]),
             "obstacles": [], "duration": 1.1e-3, "gravity": (0.0, 0.0, -9.81), "contact": tc.PenaltyContact(3e10),
             "friction": tc.Coulomb(0.1), "damping": tc.MassDamping(1.0), "viscosity": tc.BulkViscosity(),
-            "pairs": lambda s: _with(s, "pairs", None),
+            "pairs": lambda s: _with(s, "pairs", None), "maxima": ("pressure",),
         },
     ),
     tc.Body: (
@@ -153,6 +153,7 @@ CHANGES = {
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
             "loads": [tc.Load("zmax", pressure=1e3)],
             "point_masses": [tc.PointMass("zmax", 0.1)], "springs": [tc.Spring("zmax", 1e3)],
+            "probes": [tc.Probe("zmax", "stress")],
         },
     ),
     tc.Load: (
@@ -162,6 +163,7 @@ CHANGES = {
     ),
     tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1, "displacement": 1e-3}),
     tc.PointMass: (tc.PointMass("zmax", 0.1), {"set": "xmax", "mass": 0.11}),
+    tc.Probe: (tc.Probe("zmax", "velocity"), {"set": "xmax", "quantity": "position"}),
     tc.Spring: (
         tc.Spring("zmax", 1e3, to="zmin"),
         {"set": "xmax", "stiffness": 1.1e3, "damping": 1.0, "to": (0.0, 0.0, 1.0), "axes": "z", "rest_length": 0.1},
@@ -191,7 +193,7 @@ def scheme_sample(kind):
 def classes():
     """Every class that a scene or a scheme consists of."""
     named = {kind for kinds in CLASSES.values() for kind in kinds.values()}
-    return sorted({*named, tc.Scene, tc.Body, tc.Support, tc.Load, tc.Mesh}, key=lambda kind: kind.__name__)
+    return sorted({*named, tc.Scene, tc.Body, tc.Support, tc.Load, tc.Probe, tc.Mesh}, key=lambda kind: kind.__name__)
 
 
 def placed(thing):
@@ -208,6 +210,8 @@ def placed(thing):
         bodies, place = [_with(body, "supports", [thing])], "bodies[0].supports[0]."
     elif isinstance(thing, tc.Load):
         bodies, place = [_with(body, "loads", [thing])], "bodies[0].loads[0]."
+    elif isinstance(thing, tc.Probe):
+        bodies, place = [_with(body, "probes", [thing])], "bodies[0].probes[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:

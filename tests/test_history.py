@@ -17,9 +17,11 @@ from tcontact.kernels.columns import (
     HOURGLASS,
     LAYERS,
     LOADS,
+    MISES_MAXIMUM,
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PRESSURE_MAXIMUM,
     PULLED,
     SPRINGS,
     VISCOUS,
@@ -156,6 +158,7 @@ TERMS = [
     SPRINGS,
     VISCOUS,
 ]
+TERMS += [MISES_MAXIMUM, PRESSURE_MAXIMUM]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):

@@ -37,6 +37,7 @@ def bodies_of_all_kinds():
         tc.Body(
             tets, material("linear"), velocity=moving, displacement=(0, 0, 1e-5), contact="zmin",
             supports=[tc.Support("xmax", "xy", velocity=(0.5, 1 / 3)), tc.Support("some of [them]", "z")],
+            probes=[tc.Probe("some of [them]", "velocity"), tc.Probe("xmax", "stress")],
         ),
         tc.Body(bar, material("svk"), velocity=(0, 0, -1), contact="auto", periodic="xy", name="bar"),
     ]  # fmt: skip
@@ -52,6 +53,7 @@ SCENES = {
         gravity=(0, 0, -1 / 3),
         damping=tc.MassDamping(0.3),
         viscosity=tc.BulkViscosity(linear=0.1),
+        maxima=["pressure"],
         contact=tc.MasslessContact(removal="full", sweeps=12, tolerance=1e-5),
     ),
     "shapes": lambda: scene(
@@ -105,10 +107,10 @@ def test_a_scene_comes_back_as_it_was(name, tmp_path):
         assert np.array_equal(a.prescribed, b.prescribed, equal_nan=True)
         assert np.array_equal(a.contact_faces, b.contact_faces)
         assert (a.material, a.name, a.formulation, a.periodic) == (b.material, b.name, b.formulation, b.periodic)
-        assert a.metal == b.metal
+        assert (a.metal, a.probes) == (b.metal, b.probes)
         for ours, theirs in ((a.mesh.node_sets, b.mesh.node_sets), (a.mesh.face_sets, b.mesh.face_sets)):
             assert {k: v.tolist() for k, v in ours.items()} == {k: v.tolist() for k, v in theirs.items()}
-    for part in ("contact", "friction", "damping", "viscosity", "duration"):
+    for part in ("contact", "friction", "damping", "viscosity", "duration", "maxima"):
         assert getattr(second, part) == getattr(first, part)
     points = np.random.default_rng(2).normal(size=(50, 3))
     for a, b in zip(first.obstacles, second.obstacles, strict=True):

@@ -13,6 +13,7 @@ from oracle import meshes
 from scenes import LAWS, block, material, python, thrown, twin
 
 import tcontact as tc
+from tcontact.cells.cell_stress import CellStress, pressure_of
 from tcontact.cells.stress import VonMises
 from tcontact.device import runtime
 from tcontact.results.files.vtkhdf import ResultData
@@ -59,6 +60,38 @@ def test_a_rotation_makes_no_stress_and_turns_none(law):
     after = of((mesh.nodes + u) @ turn.T - mesh.nodes)
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-12 * before.max())
     assert of(mesh.nodes @ turn.T - mesh.nodes).max() < 1e-14 * material(law).young
+
+
+@pytest.mark.parametrize("law", ["neo", "linear"])
+def test_cells_with_a_volume_change_of_their_own_have_its_pressure(law):
+    """p less that of a fully integrated cell = lambda (J - 1 there less the mean over the cell, or over its nodes)."""
+    for kind, formulation in (("hex8", "mean-dilatation"), ("tet4", "node-averaged")):
+        mesh, mat = tc.box_mesh((1.0, 0.8, 0.6), (2, 2, 2), kind), material(law)
+        u = 0.01 * np.random.default_rng(3).standard_normal((2, *mesh.nodes.shape))
+        bodies = [tc.Body(mesh, mat, formulation=name) for name in ("full", formulation)]
+        full, own = (CellStress(body, 2)(u) for body in bodies)
+        for row in range(2):
+            corners, moved = mesh.nodes[mesh.cells], u[row][mesh.cells]
+            sides = np.array([x - x.mean(axis=0) for x in corners])
+            slopes = np.array([np.linalg.lstsq(x, y, rcond=None)[0].T for x, y in zip(sides, moved, strict=True)])
+            volumes = mesh.cell_volumes()
+            if law == "linear":
+                here = np.trace(slopes, axis1=1, axis2=2)
+                mean = here
+            else:
+                here = np.linalg.det(np.eye(3) + slopes) - 1.0
+                mean = tc.Mesh(mesh.nodes + u[row], mesh.cells, kind).cell_volumes() / volumes - 1.0
+            if kind == "tet4":
+                total, change = np.zeros(mesh.node_count), np.zeros(mesh.node_count)
+                np.add.at(total, mesh.cells, np.repeat(volumes[:, None], 4, axis=1))
+                np.add.at(change, mesh.cells, np.repeat((volumes * here)[:, None], 4, axis=1))
+                mean = (change / total)[mesh.cells].mean(axis=1)
+            expected = mat.lame_lambda * (here - mean)
+            found = pressure_of(own[row]) - pressure_of(full[row])
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * mat.lame_lambda)
+            assert np.array_equal(own[row, :, 6], VonMises(bodies[1])(u[row]))
+        if law != "linear" or kind == "tet4":
+            assert np.abs(pressure_of(own) - pressure_of(full)).max() > 1e-5 * mat.lame_lambda
 
 
 def digest():

@@ -9,7 +9,7 @@ creep. The work up to time level n is that of the part of the kick before it, -t
 import taichi as ti
 
 from ..columns import SUMS
-from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
@@ -26,6 +26,7 @@ from .friction import (
     node_place,
     tangents,
 )
+from .friction_record import begin_kick, record_kick
 from .islands import node_count
 
 NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at most; two walls at a small angle take 100
@@ -58,6 +59,8 @@ def kick_friction(
 ):
     """Set the friction of the kick in all rows, and sum up its work."""
     early, late = 0.0, 0.0
+    if ti.static(contact.options.recorded):
+        begin_kick(contact)
     for k in range(node_count(contact)):
         before, after = kick_friction_node(body, boundary, contact, rows, damped, k)
         early += before
@@ -130,6 +133,12 @@ def kick_friction_node(
             late = 0.0 - 0.5 * after * force.dot(middle + last)
             work_before += early
             work_after += late
+            if ti.static(contact.options.recorded):
+                slip = 0.0
+                if ti.static(not contact.options.static_friction):
+                    if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
+                        slip = body.params[DRIFT] * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
+                record_kick(contact, k, early, late, slip)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, largest = node_place(k, WORK), node_place(k, FORCE)
                 contact.friction[work] = contact.friction[work] + early + late

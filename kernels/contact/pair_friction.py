@@ -12,7 +12,7 @@ rows.
 import taichi as ti
 
 from ..columns import SUMS
-from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
@@ -30,6 +30,7 @@ from .friction import (
     node_place,
     tangents,
 )
+from .friction_record import begin_kick, record_kick
 from .islands import node_count
 from .kick_friction import velocity_without_friction
 from .pair_rows import entry, pair_row, press_masters, weight
@@ -245,6 +246,8 @@ def kick_pair_friction(
             contact.friction[node_place(k, WORK)] = 0.0
             contact.friction[node_place(k, FORCE)] = 0.0
     early, late = 0.0, 0.0
+    if ti.static(contact.options.recorded):
+        begin_kick(contact)
     for number in range(slots * node_count(contact)):
         force = vector_of(rows, number, rows.at.kick_friction)
         if force.norm_sqr() > 0.0:
@@ -255,6 +258,10 @@ def kick_pair_friction(
             middle = first + before / span * (last - first)
             early = early - 0.5 * before * force.dot(first + middle)
             late = late - 0.5 * after * force.dot(middle + last)
+            if ti.static(contact.options.recorded):
+                add, rest = 0.0 - 0.5 * before * force.dot(first + middle), 0.0 - 0.5 * after * force.dot(middle + last)
+                slip = body.params[DRIFT] * (tangents(normal_of(rows, number)) @ last).norm()
+                record_kick(contact, k, add, rest, slip)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, size = node_place(k, WORK), node_place(k, FORCE)
                 contact.friction[work] = contact.friction[work] - 0.5 * span * force.dot(first + last)

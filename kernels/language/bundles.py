@@ -179,7 +179,8 @@ class ContactOptions(NamedTuple):
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
     other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); varied: the
-    coefficients of friction of the rows change in the run.
+    coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
+    for frames (friction_record.py).
     """
 
     model: str = ""
@@ -196,6 +197,7 @@ class ContactOptions(NamedTuple):
     coupled: bool = False
     plain: bool = False
     varied: bool = False
+    recorded: bool = False
 
     @property
     def obstacle_slots(self) -> int:
@@ -311,10 +313,17 @@ class JointPairs(NamedTuple):
 class Launch(NamedTuple):
     """Arrays of one launch of the serial kernel (serial_step.py): control, raw_out [rows, width] (raw_rows.py).
 
-    viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py).
+    viscous_cells: data of viscous contact cells (cell_viscosity.py); images: of a periodic body (images.py); samples:
+    motion of the nodes that probes and maxima need (samples.py).
     """
 
     viscous_cells: Array = None
     images: Index = None
+    samples: Array = None
     control: Array = None
     raw_out: Array = None
+
+    @property
+    def sampled(self) -> bool:
+        """Return whether the rows of a launch leave samples."""
+        return self.samples is not None

@@ -30,6 +30,7 @@ from ..contact.friction import (
     node_place,
     tangents,
 )
+from ..contact.friction_record import record_step
 from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, weight
@@ -119,13 +120,18 @@ def sliding_work_node(
 ):
     """Return the work [J] done by the friction on node k in the step, and store the friction for the next."""
     slots = ti.static(contact.options.slots)
-    own, strongest = 0.0, 0.0
+    own, strongest, path = 0.0, 0.0, 0.0
     for p in ti.static(range(slots)):
         now = vector_of(rows, k * slots + p, rows.at.traction)
         then = vector_of(rows, k * slots + p, rows.at.traction_before)
         if now.dot(now) + then.dot(then) > 0.0:
             own -= 0.5 * (now + then).dot(slip_of(body, boundary, contact, rows, coupling, k, k * slots + p))
             strongest = ti.max(strongest, now.norm())
+        if ti.static(contact.options.recorded):
+            r = k * slots + p
+            if now.dot(now) + then.dot(then) > 0.0 or number_of(rows, r, rows.at.pressing) > 0.0:
+                slip = tangents(normal_of(rows, r)) @ slip_of(body, boundary, contact, rows, coupling, k, r)
+                path = ti.max(path, slip.norm())
         set_vector(rows, k * slots + p, rows.at.traction_before, now)
         if ti.static(contact.options.varied):
             if contact.friction[STEP] > 0.0:
@@ -135,6 +141,8 @@ def sliding_work_node(
                 set_number(rows, k * slots + p, rows.at.slip_speed, speed)
     contact.friction[node_place(k, WORK)] = own
     contact.friction[node_place(k, FORCE)] = strongest
+    if ti.static(contact.options.recorded):
+        record_step(contact, k, path, own)
     return own
 
 

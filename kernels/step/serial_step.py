@@ -37,6 +37,7 @@ from ..materials import LAWS
 from ..nodes.node_phase import node_phase
 from ..pair_places import SQUEEZED
 from .raw_rows import log_row, row_width
+from .samples import take_sample
 
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
@@ -298,6 +299,9 @@ def make_serial_step(
             control[WANTS_LAYERS] = 0.0
             control[WANTS_ROWS] = 0.0
             while state != STOP:
+                if ti.static(launch.sampled):
+                    if state == PASS:
+                        take_sample(launch.samples, body, number)
                 if ti.static(passes or measures):
                     if state == PASS or state == PRODUCT or state == MEASURED:
                         first_chunk = ti.select(state == MEASURED, ordinary, 0)

@@ -103,6 +103,18 @@ class PointState:
                 result[self.cells_of(block), : self._shapes[index][1]] = self.of_block(index).mean(axis=1)
         return result
 
+    def strains_of_body(self, number: int) -> np.ndarray:
+        """Return the largest plastic strain [cells] of the points of every cell of a body; NaN without plastic flow."""
+        from ..kernels.materials import LAWS
+
+        body = self.domain.bodies[number]
+        result = np.full(body.body.mesh.cell_count, np.nan)
+        for index, block in enumerate(self.domain.blocks):
+            law = LAWS[block.material.law].plastic
+            if block.body is body and law is not None:
+                result[self.cells_of(block)] = self.of_block(index)[:, :, law.strain].max(axis=1)
+        return result
+
 
 def has_state(scene: Scene) -> bool:
     """Return whether the points of some body keep a state."""

@@ -9,7 +9,7 @@ from ..device import arrays
 from ..device.launch import Prepared
 from ..planning.packing import WIDTH, pack_cells
 from ..scene.body import Body
-from ..scene.cell_blocks import AVERAGED
+from ..scene.cell_blocks import AVERAGED, BodyBlock
 
 
 class VonMises:
@@ -23,7 +23,6 @@ class VonMises:
     def __init__(self, body: Body) -> None:
         from ..kernels.cells.von_mises import make_von_mises
         from ..kernels.materials import LAWS
-        from ..kernels.materials.law import HIGH
 
         mesh = body.mesh
         for material in body.materials:
@@ -40,12 +39,9 @@ class VonMises:
         self._data = []
         for block in body.blocks:
             packs = pack_cells(block.cells, mesh.node_count, WIDTH)
-            numbers, law = [*block.material.parameters], LAWS[block.material.law]
+            numbers, law = shown_parameters(block), LAWS[block.material.law]
             if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
                 numbers[0] = 0.0
-            if law.plastic is not None:  # the stress of the state as it stands
-                numbers[law.plastic.strength] = HIGH
-                numbers += [0.0] * law.rates
             state = arrays.zeros(packs.lanes * len(law.state))
             self._data.append(
                 (arrays.put(packs.connectivity), arrays.put(np.array(numbers)), state, arrays.zeros(packs.lanes))
@@ -60,7 +56,7 @@ class VonMises:
         arrays.set_values(self._u, displacement)
         for block, (connectivity, parameters, memory, stress) in zip(self._blocks, self._data, strict=True):
             if state is not None and self._stateful[block.material.law]:
-                arrays.set_values(memory, _packed(state[block.numbers]))
+                arrays.set_values(memory, packed(state[block.numbers]))
             kernel = self._kernels[block.element, block.material.law]
             kernel(connectivity, self._position, parameters, self._u, memory, stress)
             found = arrays.get(stress)[: len(block.cells)]
@@ -70,7 +66,19 @@ class VonMises:
         return self._whole
 
 
-def _packed(state: np.ndarray) -> np.ndarray:
+def shown_parameters(block: BodyBlock) -> list[float]:
+    """Return the parameters of the law of a block with which the stress of the state as it stands is computed."""
+    from ..kernels.materials import LAWS
+    from ..kernels.materials.law import HIGH
+
+    numbers, law = [*block.material.parameters], LAWS[block.material.law]
+    if law.plastic is not None:
+        numbers[law.plastic.strength] = HIGH
+        numbers += [0.0] * law.rates
+    return numbers
+
+
+def packed(state: np.ndarray) -> np.ndarray:
     """Return the state [cells, numbers] as [packs, numbers, WIDTH], filled up with zeros."""
     packs = -(-len(state) // WIDTH)
     padded = np.zeros((packs * WIDTH, state.shape[1]))

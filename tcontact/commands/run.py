@@ -35,7 +35,10 @@ def add(subparsers: Any) -> None:
     options.add(parser, "--out", help="folder to write into (default: runs/CASE)")
     parser.add_argument("--frames", metavar="N", type=words.count, help="pictures over the run, 0 = none (default: 60)")
     parser.add_argument(
-        "--fields", metavar="A,B", type=words.names, help="fields in the frames, with the displacement (default: all)"
+        "--fields",
+        metavar="A,B",
+        type=words.names,
+        help="fields in the frames, with the displacement ('all': also those that cost more during the run)",
     )
     between = "wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)"
     options.add(parser, "--checkpoint", help=between)
@@ -152,7 +155,9 @@ def _size(scene: Any, arguments: argparse.Namespace) -> str:
 
 def _coloured(fields: list[str] | None) -> str:
     """Return the field that colours the pictures of a run."""
-    return "von_mises" if fields is None or "von_mises" in fields else (*fields, "displacement")[0]
+    return (
+        "von_mises" if fields is None or not {"von_mises", "all"}.isdisjoint(fields) else (*fields, "displacement")[0]
+    )
 
 
 def _compare(

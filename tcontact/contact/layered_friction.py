@@ -41,7 +41,8 @@ def make_friction(scene: Scene, domain: Domain, static_friction: bool) -> Fricti
     if isinstance(scene.friction, FrictionLayer):
         return LayeredFriction(scene, domain, static_friction)
     areas = domain.contact.areas
-    return Friction(scene.friction, len(areas), static_friction, law_data(scene, domain.pairs, areas))
+    laws = law_data(scene, domain.pairs, areas)
+    return Friction(scene.friction, len(areas), static_friction, laws, domain.records_friction)
 
 
 class LayeredFriction(Friction):
@@ -56,7 +57,8 @@ class LayeredFriction(Friction):
         assert isinstance(model, FrictionLayer)
         assert domain.contact is not None
         areas, starts = domain.contact.areas, domain.contact_start
-        super().__init__(model, len(areas), static_friction, law_data(scene, domain.pairs, areas))
+        laws = law_data(scene, domain.pairs, areas)
+        super().__init__(model, len(areas), static_friction, laws, domain.records_friction)
         self.model, self.areas = model, areas.copy()
         self.coefficients = np.full(len(areas), model.coefficient)
         places = {number: slice(*starts[place : place + 2]) for place, number in enumerate(domain.numbers)}

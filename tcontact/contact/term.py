@@ -100,6 +100,7 @@ class ContactTerm:
             self.pairs is not None,
             self.plain and self.pairs is not None,
             friction is not None and friction.varied,
+            friction is not None and friction.recorded,
         )
 
     @property

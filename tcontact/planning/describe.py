@@ -153,7 +153,8 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
 def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     """Return the bytes that the terms of a domain will take, as in `Result.memory`, on up to 8 threads.
 
-    They leave out the state of laws that keep numbers at their quadrature points, and the rows of pairs of bodies.
+    They leave out the state of laws that keep numbers at their quadrature points, the rows of pairs of bodies, and what
+    probes and maxima take.
     """
     nodes, packs = len(domain.reference), pack_domain(domain)
     boundary = len(domain.boundary)
@@ -205,7 +206,8 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             result["cell-viscosity"] = REAL * numbers
         if plan.scene.friction is not None and count:
             laws = law_data(plan.scene, domain.pairs, contact.areas)
-            size = REAL * (2 + count * FRICTION_NODE + (0 if laws is None else len(laws)))
+            numbers = count * (FRICTION_NODE + 4 * domain.records_friction)
+            size = REAL * (2 + numbers + (0 if laws is None else len(laws)))
             result[FRICTION_TERMS[type(plan.scene.friction)]] = size + _layers(plan.scene, domain)
     return result
 

@@ -71,9 +71,9 @@ class Domain:
     """Bodies in one numbering.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
-    of its bodies; chunks: chunks of its cells (packing.py), None = as many as suit the threads; node_start,
-    contact_start [bodies + 1]: first node and contact node of a body; boundary_place: for every body, places [s] of its
-    boundary nodes among those of the
+    of its bodies; chunks: chunks of its cells (packing.py), None = as many as suit the threads; records_friction:
+    frames hold slip and friction work of its contact nodes; node_start, contact_start [bodies + 1]: first node and
+    contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
     domain. The other attributes are those of `BodyPlan` for all bodies.
     """
 
@@ -86,6 +86,7 @@ class Domain:
     ) -> None:
         self.bodies, self.numbers, self.pairs, self.springs = bodies, numbers, pairs, springs
         self.chunks: int | None = None
+        self.records_friction = False
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
         self.contact_start = _starts([0 if contact is None else len(contact.nodes) for contact in contacts])
@@ -267,6 +268,16 @@ class Domain:
                 rows.append(place[own])
                 total += len(own)
         return np.concatenate(starts), np.concatenate(rows)
+
+    @property
+    def massless(self) -> np.ndarray | None:
+        """Projectors [n, 3, 3] on the components of every node that have no mass; None without any."""
+        contact = self.contact
+        if contact is None or contact.basis is None:
+            return None
+        result = np.zeros((len(self.reference), 3, 3))
+        result[contact.nodes] = np.einsum("kic,kjc->kij", contact.basis, contact.basis)
+        return result if self.images is None else result[self.images.master]
 
     @property
     def small(self) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.columns import COLUMNS, Column, cell_groups, group_columns
+from ..kernels.columns import COLUMNS, NAN, PROBED, Column, cell_groups, group_columns
 from ..scene.scene import Scene
 from .domain import Domain
 
@@ -24,15 +24,21 @@ class Layout:
     """The places of the columns of a scene in its rows.
 
     terms: terms of the scene with columns of their own; obstacles, pairs: names of those whose loads are measured;
+    probes: columns of its probes;
     place: slice of each column by name, first the measured ones, then from `width` to `end` the integrals over time;
     shown: columns of the history in their order.
     """
 
     def __init__(
-        self, terms: Collection[str] = (), obstacles: tuple[str, ...] = (), pairs: tuple[str, ...] = ()
+        self,
+        terms: Collection[str] = (),
+        obstacles: tuple[str, ...] = (),
+        pairs: tuple[str, ...] = (),
+        probes: tuple[Column, ...] = (),
     ) -> None:
         self.terms, self.obstacles, self.pairs = frozenset(terms), obstacles, pairs
         mine = [column for column in COLUMNS if not column.term or column.term in self.terms]
+        mine += probes
         self.shown = [column for column in self._named(mine) if column.shown]
         self.measured = list(self._named([column for column in mine if column.groups]))
         names = {column.name for column in self.measured}
@@ -66,6 +72,17 @@ class Layout:
     def stored(self, row: np.ndarray) -> Any:
         """Return the stored energy [J] at a row [end], or at each of several [end, m]."""
         return sum(row[self.place[column.name].start] for column in self.measured if column.energy == "stored")
+
+
+def probe_columns(scene: Scene) -> tuple[Column, ...]:
+    """Return the columns of the probes of a scene; only the domain of its body has a number for each."""
+    found = []
+    for index, body in enumerate(scene.bodies):
+        for probe in body.probes:
+            name, facts = scene.probe_column(index, probe), probe.facts
+            text = f"mean {probe.quantity} of {probe.set!r} of {scene.label(index)}"
+            found.append(Column(name, facts.unit, text, facts.size, ("sensors",), PROBED, "fmin", NAN))
+    return tuple(found)
 
 
 def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:

@@ -20,9 +20,11 @@ from ..kernels.columns import (
     HOURGLASS,
     LAYERS,
     LOADS,
+    MISES_MAXIMUM,
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PRESSURE_MAXIMUM,
     PULLED,
     SPRINGS,
     VISCOUS,
@@ -38,7 +40,7 @@ from .contact_graph import contact_graph
 from .describe import describe
 from .domain import Domain, domains_of
 from .lumped_mass import body_masses, node_areas
-from .measured import Layout
+from .measured import Layout, probe_columns
 from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
@@ -79,6 +81,10 @@ class Plan:
                 found[FRICTION_TERMS[type(self.scene.friction)]] = None
             if any(body.viscous_cells for body in self.bodies):
                 found["cell-viscosity"] = None
+        if any(body.probes for body in self.scene.bodies):
+            found["probes"] = None
+        if self.scene.maxima:
+            found["maxima"] = None
         return (*found, "ledger")
 
     @cached_property
@@ -99,11 +105,14 @@ class Plan:
             APPLIES: any(body.loads for body in scene.bodies),
             PULLED: callable(scene.gravity),
             SPRINGS: bool(scene.springs),
+            MISES_MAXIMUM: "von_mises" in scene.maxima,
+            PRESSURE_MAXIMUM: "pressure" in scene.maxima,
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
         pairs = tuple(pair.name for pair in scene.body_pairs)
-        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names, pairs)
+        terms = [*damping, *(term for term, is_there in present.items() if is_there)]
+        return Layout(terms, names, pairs, probe_columns(scene))
 
     @property
     def columns(self) -> tuple[str, ...]:

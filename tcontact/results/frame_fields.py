@@ -18,23 +18,37 @@ NODAL = {"displacement": 3, "velocity": 3, "contact_force": 3, "contact_pressure
 LAYERS = {"layer_temperature": 1, "layer_shear": 1}  # numbers a node, with a FrictionLayer
 CELLWISE = {"von_mises": 1}  # numbers a cell
 METAL = {"plastic_strain": 1, "temperature": 1}  # numbers a cell, with a metal
+FRICTION = {"slip_distance": 1, "friction_work": 1}  # numbers a node, with friction; only where they are named
+STRESS = {"pressure": 1}  # numbers a cell, only where it is named
 ALWAYS = "displacement"  # without it there is no shape to draw
 FIXED = 1_100_000  # what a file without frames takes [byte]: mostly room for 4096 rows of the history
 
 
 def available(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the fields that frames of this scene can hold."""
+    """Return the names of the fields that frames of this scene hold unless some are named."""
     layers = LAYERS if isinstance(scene.friction, FrictionLayer) and scene.touching else {}
     return (*NODAL, *layers, *CELLWISE, *(METAL if scene.plastic else {}))
 
 
+def further(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the fields that frames of this scene hold only if they are named, or with "all"."""
+    return (*(FRICTION if scene.friction is not None and scene.touching else {}), *STRESS)
+
+
 def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
-    """Return the fields to write, in their own order; None = all. Raises `InputError` with those that exist."""
-    known = available(scene)
+    """Return the fields to write, in their own order; None = `available`, "all" = also those that cost more.
+
+    Raises `InputError` with those that exist.
+    """
     if fields is None:
+        return available(scene)
+    known = (*available(scene), *further(scene))
+    if fields == "all":
         return known
     if isinstance(fields, str) or not isinstance(fields, Sequence):
-        raise InputError("fields", fields, f"give a list of names out of {', '.join(known)}, or None for all")
+        raise InputError("fields", fields, f"give a list of names out of {', '.join(known)}, or 'all'")
+    if [*fields] == ["all"]:  # of the program
+        return known
     for name in fields:
         if name not in known:
             raise InputError("fields", name, f"frames of this scene can hold {', '.join(known)}")
@@ -46,7 +60,7 @@ def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
     nodes = sum(body.mesh.node_count for body in scene.bodies)
     cells = sum(body.mesh.cell_count for body in scene.bodies)
     corners = sum(cells.size for body in scene.bodies for _, cells in body.mesh.blocks)
-    nodal, cellwise = NODAL | LAYERS, CELLWISE | METAL
+    nodal, cellwise = NODAL | LAYERS | FRICTION, CELLWISE | METAL | STRESS
     numbers = sum(nodal[name] * nodes if name in nodal else cellwise[name] * cells for name in chosen(scene, fields))
     mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)
     return FIXED + mesh + 8 * frames * numbers

@@ -22,7 +22,7 @@ from .checks import Check
 from .result import Result
 
 SCALARS = ("ok", "reason", "message", "steps", "time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
-AXES = "xyz"
+AXES = {3: "xyz", 6: ("xx", "yy", "zz", "xy", "yz", "xz")}  # ends of the names of the columns of a vector, a stress
 
 
 def versions() -> dict[str, str]:
@@ -59,6 +59,8 @@ def run_attributes(result: Result) -> dict[str, Any]:
     data["cells"] = sum(len(body.mesh.cells) for body in result.scene.bodies)
     data["nodes"] = sum(len(body.mesh.nodes) for body in result.scene.bodies)
     data["smoothness"] = smoothness_of(result)
+    if result.maxima:
+        data["maxima"] = {name: vars(found) for name, found in result.maxima.items()}
     data["last_row"] = {name: column[-1] for name, column in result.history.items()}
     data["versions"] = versions()
     data |= {"arch": runtime.arch(), "threads": runtime.threads()}
@@ -145,7 +147,7 @@ def write_history(path: Path, history: Mapping[str, np.ndarray]) -> None:
             columns.append(array)
         else:
             parts = array.reshape(len(array), -1)
-            names += [f"{name}_{AXES[k] if parts.shape[1] == 3 else k}" for k in range(parts.shape[1])]
+            names += [f"{name}_{end}" for end in AXES.get(parts.shape[1], range(parts.shape[1]))]
             columns += list(parts.T)
     with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -13,6 +13,16 @@ from ..scene.scene import Scene
 from .smoothness import PressureRecord
 
 
+@dataclass(frozen=True)
+class Maximum:
+    """The largest value of a quantity in a run: its time [s], the name of the body and the number of the cell in it."""
+
+    value: float
+    time: float
+    body: str
+    cell: int
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """Result of a run: its end, how it went, and its history.
@@ -30,7 +40,8 @@ class Result:
     (`friction_layer.LayerState`); metals: with metals "plastic_strain" and "temperature" [K] of every cell at the end,
     in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law keeps a
     state, of every body the numbers of each of its blocks [cells, points, numbers], with which `simulate(initial=)`
-    goes on.
+    goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps, also those that the
+    history does not keep.
     """
 
     ok: bool
@@ -56,6 +67,7 @@ class Result:
     layers: tuple[LayerState | None, ...] = ()
     metals: dict[str, np.ndarray] = field(default_factory=dict)
     points: tuple[tuple[np.ndarray, ...], ...] = ()
+    maxima: dict[str, Maximum] = field(default_factory=dict)
 
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
@@ -69,6 +81,11 @@ class Result:
                 return slice(start, start + body.mesh.node_count)
             start += body.mesh.node_count
         raise InputError("name", name, "use one of " + ", ".join(repr(label) for label in known))
+
+    @property
+    def probes(self) -> dict[str, np.ndarray]:
+        """What the probes recorded [rows] or [rows, numbers], by "<body>_<set>_<quantity>"."""
+        return self._of_obstacles("probe_")
 
     @property
     def obstacle_force(self) -> dict[str, np.ndarray]:

@@ -20,7 +20,7 @@ from ..planning.locking import locking
 from ..planning.measured import combined
 from ..planning.planning import Plan
 from ..planning.springs import spring_rates
-from ..results.result import Result
+from ..results.result import Maximum, Result
 from ..scene.contact_models import MasslessContact, PenaltyContact
 from ..scene.friction_models import FLUTTERS
 from ..scene.pairs import stiff_slaves
@@ -407,4 +407,14 @@ class Run:
             layers=tuple(state.layers() for state in self.states),
             metals=metal_fields(self.states) if self.scene.plastic else {},
             points=tuple(state.points() for state in self.states) if has_state(self.scene) else (),
+            maxima=self._maxima(),
         )
+
+    def _maxima(self) -> dict[str, Maximum]:
+        """Return the largest values of all steps of the quantities in `Scene.maxima`."""
+        found: dict[str, Maximum] = {}
+        for name in self.scene.maxima:
+            known = [Maximum(*domain.sensors.maxima[name]) for domain in self.domains if name in domain.sensors.maxima]
+            if known:
+                found[name] = max(known, key=lambda one: one.value)
+        return found

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import FunctionError, InputError, OutputError
+from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.vtkhdf import ResultData, ResultFile
-from ..results.frame_fields import LAYERS, METAL
+from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS
 from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
@@ -57,9 +58,11 @@ def make_folder(folder: Path) -> None:
 
 
 class Recorder:
-    """Writes the frames of a run: displacement, velocity, contact force and pressure of nodes, von Mises stress of
-    cells; with friction layers also their surface temperature [K] and shear stress [Pa], with metals the plastic strain
-    and temperature [K] of cells."""
+    """Writes the frames: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells.
+
+    With friction layers also their surface temperature [K] and shear stress [Pa], with metals the plastic strain and
+    temperature [K] of cells; where they are named, the pressure of cells, slip distance and friction work of nodes.
+    """
 
     def __init__(
         self,
@@ -84,8 +87,9 @@ class Recorder:
         bodies = np.concatenate([np.full(body.mesh.cell_count, i) for i, body in enumerate(scene.bodies)])
         self.obstacles, self.times = scene.obstacles, [0.0]
         self._paired = bool(scene.body_pairs)
-        self._stateful = has_state(scene) and not {"von_mises", *METAL}.isdisjoint(fields)
+        self._stateful = has_state(scene) and not {"von_mises", *METAL, *STRESS}.isdisjoint(fields)
         self.stress: list[VonMises] = []
+        self.whole_stress: list[CellStress] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         if len(scene.bodies) > 1:
             self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
@@ -108,6 +112,8 @@ class Recorder:
             self._area = area[self._contact_nodes]
         if "von_mises" in self.fields:
             self.stress = [VonMises(state.plan.body) for state in self.states]
+        if "pressure" in self.fields:
+            self.whole_stress = [CellStress(state.plan.body) for state in self.states]
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
@@ -128,6 +134,9 @@ class Recorder:
         if not LAYERS.keys().isdisjoint(self.fields):
             layers = [state.layer_fields() for state in self.states]
             nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
+        if not FRICTION.keys().isdisjoint(self.fields):
+            rubbed = [state.friction_fields() for state in self.states]
+            nodal |= {name: _joined([one[name] for one in rubbed]) for name in FRICTION if name in self.fields}
         cellwise = {}
         kept: list[np.ndarray | None] = [None] * len(self.states)
         if self._stateful:
@@ -135,6 +144,9 @@ class Recorder:
         if self.stress:
             parts = zip(self.stress, moved, kept, strict=True)
             cellwise["von_mises"] = _joined([of(part, state) for of, part, state in parts])
+        if self.whole_stress:
+            own = zip(self.whole_stress, moved, kept, strict=True)
+            cellwise["pressure"] = _joined([pressure_of(of(part[None], state)[0]) for of, part, state in own])
         for name in METAL:
             if name in self.fields:
                 values = zip(self.states, kept, strict=True)

@@ -24,7 +24,7 @@ from .folder_lock import locked
 from .loop import Run
 from .progress import ProgressBar
 from .recorder import FILE, Recorder
-from .simulation import carry_out, start_of_scene
+from .simulation import carry_out, record_friction, start_of_scene
 
 
 def resume(
@@ -70,6 +70,7 @@ def resume(
         rows = head["history_every"], head["pressures"], head["history_rows"]
         for domain in planned.domains:  # the same bits on a machine with another number of threads
             domain.chunks = head["chunks"]
+        record_friction(planned, head["fields"])
         run = Run(scene, planned, scheme, displacement, velocity, *rows)
         new = contents.prints(run)
         if contents.differs(stored.head["new"], new, stored.found):

@@ -51,7 +51,7 @@ def simulate(
     initial: Result | None = None,
     pressures: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = None,
-    fields: Sequence[str] | None = None,
+    fields: Sequence[str] | str | None = None,
     history_rows: int = MOST_ROWS,
 ) -> Result:
     """Run a scene and return its `Result`.
@@ -64,10 +64,12 @@ def simulate(
     without `FrictionLayer` drops the layers; pressures: keep the pressures of the contact nodes at every row of the
     history (`Result.contact_pressures`); checkpoint: seconds of wall time between checkpoints in `out` (or a
     `Checkpoint`, or its options as a dictionary), from which `tcontact.resume` goes on after a crash or Ctrl-C; they
-    are removed when the run has finished; fields: what frames hold, None = all (names in
-    `tcontact.results.frame_fields`; the
-    displacement always); history_rows: largest number of rows: beyond it every second one is dropped and
-    `history_every` doubles (sums over time still include every step; a message before the run says so).
+    are removed when the run has finished; fields: what frames hold (names in `tcontact.results.frame_fields`; the
+    displacement always), None = what costs nothing during the run, "all" = also the pressure of cells, and of contact
+    nodes with friction "slip_distance" [m], the path along which they slid on what they touched, and "friction_work"
+    [J/m^2], its work over the area weight of the node; history_rows: largest number of rows: beyond it every second
+    one is dropped and `history_every` doubles (sums over time still include every step; a message before the run says
+    so).
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.
@@ -98,6 +100,8 @@ def simulate(
     planned = plan(scene)
     scheme.check(planned)
     _warn_steep(scene, planned)
+    if folder is not None:
+        record_friction(planned, wanted)
     runtime.start(arch, threads)
     check_starts(planned.domains, displacement)
     _check_laws(scene, scheme)
@@ -160,6 +164,12 @@ def carry_out(
     if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
         store.remove(folder)
     return result
+
+
+def record_friction(planned: Plan, fields: Sequence[str]) -> None:
+    """Let the domains sum up slip and friction work of their contact nodes where frames hold these."""
+    for domain in planned.domains:
+        domain.records_friction = not frame_fields.FRICTION.keys().isdisjoint(fields)
 
 
 def _check_laws(scene: Scene, scheme: Any) -> None:

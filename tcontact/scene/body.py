@@ -17,6 +17,7 @@ from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulat
 from .loads import Load
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
+from .probes import Probe, checked_probes
 from .springs import PointMass, Spring, checked
 from .supports import Prescribed, Support
 
@@ -45,7 +46,8 @@ class Body:
     loads: pressures, tractions and forces on named sets (`Load`);
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
     a box mesh, share their degrees of freedom;
-    point_masses, springs: masses and springs on sets of nodes.
+    point_masses, springs: masses and springs on sets of nodes;
+    probes: `Probe`s, means over sets that the history records.
     Raises `InputError` (unknown sets, a contact set on no face, conflicting supports, wrong shapes, NaN, ...).
     """
 
@@ -62,6 +64,7 @@ class Body:
     loads: Sequence[Load] = ()
     point_masses: Sequence[PointMass] = ()
     springs: Sequence[Spring] = ()
+    probes: Sequence[Probe] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -98,6 +101,7 @@ class Body:
         object.__setattr__(self, "loads", tuple(loads))
         for load in self.loads:
             load.check(self.mesh, self.images, self.initial_velocity)
+        object.__setattr__(self, "probes", checked_probes(self.probes, self.mesh, self.blocks))
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -21,6 +21,7 @@ from .layer_metals import check_metals
 from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
 from .periodic import check_obstacles
+from .probes import Probe, checked_maxima
 from .reach import SAMPLES, with_reached_faces
 from .springs import SceneSpring, springs_of
 from .time_functions import TimeFunction
@@ -39,9 +40,10 @@ class Scene:
     or None to let bodies pass through obstacles; damping: `MassDamping` or None; viscosity: `BulkViscosity` or None;
     friction: `Coulomb`, `FrictionTable`, `RegularizedCoulomb`, `FrictionLayer` or None, for all obstacles and pairs
     without their own; if only these have some, it becomes such a law with the coefficient 0; pairs: which bodies touch
-    each other: "auto"
-    (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each other. Where two
-    bodies meet that are no pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
+    each other: "auto" (those whose contact faces may meet), a list of `Pair`, or None to let bodies pass through each
+    other. Where two bodies meet that are no pair, a run stops (`Result.reason` "bodies-meet") unless pairs is None.
+    maxima: names out of "von_mises", "pressure" and, with a metal, "plastic_strain": the history has the largest of all
+    cells at every row (`von_mises_max`, `pressure_max`, `plastic_strain_max`), and `Result.maxima` that of all steps.
     Raises `InputError`.
     """
 
@@ -54,6 +56,7 @@ class Scene:
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     pairs: str | Sequence[Pair] | None = "auto"
+    maxima: Sequence[str] = ()
     body_pairs: tuple[BodyPair, ...] = field(default=(), init=False)
     springs: tuple[SceneSpring, ...] = field(default=(), init=False)
 
@@ -88,7 +91,9 @@ class Scene:
             raise InputError("Scene.friction", self.friction, remedy)
         object.__setattr__(self, "pairs", checked_pairs(self.pairs))
         object.__setattr__(self, "friction", joint_friction(self))
+        object.__setattr__(self, "maxima", checked_maxima(self.maxima, self.plastic))
         _check_names("Body.name", "bodies", self.bodies, self.label)
+        self._check_probes()
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
         within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
         reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
@@ -213,6 +218,21 @@ class Scene:
                         OverlapWarning,
                         stacklevel=4,
                     )
+
+    def probe_column(self, index: int, probe: Probe) -> str:
+        """Return the name of the history column of a probe of body `index`."""
+        return f"probe_{self.label(index)}_{probe.set}_{probe.quantity}"
+
+    def _check_probes(self) -> None:
+        """Refuse two probes with one column, as of the body "a" with the set "b_c" and "a_b" with "c"."""
+        columns: dict[str, str] = {}
+        for index, body in enumerate(self.bodies):
+            for probe in body.probes:
+                name = self.probe_column(index, probe)
+                if name in columns:
+                    remedy = f"has the column of a probe of {columns[name]!r}; rename the body or the set"
+                    raise InputError(f"Scene.bodies[{index}].probes", name, remedy)
+                columns[name] = self.label(index)
 
     def label(self, index: int) -> str:
         """Return the name of a body for messages and results."""

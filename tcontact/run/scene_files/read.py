@@ -23,6 +23,7 @@ from ...scene.body import Body
 from ...scene.loads import Load
 from ...scene.obstacles import Sdf
 from ...scene.pairs import Pair
+from ...scene.probes import Probe
 from ...scene.scene import Scene
 from ...scene.springs import PointMass, Spring
 from ...scene.supports import Support
@@ -137,7 +138,15 @@ class Reader:
                 for i, part in enumerate(tables(f"{place}.{key}", data, key)):
                     check_keys(f"{place}.{key}[{i}]", part, keys_of(kind))
                     values[key].append(made(f"{place}.{key}[{i}]", kind, part))
+        if "probes" in data:
+            probes = enumerate(tables(f"{place}.probes", data, "probes"))
+            values["probes"] = [self.probe(f"{place}.probes[{i}]", one) for i, one in probes]
         return made(place, Body, values)
+
+    def probe(self, place: str, data: dict[str, Any]) -> Probe:
+        """Build a probe."""
+        check_keys(place, data, keys_of(Probe))
+        return made(place, Probe, data)
 
     def materials(self, place: str, data: Any) -> Any:
         """Build a material, or a dict of materials from a table of tables by cell set."""

@@ -81,6 +81,8 @@ class Writer:
             data["pairs"] = "none"
         elif not isinstance(scene.pairs, str):
             data["pairs"] = [self.pair(pair) for pair in scene.pairs]
+        if scene.maxima:
+            data["maxima"] = list(scene.maxima)
         for key, value in run.items():
             if key not in RUN:
                 raise InputError(f"run.{key}", value, "not an option of a scene file; it knows " + ", ".join(RUN))
@@ -119,6 +121,8 @@ class Writer:
             data["formulation"] = body.formulation
         if body.periodic is not None:
             data["periodic"] = body.periodic
+        if body.probes:
+            data["probes"] = [{"set": probe.set, "quantity": probe.quantity} for probe in body.probes]
         if body.supports:
             data["supports"] = [
                 self.support(f"bodies[{index}].supports[{number}]", support)

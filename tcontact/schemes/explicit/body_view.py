@@ -80,6 +80,10 @@ class BodyView:
         """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
         return PointState(self.state.domain, self.state.internal_force).of_body(self._number)
 
+    def strains(self) -> np.ndarray:
+        """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
+        return PointState(self.state.domain, self.state.internal_force).strains_of_body(self._number)
+
     def points(self) -> tuple[np.ndarray, ...]:
         """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
         return PointState(self.state.domain, self.state.internal_force).blocks_of_body(self._number)
@@ -170,6 +174,20 @@ class BodyView:
             temperature, shear = layered.fields()
             fields["layer_temperature"][self.plan.contact.nodes] = temperature[self._contact]
             fields["layer_shear"][self.plan.contact.nodes] = shear[self._contact]
+        if self.plan.images is not None:
+            fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
+        return {name: self.plan.to_user(values) for name, values in fields.items()}
+
+    def friction_fields(self) -> dict[str, np.ndarray]:
+        """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0.
+
+        The work is that on a node over its area weight (`BodyPlan.contact_areas`), also between bodies.
+        """
+        fields = {name: np.zeros(len(self.plan.reference)) for name in ("slip_distance", "friction_work")}
+        friction, contact = None if self.state.contact is None else self.state.contact.friction, self.plan.contact
+        if friction is not None and contact is not None:
+            slip, work = (values[self._contact] for values in friction.record())
+            fields["slip_distance"][contact.nodes], fields["friction_work"][contact.nodes] = slip, work / contact.areas
         if self.plan.images is not None:
             fields = {name: self.plan.images.follow(values) for name, values in fields.items()}
         return {name: self.plan.to_user(values) for name, values in fields.items()}

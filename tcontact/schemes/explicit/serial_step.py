@@ -17,6 +17,7 @@ from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
 from ...planning.domain import Domain
+from ..sensors import Sensors
 
 
 class SerialStep:
@@ -35,6 +36,7 @@ class SerialStep:
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
         loads: AppliedLoads | None = None,
+        sensors: Sensors | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             PAIR_LISTS,
@@ -63,7 +65,10 @@ class SerialStep:
         self.cells = contact.cell_viscosity if isinstance(contact, MasslessContactTerm) else None
         self.pairs: PairContact | None = None if contact is None else contact.pairs
         pairs = self.pairs
+        self._scratch: arrays.Array | None = None
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
+        if sensors is not None:
+            self.rows_at_once = min(self.rows_at_once, sensors.rows)
         self.control = arrays.zeros(kernels.CONTROL)
         self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
@@ -82,6 +87,7 @@ class SerialStep:
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
+                self._samples(sensors),
                 self.control,
                 self.raw,
             ),
@@ -89,6 +95,9 @@ class SerialStep:
         if len(arguments(bundles)) > MOST and solve is not None:
             lists = arrays.put(joined([arrays.get(solve.pairs[name]) for name in PAIR_LISTS]))
             bundles["pairs"] = JointPairs(lists, solve.pairs["shape_gradients"], solve.pairs["values"])
+        if self._scratch is not None and len(arguments(bundles)) > MOST:  # the host samples every row instead
+            self.rows_at_once, self._scratch = 1, None
+            bundles["launch"] = bundles["launch"]._replace(samples=None)
         self._parts = arguments(bundles)[len(arguments({"body": bundles["body"]})) :]
         self.kernel = kernels.make_serial_step(
             signature_of(bundles),
@@ -187,6 +196,22 @@ class SerialStep:
         self._launch(*self.force.arguments(u, v), *self._parts)
         return arrays.get(self.control)
 
+    def _samples(self, sensors: Sensors | None) -> arrays.Array | None:
+        """Return the array of samples (kernels/step/samples.py); None where the host samples single rows."""
+        if sensors is not None and self.rows_at_once > 1:
+            head = np.array([len(sensors.nodes), *sensors.nodes], dtype=np.float64)
+            room = np.zeros(6 * len(sensors.nodes) * self.rows_at_once)
+            self._scratch = arrays.put(np.concatenate([head, room]))
+        return self._scratch
+
+    def samples(self) -> np.ndarray | None:
+        """Return the samples [rows, k, 6] of the last run; None if it took none."""
+        if self._scratch is None:
+            return None
+        values = arrays.get(self._scratch)
+        count = int(values[0])
+        return values[1 + count :].reshape(self.rows_at_once, count, 6)
+
     def rows(self, count: int) -> np.ndarray:
         """Raw rows [count, width] of the last run."""
         return arrays.get(self.raw).reshape(-1, self.width)[:count]
@@ -219,4 +244,4 @@ class SerialStep:
 
     def owned(self) -> list[arrays.Array]:
         """Arrays of the launch itself."""
-        return [self.raw, self.control, self.sums]
+        return [self.raw, self.control, self.sums, *([] if self._scratch is None else [self._scratch])]

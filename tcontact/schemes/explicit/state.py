@@ -21,6 +21,7 @@ from ...planning.applied_loads import pack_loads
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
 from ...scene.scene import Scene
+from ..sensors import Sensors, sensed
 from .body_view import BodyView
 from .serial_step import SerialStep
 from .timed import Timed
@@ -73,17 +74,22 @@ class DomainState:
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
+        self.sensors: Sensors | None = None
+        if sensed(scene, domain.bodies):
+            parts = scene, domain.bodies, domain.numbers, domain.node_start[:-1], self.layout
+            rows = MAXIMUM_ROWS if domain.small else 1
+            self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
         self.serial: SerialStep | None = None
         if self.boundary_nodes is not None or self.contact is not None or domain.small:
-            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images, self.loads
-            self.serial = SerialStep(domain, self.groups, *parts)
+            terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
+            self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
         self.timed: list[Timed] = [] if self.driven is None else [self.driven]
         self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
         several = 1
-        if not domain.small and self.layered is None:
+        if not domain.small and self.layered is None and self.sensors is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
@@ -178,11 +184,17 @@ class DomainState:
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
             limits = jacobian, energy, viscous_rate, touching
-            return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
+            if self.sensors is not None:
+                self.sensors.take(0, self.u, self.v)
+            done = serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
+            self._measure(done, steps)
+            return done
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
             before = steps[0] if number == 0 else steps[1]
+            if self.sensors is not None:
+                self.sensors.take(number, self.u, self.v)
             force.advance(self.u, self.v, kick_before, kick_after, drift, before=before)
             if self.exchange is not None:
                 self.exchange(force.special_force)
@@ -200,7 +212,18 @@ class DomainState:
             calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
+        self._measure(number + 1, steps)
         return number + 1
+
+    def _measure(self, done: int, steps: tuple[float, float]) -> None:
+        """Let the sensors measure the rows that were done; steps [s]: as in `advance`."""
+        if self.sensors is None:
+            return
+        samples = None if self.serial is None else self.serial.samples()
+        if samples is not None:
+            self.sensors.take_rows(done, samples)
+        self.sensors.take(done, self.u, self.v)
+        self.sensors.measure(done, *steps, lambda i: self.views[i].point_state(), lambda i: self.views[i].strains())
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured rows [n, width] (measured.Layout) of the last `advance`, at these times [s]."""
@@ -210,6 +233,8 @@ class DomainState:
         if self.contact is not None and self.contact.pairs is not None:
             rows[-1, self.layout.place["pair_rebuilds"]] = self.contact.pairs.rebuilds
             rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]
+        if self.sensors is not None:
+            self.sensors.put(rows, times)
         if self.layered is not None:
             late = float(rows[-1, self.layout.place["friction_after"]][0])
             for name, value in self.layered.row(late).items():
@@ -221,6 +246,8 @@ class DomainState:
         result = {"state": arrays.size_in_bytes([self.u, self.v])}
         if self.serial is not None:
             result["internal-force"] = arrays.size_in_bytes(self.serial.owned())
+        if self.sensors is not None:
+            result["sensors"] = arrays.size_in_bytes(self.sensors.owned())
         friction = None if self.contact is None else self.contact.friction
         cells = None if self.serial is None else self.serial.cells
         for term in (

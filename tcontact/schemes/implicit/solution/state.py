@@ -14,6 +14,7 @@ from ....planning.body_plan import BodyPlan
 from ....planning.measured import Layout
 from ....results.smoothness import PressureRecord
 from ....scene.scene import Scene
+from ...sensors import Sensors, sensed
 from .body import ImplicitBody, Level, Taken
 from .newton import NotConverged
 from .rule import ImplicitRule
@@ -79,6 +80,11 @@ class ImplicitState:
         self._massless: np.ndarray | None = None
         self._row = np.zeros(layout.width)
         self._work: float | None = None  # of constant loads from no displacement to the last row [J]
+        self.sensors: Sensors | None = None
+        if sensed(scene, [plan]):
+            number = [scene.label(index) for index in range(len(scene.bodies))].index(plan.label)
+            parts = scene, [plan], [number], np.zeros(1), layout, 1
+            self.sensors = Sensors(*parts, None, self.start_velocity)
         self.views = [self]
 
     @property
@@ -114,6 +120,11 @@ class ImplicitState:
         self._shown = self._taken
         self._row = self._measure(self.level, self._taken)
         self._show()
+        if self.sensors is not None:
+            velocity = self.level.v.copy()
+            if self._massless is not None and self.plan.contact is not None:
+                velocity[self.plan.contact.nodes] += self._massless
+            self.sensors.measure_level(self.level.u, velocity, self._taken.dt)
         if dt <= 0.0:
             return 1
         try:
@@ -178,6 +189,8 @@ class ImplicitState:
         contact = self.body.contact
         if contact is not None and contact.exact is not None:
             found["active"] = contact.exact.active
+        if self.sensors is not None:
+            found |= {f"sensors.{name}": value for name, value in self.sensors.checkpoint().items()}
         return found
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -194,10 +207,14 @@ class ImplicitState:
         self.body.depth, self.body.good, self.contact.trouble = saved["depth"], saved["good"], saved["trouble"]
         if self.body.contact is not None and self.body.contact.exact is not None:
             self.body.contact.exact.active = saved["active"]
+        if self.sensors is not None:
+            self.sensors.restore({key[8:]: value for key, value in saved.items() if key.startswith("sensors.")})
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured row [1, width] of the last `advance`, at the given time [s]."""
         self._row[self.layout.place["time"]] = times[0]
+        if self.sensors is not None:
+            self.sensors.put(self._row[None], times)
         return self._row[None]
 
     def displacement(self) -> np.ndarray:

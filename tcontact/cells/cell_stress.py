@@ -1,0 +1,117 @@
+"""Cauchy stress of the cells of a body with the pressure that they have, for probes, maxima and frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..device import arrays
+from ..device.launch import Prepared
+from ..planning.node_volumes import NodeVolumes, held_nodes, node_volumes
+from ..planning.packing import WIDTH, pack_cells
+from ..scene.body import Body
+from ..scene.cell_blocks import AVERAGED, BodyBlock
+from .stress import packed, shown_parameters
+
+AVERAGES = 6  # numbers of a cell averaged at nodes, see kernels/cells/cell_stress.py
+VON_MISES = 6  # place of the von Mises norm, behind the six components
+NUMBERS = 7
+
+
+def pressure_of(stress: np.ndarray) -> np.ndarray:
+    """Return the pressure [...] [Pa], positive in compression, of stresses [..., 6 or more]."""
+    return (stress[..., 0] + stress[..., 1] + stress[..., 2]) * (-1.0 / 3.0)
+
+
+class CellStress:
+    """Computes the stress of all cells of a body at up to `rows` displacements in one launch.
+
+    It is made only where it is shown, and keeps 56 bytes a cell and 24 a node for each row. Taichi must be running.
+    """
+
+    def __init__(self, body: Body, rows: int = 1) -> None:
+        self._count = body.mesh.cell_count
+        self._position = arrays.put(body.mesh.nodes)
+        self._u = arrays.zeros(rows * 3 * body.mesh.node_count)
+        self._parts = [_Part(body, block, rows) for block in body.blocks]
+
+    def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
+        """Return six components of the stress and its von Mises norm [rows, m, 7] [Pa] of all cells.
+
+        displacement [rows, n, 3] [m] of the user; state [m, numbers]: mean state of the points of every cell, for laws
+        that have one. Components in the order xx, yy, zz, xy, yz, xz.
+        """
+        arrays.set_values(self._u, displacement)
+        result = np.empty((len(displacement), self._count, NUMBERS))
+        for part in self._parts:
+            result[:, part.block.numbers] = part.stress(len(displacement), self._position, self._u, state)
+        return result
+
+    def owned(self) -> list[arrays.Array]:
+        """Return its arrays."""
+        return [self._position, self._u, *(array for part in self._parts for array in part.owned())]
+
+
+class _Part:
+    """The cells of one block, packed."""
+
+    def __init__(self, body: Body, block: BodyBlock, rows: int) -> None:
+        from ..kernels.cells.cell_stress import make_cell_stress
+        from ..kernels.materials import LAWS
+
+        packs = pack_cells(block.cells, body.mesh.node_count, WIDTH)
+        self.block, self._packs = block, packs.lanes // WIDTH
+        self._size = len(LAWS[block.material.law].state)
+        self._averages = _Averages(body, block) if block.formulation == AVERAGED else None
+        self._cells = arrays.put(packs.connectivity)
+        self._parameters = arrays.put(np.array(shown_parameters(block)))
+        self._memory = arrays.zeros(packs.lanes * self._size)
+        self._averaged = arrays.zeros(0 if self._averages is None else rows * packs.lanes * AVERAGES)
+        self._out = arrays.zeros(rows * packs.lanes * NUMBERS)
+        self._kernel = Prepared(make_cell_stress(block.element, block.material.law))
+
+    def stress(self, rows: int, position: arrays.Array, u: arrays.Array, state: np.ndarray | None) -> np.ndarray:
+        """Return the numbers [rows, cells, NUMBERS] of its cells; u [rows, 3n]: see `CellStress`."""
+        if state is not None and self._size:
+            arrays.set_values(self._memory, packed(state[self.block.numbers, : self._size]))
+        if self._averages is not None:
+            arrays.set_values(self._averaged, self._averages(rows, self._cells, position, u))
+        self._kernel(rows, self._cells, position, self._parameters, u, self._memory, self._averaged, self._out)
+        found = arrays.get(self._out)[: rows * self._packs * NUMBERS * WIDTH]
+        lanes = found.reshape(rows, self._packs, NUMBERS, WIDTH).transpose(0, 1, 3, 2)
+        return lanes.reshape(rows, -1, NUMBERS)[:, : len(self.block.cells)]
+
+    def owned(self) -> list[arrays.Array]:
+        """Return its arrays."""
+        return [self._cells, self._parameters, self._memory, self._averaged, self._out]
+
+
+class _Averages:
+    """Volume changes of the cells of a block, averaged at the nodes (elements/tet4_node_averaged.py)."""
+
+    def __init__(self, body: Body, block: BodyBlock) -> None:
+        from ..kernels.cells.cell_stress import make_volume_change
+
+        master = None if body.images is None else body.images.master
+        self._own: NodeVolumes = node_volumes(body.mesh.nodes, block.cells, held_nodes(body), master)
+        self._count = body.mesh.node_count
+        total = self._own.totals(self._count)
+        self._inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
+        self._change: arrays.Array = None
+        self._kernel = Prepared(make_volume_change(block.element, block.material.law))
+
+    def __call__(self, rows: int, cells: arrays.Array, position: arrays.Array, u: arrays.Array) -> np.ndarray:
+        """Return w_e, J_a - 1 of the corners and J - 1 of every cell, packed [rows, packs, AVERAGES, WIDTH]."""
+        own, count = self._own, len(self._own.shares)
+        lanes = -(-count // WIDTH) * WIDTH
+        if self._change is None or arrays.get(self._change).size < rows * lanes:
+            self._change = arrays.zeros(rows * lanes)
+        self._kernel(rows, cells, position, u, self._change)
+        result = np.zeros((rows, AVERAGES, lanes))
+        there = own.nodes >= 0
+        for row, change in enumerate(arrays.get(self._change)[: rows * lanes].reshape(rows, lanes)[:, :count]):
+            part = np.broadcast_to((own.shares * change)[:, None], own.nodes.shape)
+            mean = np.bincount(own.nodes[there], part[there], self._count) * self._inverse
+            result[row, 0, :count] = own.shares
+            result[row, 1:5, :count] = np.where(there, mean[own.nodes], 0.0).T
+            result[row, 5, :count] = change / own.volumes
+        return result.reshape(rows, AVERAGES, -1, WIDTH).transpose(0, 2, 1, 3)
