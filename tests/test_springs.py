@@ -141,6 +141,16 @@ def test_springs_in_a_run_with_contact_resume_with_the_same_bits(monkeypatch, tm
     same(quietly(tc.resume, copies[sorted(copies)[1]], scene, scheme), whole)
 
 
+def test_a_body_that_a_stretched_spring_pulls_finds_the_wall():
+    """The energy of the spring at the start bounds the speed by which faces with contact="auto" are found."""
+    counts = []
+    for length in (None, 0.1):
+        spring = tc.Spring("zmax", 1e4, to=(0.05, 0.05, -1.0), rest_length=length)
+        scene = tc.Scene([cube(contact="auto", springs=[spring])], [tc.Plane(point=(0.0, 0.0, -0.3))], duration=0.02)
+        counts.append(len(scene.bodies[0].contact_faces))
+    assert counts == [0, 4]
+
+
 @pytest.mark.slow
 def test_a_driven_pair_on_springs_keeps_its_momentum_balance():
     """Two bodies in contact, joined and held by springs, both driven, with gravity and friction: one domain, 1e-10."""

@@ -21,7 +21,7 @@ from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, joint_friction, meeting_faces, pairs_of
 from .periodic import check_obstacles
 from .reach import with_reached_faces
-from .springs import SceneSpring, springs_of
+from .springs import SceneSpring, springs_of, with_spring_speeds
 
 
 class OverlapWarning(UserWarning):
@@ -83,13 +83,14 @@ class Scene:
         object.__setattr__(self, "friction", joint_friction(self.friction, self.pairs))
         _check_names("Body.name", "bodies", self.bodies, self.label)
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
+        object.__setattr__(self, "springs", tuple(springs_of(self)))
+        object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
         within = self.obstacles if self.contact is not None else (), self.duration, self.gravity
         reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
         check_metals(self)
-        object.__setattr__(self, "springs", tuple(springs_of(self)))
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
