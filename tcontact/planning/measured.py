@@ -78,8 +78,9 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
         if len(domain.contact.nodes):
             groups += ["friction"] if scene.friction is not None else []
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
-            groups += ["pair"] * len(domain.pairs)
     groups += ["springs"] if domain.springs else []
+    if domain.contact is not None and len(domain.contact.nodes):
+        groups += ["pair"] * len(domain.pairs)  # last: pair_loads.py counts from the end
     return tuple(groups)
 
 
