@@ -10,9 +10,9 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
     boundary ... friction   sums of the other parts of a step: `contact` from the contact load, `gaps` from gaps and
                      static solve
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
-    pair             loads and rows of each pair of bodies
     applied          loads other than gravity, and gravity where it is a function of time
-    springs          energy, power and force of springs
+    springs          energy, work and force of springs
+    pair             loads and rows of each pair of bodies, behind all others
     host, layers, pairs, sensors   numbers that the host measures
 """
 

@@ -10,6 +10,7 @@ from stopped_runs import copied, quietly, same
 import tcontact as tc
 from tcontact.planning.body_plan import SMALL
 from tcontact.planning.describe import memory
+from tcontact.planning.measured import raw_groups
 from tcontact.planning.springs import spring_rates
 from tcontact.results import checks as ck
 from tcontact.schemes.explicit.state import DomainState
@@ -141,7 +142,16 @@ def test_springs_in_a_run_with_contact_resume_with_the_same_bits(monkeypatch, tm
     same(quietly(tc.resume, copies[sorted(copies)[1]], scene, scheme), whole)
 
 
-@pytest.mark.slow
+def test_a_body_that_a_stretched_spring_pulls_finds_the_wall():
+    """The energy of the spring at the start bounds the speed by which faces with contact="auto" are found."""
+    counts = []
+    for length in (None, 0.1):
+        spring = tc.Spring("zmax", 1e4, to=(0.05, 0.05, -1.0), rest_length=length)
+        scene = tc.Scene([cube(contact="auto", springs=[spring])], [tc.Plane(point=(0.0, 0.0, -0.3))], duration=0.02)
+        counts.append(len(scene.bodies[0].contact_faces))
+    assert counts == [0, 4]
+
+
 def test_a_driven_pair_on_springs_keeps_its_momentum_balance():
     """Two bodies in contact, joined and held by springs, both driven, with gravity and friction: one domain, 1e-10."""
     law = tc.NeoHookean(1e7, 0.3, 1000.0)
@@ -151,7 +161,8 @@ def test_a_driven_pair_on_springs_keeps_its_momentum_balance():
     up = cube(law, (0.0, 0.0, 0.1001), 3, contact="zmin", velocity=(0.0, 0.0, -1.0), springs=springs, supports=[turn])
     low = cube(law, cells=3, contact="zmax", name="low", supports=[lift])
     scene = tc.Scene([up, low], duration=6e-3, gravity=(0.0, 0.0, -9.81), friction=tc.Coulomb(0.3))
-    assert len(tc.plan(scene).domains) == 1
+    (domain,) = tc.plan(scene).domains
+    assert raw_groups(scene, domain)[-2:] == ("springs", "pair")
     result = simulate(scene, cfl=0.4)
     assert ck.momentum_balance(result, 1e-10).passed
     assert np.abs(result.history["pair_force:body-0-low"]).max() > 0.0

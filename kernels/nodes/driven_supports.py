@@ -1,4 +1,4 @@
-"""Supports that functions of time drive: components with a given displacement D at every time level (METHOD 2).
+"""Supports that functions of time drive: components with a given displacement D at every time level (METHOD 1).
 
     w^{n+1/2} = (D^{n+1} - D^n)/dt,   a_p = (w^{n+1/2} - w^{n-1/2})/(k0 + k1)
 
@@ -11,11 +11,10 @@ table or -1, then the number of these axes; `supports.speeds` holds the velociti
 
 import taichi as ti
 
-from ..lanes import DRIFT
+from ..lanes import DRIFT, DRIVEN_AXIS
 from .boundary_nodes import component_count, symmetric
 
-SPEED, ACCELERATION, NEXT_SPEED, NEXT_DISPLACEMENT = 0, 1, 2, 3  # v^n, a_p, v^{n+1/2}, D^{n+1}
-NUMBERS = 4
+SPEED, ACCELERATION, NEXT_SPEED, NEXT_DISPLACEMENT = range(DRIVEN_AXIS)  # v^n, a_p, v^{n+1/2}, D^{n+1}
 
 
 @ti.func
@@ -23,7 +22,7 @@ def table_place(supports: ti.template(), i, number):
     """Return where the numbers of component i begin at level `number` of a launch; -1 if no function drives it."""
     count = component_count(supports)
     axis, axes = supports.components[count + i], supports.components[2 * count]
-    return ti.select(axis >= 0, 2 * count + NUMBERS * (number * axes + axis), -1)
+    return ti.select(axis >= 0, 2 * count + DRIVEN_AXIS * (number * axes + axis), -1)
 
 
 @ti.func

@@ -1,4 +1,4 @@
-"""Springs and dashpots between the mean positions of two sets of nodes, or of one set and a fixed point (METHOD 2).
+"""Springs and dashpots between the mean positions of two sets of nodes, or of one set and a fixed point (METHOD 1).
 
     q = q_0 + sum_i w_i u_i,  d = q_B - q_A,  r = q_B' - q_A',  n = d/|d|,  P = n n^T
     F_A = -F_B = k (|d| - l) n + c P r^n
@@ -8,24 +8,23 @@ the rate at the time level, r^n = r* - k0 W F_c with r* before its own force F_c
 ends, so that x = P r^n follows from (1 + k0 c P W P) x = P r* (for a node: that of damping.py). In the first row, where
 k0 = 0, k1 takes its place. Springs that share nodes repeat this in turns.
 
-As arguments of a kernel are few, the numbers of springs stand behind the mass tensors in `boundary.mass`: HEAD numbers;
-for each spring the NUMBERS below; for each entry its boundary node and weight.
+As arguments of a kernel are few, the numbers of springs stand behind the mass tensors in `boundary.mass`: three
+numbers; for each spring those below; for each entry its boundary node and weight.
 """
 
 import taichi as ti
 
 from ..columns import SPRING, SPRING_SUMS
-from ..lanes import KICK_AFTER, KICK_BEFORE
+from ..lanes import KICK_AFTER, KICK_BEFORE, SPRING_ENTRY, SPRING_HEAD, SPRING_NUMBERS
 from ..language.entries import put_three, row, three
 from .boundary_nodes import symmetric
 from .damping import damped_response
 
-COUNT, ROUNDS, SUMS_PLACE, HEAD = 0, 1, 2, 3  # springs; most turns of dashpots; first of the sums; header
+COUNT, ROUNDS, SUMS_PLACE = range(SPRING_HEAD)  # springs; most turns of dashpots; first of the sums
 # 1 if it acts along axes; first entry of end A, of end B, behind end B; k, c, l; axes (0 or 1); q_0 of both ends; d_0;
 # elastic force on A, its energy; force of the dashpot on A
 ALONG_AXES, FIRST_A, FIRST_B, LAST_B, STIFFNESS, DAMPING, LENGTH, AXES = 0, 1, 2, 3, 4, 5, 6, 7
-PLACE_A, PLACE_B, REST, ELASTIC, ENERGY, RESISTING, NUMBERS = 10, 13, 16, 19, 22, 23, 26
-ENTRY = 2  # numbers of an entry
+PLACE_A, PLACE_B, REST, ELASTIC, ENERGY, RESISTING = 10, 13, 16, 19, 22, 23
 CHANGE = 1e-13  # change of the forces of dashpots over their size at which turns end
 
 
@@ -38,7 +37,7 @@ def head(boundary: ti.template(), which):
 @ti.func
 def place_of(boundary: ti.template(), i):
     """Return where the numbers of spring i begin."""
-    return 6 * boundary.nodes.shape[0] + HEAD + NUMBERS * i
+    return 6 * boundary.nodes.shape[0] + SPRING_HEAD + SPRING_NUMBERS * i
 
 
 @ti.func
@@ -50,7 +49,7 @@ def whole(boundary: ti.template(), i, which):
 @ti.func
 def entry_of(boundary: ti.template(), entry):
     """Return boundary node and weight of an entry."""
-    place = place_of(boundary, head(boundary, COUNT)) + ENTRY * entry
+    place = place_of(boundary, head(boundary, COUNT)) + SPRING_ENTRY * entry
     return int(boundary.mass[place]), boundary.mass[place + 1]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..device import arrays
+from ..kernels.lanes import DRIVEN_AXIS
 from ..planning.domain import Domain
 
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -67,7 +68,7 @@ class Supports:
             place = start[domain.boundary[domain.support_rows], domain.support_axes]
             added = np.where(np.array([*axes, False])[domain.driven_axes], place, 0.0)
             components = np.concatenate([components, domain.driven_axes, [len(axes)]])
-            values = np.concatenate([values, added, np.zeros(4 * len(axes) * rows)])
+            values = np.concatenate([values, added, np.zeros(DRIVEN_AXIS * len(axes) * rows)])
         self.components = arrays.put(components.astype(np.int32))
         self.speeds = arrays.put(values)
 

@@ -1,4 +1,4 @@
-"""Supports that functions of time drive: the table of their motion for the levels of a launch (METHOD 2)."""
+"""Supports that functions of time drive: the table of their motion for the levels of a launch (METHOD 1)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.errors import FunctionError
 from ..device import arrays
+from ..kernels.lanes import DRIVEN_AXIS
 from ..planning.domain import Domain
 from ..scene.obstacles.motion import GAUSS_3, WEIGHTS_3
 from .boundary_nodes import Supports
@@ -63,7 +64,7 @@ class DrivenSupports:
         After the last row the motion goes on for one more step of the same length; if the function fails there, with
         the acceleration of the step before.
         """
-        from ..kernels.nodes.driven_supports import ACCELERATION, NEXT_DISPLACEMENT, NEXT_SPEED, NUMBERS, SPEED
+        from ..kernels.nodes.driven_supports import ACCELERATION, NEXT_DISPLACEMENT, NEXT_SPEED, SPEED
 
         step = after or before
         here = int(np.flatnonzero(self._levels[:, 0] == time)[-1])
@@ -83,7 +84,7 @@ class DrivenSupports:
             levels = np.repeat(levels, 2, axis=0)
         speeds = np.concatenate([speed[None], halves])
         spans = 0.5 * np.array([before, *[after] * (rows - 1)])[:, None], 0.5 * (after or before)
-        table = np.zeros((rows, self.axes, NUMBERS))
+        table = np.zeros((rows, self.axes, DRIVEN_AXIS))
         total = spans[0] + spans[1]
         acceleration = np.diff(speeds, axis=0) / np.where(total > 0.0, total, 1.0)
         table[:, :, ACCELERATION] = acceleration

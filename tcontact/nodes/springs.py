@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.columns import group_size
+from ..kernels.lanes import SPRING_NUMBERS
 from ..planning.domain import Domain
 from ..planning.springs import planned_ends
 
@@ -16,7 +17,7 @@ def spring_numbers(domain: Domain, groups: tuple[str, ...]) -> np.ndarray:
     from ..kernels.nodes import springs as names
 
     ends = [planned_ends(domain, spring) for spring in domain.springs]
-    values, entries = np.zeros((len(ends), names.NUMBERS)), 0
+    values, entries = np.zeros((len(ends), SPRING_NUMBERS)), 0
     for row, spring, own in zip(values, domain.springs, ends, strict=True):
         given, directions = spring.spring, spring.spring.directions
         middle = entries + len(own[0].nodes)

@@ -7,7 +7,18 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..kernels.columns import cell_groups, group_size
-from ..kernels.lanes import CONTACT_BLOCK, FRICTION_NODE, ISLAND, MAXIMUM_ROWS, MAXIMUM_SLOTS, OBSTACLE
+from ..kernels.lanes import (
+    CONTACT_BLOCK,
+    DRIVEN_AXIS,
+    FRICTION_NODE,
+    ISLAND,
+    MAXIMUM_ROWS,
+    MAXIMUM_SLOTS,
+    OBSTACLE,
+    SPRING_ENTRY,
+    SPRING_HEAD,
+    SPRING_NUMBERS,
+)
 from ..kernels.node_places import PLACES
 from ..mesh.elements import FORMULATIONS
 from ..mesh.geometry import spanned_heights
@@ -168,10 +179,10 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     if domain.driven:
         axes = sum(len(support.axes) for support in domain.driven)
         result["supports"] += len(domain.support_rows) * (WHOLE + REAL) + WHOLE
-        result["supports"] += 4 * axes * (MAXIMUM_ROWS if domain.small else 1) * REAL
+        result["supports"] += DRIVEN_AXIS * axes * (MAXIMUM_ROWS if domain.small else 1) * REAL
     if domain.springs:
         entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
-        result["boundary-nodes"] += (3 + 26 * len(domain.springs) + 2 * entries) * REAL
+        result["boundary-nodes"] += (SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries) * REAL
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
     contact = domain.contact

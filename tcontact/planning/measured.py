@@ -97,7 +97,7 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
     groups += ["applied"] if domain.loaded else []
     groups += ["springs"] if domain.springs else []
-    groups += ["pair"] * len(domain.pairs)  # the kernels count their places from the end
+    groups += ["pair"] * len(domain.pairs)  # last: pair_loads.py counts from the end
     return tuple(groups)
 
 

@@ -240,12 +240,11 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
 
 def _driven(body: Body) -> np.ndarray:
     """Return for every component [n, 3] the number of the axis that drives it, -1 without a function of time."""
-    supports = body.driven
-    starts = np.cumsum([0, *(len(support.axes) for support in supports)])
-    numbers = [
-        int(starts[supports.index(support)]) + motion.number if support.varies else -1
-        for support, motion in body.motions[1]
-    ]
+    starts, count = {}, 0
+    for support in body.driven:
+        starts[id(support)] = count
+        count += len(support.axes)
+    numbers = [starts[id(support)] + motion.number if support.varies else -1 for support, motion in body.motions[1]]
     return np.array([*numbers, -1])[np.nan_to_num(body.motions[0], nan=-1.0).astype(int)]
 
 

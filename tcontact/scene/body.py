@@ -177,8 +177,13 @@ class Body:
         return tuple(support for support in self.supports if support.varies)
 
     def driven_speed(self, duration: float) -> float:
-        """Return the largest speed [m/s] that functions of time prescribe to its supports; 0 without any."""
-        return max((support.largest_speed(duration) for support in self.driven), default=0.0)
+        """Return the largest speed [m/s] that functions of time prescribe, and that springs can give; 0 without."""
+        return max((support.largest_speed(duration) for support in self.driven), default=0.0) + self.spring_speed
+
+    @cached_property
+    def spring_speed(self) -> float:
+        """The speed [m/s] that the energy of springs at the start can give it; a scene knows it of its own bodies."""
+        return 0.0
 
     @cached_property
     def motions(self) -> tuple[np.ndarray, tuple[tuple[Support, Prescribed], ...]]:

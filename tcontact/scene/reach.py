@@ -5,10 +5,10 @@ close enough at t = 0:
 
     distance <= 1.5 (|v| + |g| T + l + w) T + |u| + shortest edge,
 
-|v| the body's largest initial speed, and that of supports that functions of time drive, T the duration, g gravity, l
-the speed that the loads of the body can give it, w
-the largest speed of the obstacle's points near the body, |u| the largest initial displacement. Faces that turn towards
-an obstacle later are not found: name their set.
+|v| the body's largest initial speed, with that of supports that functions of time drive and of springs that let go, T
+the duration, g gravity, l the speed that the loads of the body can give it, w the largest speed of the obstacle's
+points near the body, |u| the largest initial displacement. Faces that turn towards an obstacle later are not found:
+name their set.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pair
 from .periodic import check_obstacles
 from .probes import Probe, checked_maxima
 from .reach import SAMPLES, with_reached_faces
-from .springs import SceneSpring, springs_of
+from .springs import SceneSpring, springs_of, with_spring_speeds
 from .time_functions import TimeFunction
 
 
@@ -95,13 +95,14 @@ class Scene:
         _check_names("Body.name", "bodies", self.bodies, self.label)
         self._check_probes()
         _check_names("Obstacle.name", "obstacles", self.obstacles, self.obstacle_label)
+        object.__setattr__(self, "springs", tuple(springs_of(self)))
+        object.__setattr__(self, "bodies", with_spring_speeds(self.bodies, self.springs))
         within = self.obstacles if self.contact is not None else (), self.duration, self.largest_gravity
         reached = [self._faces_of_others(index) for index in range(len(self.bodies))]
         named = zip(self.bodies, reached, strict=True)
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
         check_metals(self)
-        object.__setattr__(self, "springs", tuple(springs_of(self)))
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)

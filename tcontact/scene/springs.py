@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -148,6 +149,19 @@ def springs_of(scene: Any) -> Iterator[SceneSpring]:
                 remedy = "both ends start at one place, so that the line between them has no direction; give axes"
                 raise InputError(f"{field}.axes", spring.axes, remedy)
             yield found
+
+
+def with_spring_speeds(bodies: Sequence[Any], springs: Sequence[SceneSpring]) -> tuple[Any, ...]:
+    """Return the bodies, those at springs with energy at the start with the speed [m/s] that it can give them."""
+    result = list(bodies)
+    for index, body in enumerate(bodies):
+        own = [spring for spring in springs if index in spring.bodies and not spring.spring.directions]
+        stretch = [(spring.spring.stiffness, np.linalg.norm(spring.rest) - spring.rest_length) for spring in own]
+        twice = sum(stiffness * length**2 for stiffness, length in stretch)
+        if twice > 0.0:
+            result[index] = copy.copy(body)
+            result[index].__dict__["spring_speed"] = float(np.sqrt(twice / body.mass))
+    return tuple(result)
 
 
 def _end(scene: Any, index: int, name: str) -> End:
