@@ -22,6 +22,10 @@ SMALL = {
     "cube-impact": ({"cells": 6}, {}),
     "hertz-impact": ({"cells": 3}, {}),
     "hot-slide": ({"cells": 2}, {}),
+    "inflated-ring": (
+        {"cells": 12, "periods": 6.0},
+        {"wall": "there is no wall", "method": "there is no contact", "density": "it is compared at rest"},
+    ),
     "layered-bar": ({"cells": 12}, {}),
     "incompressible-beam": ({"cells": 10, "duration": 0.5}, FREE),
     "metal-slide": (
@@ -32,6 +36,7 @@ SMALL = {
     "penetration-energy": ({"cells": 4}, {}),
     "plate-impact": ({"cells": 30}, {}),
     "pressure-shear": ({"cells": 20}, {}),
+    "pressed-seal": ({"cells": 2}, {"density": "it is compared at rest"}),
     "ring-in-ring": ({"cells": 16, "outer_cells": 48}, {"density": "the pressure is that of elastic rings"}),
     "rolling-cylinder": ({"cells": 12}, RIGID),
     "sliding-block": ({"cells": 4}, RIGID),

@@ -34,8 +34,9 @@ class Load:
     stand in the other order if the first is called x, position(s) or point(s), or the second t or time. A force may
     also be an own one, f(positions, velocities, time) -> [k, 3] [N], a force on every node of the set (of a periodic
     body on those that are not repeated) for their present positions [k, 3] and velocities [k, 3], those of half a step
-    before: it is called in every step, in a launch of its own, which is slow for small bodies. Parameters with a
-    default are left out of count. Several loads on one set add up. The faces of a set are those on the surface.
+    before: it is called in every step, in a launch of its own, which is slow for small bodies, and a few times before
+    the run. Parameters with a default are left out of count. Several loads on one set add up. The faces of a set are
+    those on the surface.
     Raises `InputError`.
     """
 

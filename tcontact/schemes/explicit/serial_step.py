@@ -69,7 +69,7 @@ class SerialStep:
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         if sensors is not None:
             self.rows_at_once = min(self.rows_at_once, sensors.rows)
-        self.control = arrays.zeros(kernels.CONTROL)
+        self.control = arrays.zeros(kernels.CONTROL + (loads is not None))
         self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
@@ -146,7 +146,7 @@ class SerialStep:
             self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
-        control = np.zeros(names.CONTROL)
+        control = np.zeros(names.CONTROL + (self.loads is not None))
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
         if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
@@ -160,8 +160,7 @@ class SerialStep:
             control[names.START] = names.KICK
             control = self._go(control, u, v)
         done = int(control[names.ROWS_DONE])
-        if control[names.WANTS_LOADS] == 1.0:
-            assert self.loads is not None
+        if self.loads is not None and control[names.WANTS_LOADS] == 1.0:
             self.loads.ask(u, time + after, after)
             stale = control[names.WANTS_ROWS]
             control[names.START], control[names.WANTS_LOADS] = names.LOADS, 0.0
