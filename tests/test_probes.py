@@ -11,6 +11,7 @@ from stopped_runs import copied, quietly, same, same_files
 from stopped_runs import scene as stopped_scene
 
 import tcontact as tc
+from tcontact.results.files.vtkhdf import ResultData
 
 RUBBER = tc.NeoHookean(1e7, 0.3, 1000.0)
 MOTION = ("displacement", "velocity", "acceleration")
@@ -60,6 +61,34 @@ def test_free_fall_is_exact():
         thinned.probes["body-0_zmax_velocity"][:-1],
         result.probes["body-0_zmax_velocity"][::3][: len(thinned.history["time"]) - 1],
     )
+
+
+def test_single_rows_are_sampled_where_a_kernel_takes_no_further_array(monkeypatch, tmp_path):
+    """Taichi limits the arrays of a kernel; then every row is a launch and the host samples, to the same bits. A set
+    may have a name with "/", which the result file reads as a folder."""
+    from tcontact.kernels.language import signatures
+    from tcontact.schemes.explicit.serial_step import SerialStep
+
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2)).with_sets(node_sets={"a/b": [0, 1]})
+    body = tc.Body(mesh, RUBBER, lambda x: 0.1 * x, probes=probes("a/b"))
+    scene = tc.Scene(body, duration=0.05)
+    many = tc.simulate(scene, out=tmp_path / "run")
+    launched, run = [], SerialStep.run
+    monkeypatch.setattr(signatures, "MOST", 16)  # as many as the kernel has without samples
+
+    def counted(self, *arguments, **options):
+        launched.append(self.samples() is None)
+        return run(self, *arguments, **options)
+
+    monkeypatch.setattr(SerialStep, "run", counted)
+    single = tc.simulate(scene)
+    assert len(launched) == len(single.history["time"])
+    assert all(launched)
+    assert single.probes.keys() == {f"body-0_a-b_{quantity}" for quantity in MOTION}
+    for name, column in many.probes.items():
+        assert np.array_equal(column, single.probes[name])
+    stored = ResultData.open(tmp_path / "run" / "result.vtkhdf").history
+    assert np.array_equal(stored["probe_body-0_a-b_velocity"], many.probes["body-0_a-b_velocity"])
 
 
 def test_harmonic_motion_of_a_spring_and_a_mass():

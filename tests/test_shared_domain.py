@@ -84,6 +84,7 @@ def test_layers_of_one_body_do_not_hide_that_another_starts_to_slide():
     scene = SimpleNamespace(friction=tc.FrictionLayer(), bodies=bodies, obstacles=[PLANE], body_pairs=())
     contact = SimpleNamespace(areas=np.full(5, 1e-4))
     domain = SimpleNamespace(contact=contact, contact_start=np.array([0, 2, 2, 5]), numbers=(0, 1, 2), pairs=())
+    domain.records_friction = False
     layers = LayeredFriction(scene, domain, False)
     data = arrays.get(layers.data).copy()
     rows = data[layers.names.FIRST :].reshape(-1, layers.names.NODE)

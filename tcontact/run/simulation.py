@@ -67,9 +67,9 @@ def simulate(
     are removed when the run has finished; fields: what frames hold (names in `tcontact.results.frame_fields`; the
     displacement always), None = what costs nothing during the run, "all" = also the pressure of cells, and of contact
     nodes with friction "slip_distance" [m], the path along which they slid on what they touched, and "friction_work"
-    [J/m^2], its work over the area weight of the node; history_rows: largest number of rows: beyond it every second
-    one is dropped and `history_every` doubles (sums over time still include every step; a message before the run says
-    so).
+    [J/m^2], its work over the area weight of the node (`plan(scene).bodies[i].contact_areas()`), both between two
+    bodies on the slave; history_rows: largest number of rows: beyond it every second one is dropped and `history_every`
+    doubles (sums over time and maxima still include every step; a message before the run says so).
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.

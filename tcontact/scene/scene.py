@@ -221,8 +221,8 @@ class Scene:
                     )
 
     def probe_column(self, index: int, probe: Probe) -> str:
-        """Return the name of the history column of a probe of body `index`."""
-        return f"probe_{self.label(index)}_{probe.set}_{probe.quantity}"
+        """Return the history column of a probe of body `index`; in the result file "/" would make a folder."""
+        return f"probe_{self.label(index)}_{probe.set}_{probe.quantity}".replace("/", "-")
 
     def _check_probes(self) -> None:
         """Refuse two probes with one column, as of the body "a" with the set "b_c" and "a_b" with "c"."""
