@@ -109,6 +109,24 @@ class Obstacles(NamedTuple):
     options: Any = None
 
 
+class Rigid(NamedTuple):
+    """Rigid bodies that move freely or carry nodes (rigid_places.py): values; ties [t, 2]: body and boundary node."""
+
+    values: Array = None
+    ties: Index = None
+    sums: Shared = None
+
+    @property
+    def exist(self) -> bool:
+        """Return whether there are rigid bodies."""
+        return self.values is not None
+
+    @property
+    def tied(self) -> bool:
+        """Return whether nodes move with some of them."""
+        return self.ties is not None
+
+
 class RowPlaces(NamedTuple):
     """Places of the numbers of a constraint row in `values` [r, width]; -1: the scene does not need this number.
 
@@ -167,7 +185,8 @@ class ContactOptions(NamedTuple):
     shapes: of the obstacles; moving: they move; tracked: their loads are summed up; friction: "", "coulomb" or
     "regularized"; layered: friction layers limit it; kick_friction: it acts on components with mass; viscous: the
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
-    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only).
+    other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); free: some
+    obstacles move freely; posed: the host places others for every step.
     """
 
     model: str = ""
@@ -183,6 +202,8 @@ class ContactOptions(NamedTuple):
     projected: bool = False
     coupled: bool = False
     plain: bool = False
+    free: bool = False
+    posed: bool = False
 
     @property
     def obstacle_slots(self) -> int:

@@ -33,17 +33,18 @@ from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_wit
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from ..nodes.node_phase import node_phase
+from ..nodes.rigid_body import rigid_rate
 from ..pair_places import SQUEEZED
 from .raw_rows import log_row, row_width
 
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
 # measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
-# of bodies must be built anew; limit of the number of nodes in contact
+# of bodies must be built anew; limit of the number of nodes in contact; limit of the rate of rigid bodies [1/s^2]
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT = 11, 12, 13
-CONTROL = 14
+RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT, RIGID_LIMIT = 11, 12, 13, 14
+CONTROL = 15
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS = 6, 7
@@ -51,11 +52,11 @@ STOP, VISCOUS = 6, 7
 
 @ti.func
 def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template(),
-               plastic: ti.template()):  # fmt: skip
+               plastic: ti.template(), rigid: ti.template()):  # fmt: skip
     """Return 1 if the host must check a row.
 
-    It has a value that is not finite, an inverted cell, too much energy, too much viscosity for the step or many more
-    nodes in contact.
+    It has a value that is not finite, an inverted cell, too much energy, too much viscosity or too light a rigid body for
+    the step, or many more nodes in contact.
     """
     place = number * row_width(contact, viscous, plastic)
     places = ti.static(raw_places(viscous or contact.options.viscous, plastic))
@@ -66,6 +67,8 @@ def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.t
         calm = calm and raw[place + places.cells.viscous_rate] <= control[RATE_LIMIT]
     if ti.static(contact.options.model != ""):
         calm = calm and raw[place + places.shared.contact_nodes] <= control[TOUCHING_LIMIT]
+    if ti.static(rigid.exist):
+        calm = calm and rigid_rate(rigid) <= control[RIGID_LIMIT]
     return ti.select(calm, 0, 1)
 
 
@@ -83,6 +86,7 @@ def make_serial_step(
     damped: str = "",
     viscous: bool = False,
     tied: bool = False,
+    rigid_bodies: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -90,7 +94,8 @@ def make_serial_step(
     "penalty", "impulse", "gaps" or None; options: compile-time options of contact (bundles.py); plain: the bases of all
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
-    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body.
+    damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body;
+    rigid_bodies: with rigid bodies that move.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -111,10 +116,16 @@ def make_serial_step(
     find_squeezed = layer_slip_of_pairs = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
+    move_bodies = load_free_obstacles = place_free_obstacles = measure_rigid_rate = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from ..nodes.images import follow, gather
+    if rigid_bodies:
+        from ..nodes.rigid_body import move_bodies
+    if options.free:
+        from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
+        from .rigid_rate import measure_rigid_rate
     coupled = options.coupled
     if coupled:
         from ..contact.pair_loads import count_pairs, hand_over_pairs
@@ -194,6 +205,10 @@ def make_serial_step(
         rows: ti.template(),
         coupling: ti.template(),
         contact: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        rigid: ti.template(),
+        control: ti.template(),
     ):
         if ti.static(kick_has_friction):
             if ti.static(coupled):
@@ -204,13 +219,18 @@ def make_serial_step(
             if ti.static(coupled):
                 hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)
         if ti.static(has_contact and options.tracked):
-            obstacle_loads(obstacles, rows, contact, body.u)
+            obstacle_loads(obstacles, rows, contact, rigid, body.u)
+        if ti.static(options.free and options.tracked):
+            load_free_obstacles(rigid, obstacles, contact)
+            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, control[BEFORE])
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
         if ti.static(has_supports):
             support_reactions(body, boundary, supports)
         if ti.static(has_boundary):
             kick_and_drift(body, boundary)
+        if ti.static(rigid_bodies):
+            move_bodies(rigid, body, damped)
 
     @ti.func
     def place(
@@ -252,6 +272,7 @@ def make_serial_step(
         coupling: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
+        rigid: ti.template(),
         launch: ti.template(),
     ):
         control, raw_out = ti.static(launch.control, launch.raw_out)
@@ -296,12 +317,14 @@ def make_serial_step(
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, coupling, contact)
+                    kick(
+                        body, boundary, supports, obstacles, rows, coupling, contact, pairs, system, rigid, control
+                    )
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
                     log_row(raw_out, number, body, contact, viscous, cell_power, plastic)
-                    stop = suspicious(raw_out, number, control, contact, viscous, plastic)
+                    stop = suspicious(raw_out, number, control, contact, viscous, plastic, rigid)
                     if ti.static(coupled):
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
@@ -312,9 +335,12 @@ def make_serial_step(
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
                             control[WANTS_ROWS] = 1.0
                             stop = 1
-                    if ti.static(has_contact and options.moving):
+                    if ti.static(has_contact and options.posed):
                         if control[AFTER] > 0.0:
                             set_pose(obstacles, number)
+                    if ti.static(options.free):
+                        if control[AFTER] > 0.0:
+                            place_free_obstacles(rigid, obstacles)
                 again = 0  # 1: a measure is next
                 if ti.static(contact_model == "massless"):
                     if state == MEASURED:

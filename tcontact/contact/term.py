@@ -101,6 +101,8 @@ class ContactTerm:
             self.projected,
             self.pairs is not None,
             self.plain and self.pairs is not None,
+            obstacles.free and self.kernel != "gaps",
+            obstacles.posed,
         )
 
     @property

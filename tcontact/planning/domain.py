@@ -23,6 +23,7 @@ from ..scene.scene import Scene
 from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
+from .rigid import RigidPlan, free_obstacles
 from .static_solver import static_solver
 
 
@@ -71,13 +72,18 @@ class Domain:
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; chunks: chunks
     of its cells (packing.py), None = as many as suit the threads; node_start, contact_start [bodies + 1]: first node
     and contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
-    domain. The other attributes are those of `BodyPlan` for all bodies.
+    domain; rigid: rigid bodies that move with it. The other attributes are those of `BodyPlan` for all bodies.
     """
 
     def __init__(
-        self, bodies: tuple[BodyPlan, ...], numbers: tuple[int, ...] = (0,), pairs: tuple[BodyPair, ...] = ()
+        self,
+        bodies: tuple[BodyPlan, ...],
+        numbers: tuple[int, ...] = (0,),
+        pairs: tuple[BodyPair, ...] = (),
+        obstacles: tuple[RigidPlan, ...] = (),
     ) -> None:
         self.bodies, self.numbers, self.pairs = bodies, numbers, pairs
+        self.obstacles = obstacles
         self.chunks: int | None = None
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
@@ -95,6 +101,11 @@ class Domain:
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         return np.split(place, np.cumsum([len(part) for part in classes])[:-1])
+
+    @cached_property
+    def rigid(self) -> tuple[RigidPlan, ...]:
+        """Rigid bodies of the domain: if some obstacles move freely a record of each, then its rigid parts."""
+        return self.obstacles
 
     def _joined(self, name: str) -> np.ndarray:
         """Concatenate an array of the plans of all bodies."""
@@ -288,11 +299,16 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
     """Group the bodies into domains: one for each number of massless components and solver of the static solve.
 
     These choose different kernels. Bodies that pairs connect have a domain of their own; bodies that cannot touch
-    anything join the first domain.
+    anything join the first domain. Obstacles that move freely feel all bodies at once: those that can touch something
+    share a domain then.
     """
+    moving = free_obstacles(scene)
     groups: dict[tuple[int, ...], list[int]] = {}
     alone = []
     for number, body in enumerate(bodies):
+        if moving and body.contact is not None and len(body.contact.nodes):
+            groups.setdefault((-1,), []).append(number)
+            continue
         if any(number in (pair.first, pair.second) for pair in scene.body_pairs):
             groups.setdefault((-1, *connected(scene, number)), []).append(number)
             continue
@@ -309,6 +325,7 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
             tuple(bodies[number] for number in group),
             tuple(group),
             tuple(pair for pair in scene.body_pairs if pair.first in group),
+            moving if group is numbers[0] else (),
         )
         for group in numbers
     )

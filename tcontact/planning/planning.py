@@ -14,6 +14,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..kernels.columns import (
     DAMPED,
+    FREE_OBSTACLES,
     FRICTION,
     HEATED,
     HOURGLASS,
@@ -22,6 +23,8 @@ from ..kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    RIGID_BODIES,
+    RIGID_PARTS,
     VISCOUS,
 )
 from ..scene.body import Body
@@ -39,6 +42,7 @@ from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
+from .rigid import RigidPlan, names_of
 from .static_solver import check_poisson, static_solver
 
 
@@ -72,6 +76,8 @@ class Plan:
                 found[FRICTION_TERMS[type(self.scene.friction)]] = None
             if any(body.viscous_cells for body in self.bodies):
                 found["cell-viscosity"] = None
+        if self.rigid:
+            found["rigid-bodies"] = None
         return (*found, "ledger")
 
     @cached_property
@@ -89,11 +95,19 @@ class Plan:
             HEATED: can_touch and isinstance(scene.friction, FrictionLayer) and warms_bodies(scene),
             LOADS: can_touch and scene.tracked,
             PAIRED: bool(scene.body_pairs),
+            RIGID_BODIES: bool(self.rigid),
+            FREE_OBSTACLES: bool(names_of(self.rigid)["free"]),
+            RIGID_PARTS: bool(names_of(self.rigid)["part"]),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
         pairs = tuple(pair.name for pair in scene.body_pairs)
-        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names, pairs)
+        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names, pairs, names_of(self.rigid))
+
+    @property
+    def rigid(self) -> tuple[RigidPlan, ...]:
+        """The rigid bodies of all domains."""
+        return tuple(body for domain in self.domains for body in domain.rigid)
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -156,7 +156,7 @@ class Reader:
             return self.plain(place, data, "obstacles")
         values = {key: value for key, value in data.items() if key != "type"}
         if isinstance(data.get("surface"), str):
-            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal"])
+            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal", "mass", "inertia"])
             self.find_metal(place, values)
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)

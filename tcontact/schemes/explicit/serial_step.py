@@ -15,6 +15,7 @@ from ...kernels.columns import group_size
 from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 
 
@@ -33,6 +34,7 @@ class SerialStep:
         supports: Supports | None,
         contact: ContactTerm | None,
         images: PeriodicImages | None = None,
+        rigid: RigidBodies | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             Boundary,
@@ -42,6 +44,7 @@ class SerialStep:
             Launch,
             Obstacles,
             Pairs,
+            Rigid,
             Rows,
             System,
         )
@@ -74,6 +77,7 @@ class SerialStep:
             "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
+            "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=self.sums),
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
@@ -93,6 +97,7 @@ class SerialStep:
             domain.small,
             domain.few_contact_cells,
             tied=images is not None,
+            rigid_bodies=rigid is not None,
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
@@ -113,12 +118,14 @@ class SerialStep:
         energy: float = np.inf,
         viscous_rate: float = np.inf,
         touching: float = np.inf,
+        rigid_rate: float = np.inf,
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
         a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s], more
-        than `touching` nodes in contact or a static solve that did not converge.
+        than `touching` nodes in contact, a rate of rigid bodies above `rigid_rate` [1/s^2] or a static solve that did
+        not converge.
         """
         names = self.names
         contact = self.contact
@@ -128,6 +135,7 @@ class SerialStep:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
+        control[names.RIGID_LIMIT] = rigid_rate
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
         if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
             self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)

@@ -10,11 +10,13 @@ from ...cells.internal_force import InternalForce
 from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
-from ...kernels.columns import group_size, raw_places
+from ...kernels.columns import RIGID, group_size, raw_places
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
+from ...planning.rigid import names_of
 from ...scene.scene import Scene
 from .body_view import BodyView
 from .serial_step import SerialStep
@@ -44,8 +46,10 @@ class DomainState:
         self.scene, self.domain = scene, domain
         self.layout = layout or Layout()
         self.groups = raw_groups(scene, domain)
-        self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs])
+        self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs], names_of(domain.rigid))
         self._places = raw_places(domain.dissipates, domain.plastic)
+        if domain.rigid:
+            self._rate_place = group_size(*self.groups[: self.groups.index("rigid")]) + RIGID.rigid_rate
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
@@ -53,9 +57,10 @@ class DomainState:
         self.supports = Supports(domain) if len(domain.support_rows) else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
+        self.rigid = self._rigid_bodies()
         self.serial: SerialStep | None = None
-        if self.boundary_nodes is not None or self.contact is not None or domain.small:
-            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
+        if any(part is not None for part in (self.boundary_nodes, self.contact, self.rigid)) or domain.small:
+            parts = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images, self.rigid
             self.serial = SerialStep(domain, self.groups, *parts)
             if domain.small:
                 self.serial.use_for_products()
@@ -65,6 +70,15 @@ class DomainState:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
+
+    def _rigid_bodies(self) -> RigidBodies | None:
+        """Make the rigid bodies, and place the obstacles among them."""
+        if not self.domain.rigid:
+            return None
+        before = self.groups[self.groups.index("boundary") : self.groups.index("rigid")]
+        obstacles = None if self.contact is None else self.contact.obstacles
+        centre = np.zeros(3) if obstacles is None else obstacles.centre
+        return RigidBodies(self.domain.rigid, centre, group_size(*before))
 
     def _started(self, values: list[np.ndarray]) -> np.ndarray:
         """Return values [n, 3] of the bodies in the numbering of the domain; images take those of their masters."""
@@ -117,6 +131,7 @@ class DomainState:
         energy: float = np.inf,
         viscous_rate: float = np.inf,
         touching: float = np.inf,
+        rigid_rate: float = np.inf,
     ) -> int:
         """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
@@ -127,7 +142,7 @@ class DomainState:
         force, serial, places = self.internal_force, self.serial, self._places
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
-            limits = jacobian, energy, viscous_rate, touching
+            limits = jacobian, energy, viscous_rate, touching, rigid_rate
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
@@ -148,6 +163,8 @@ class DomainState:
             calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
             calm = calm and (self.contact is None or not raw[places.shared.contact_nodes] > touching)
             calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
+            if self.rigid is not None:
+                calm = calm and raw[self._rate_place] <= rigid_rate
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
         return number + 1
@@ -181,6 +198,7 @@ class DomainState:
             friction,
             cells,
             self.images,
+            self.rigid,
         ):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())

@@ -1,0 +1,62 @@
+"""Follow the stable step of obstacles that move freely: it falls before they touch, and grows when they have left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..schemes.explicit.stable_step import with_rigid
+
+AHEAD = 4.0  # steps of the free bodies within which a node must be able to touch, to count
+CLOSE = 0.95  # a step larger than this share of the stable one is shortened
+LARGER = 1.5  # a step grows where the stable one allows at least this many times as much
+
+
+class RigidStep:
+    """The stable step of the nodes and the free obstacles of a run.
+
+    Every row measures the rate w^2 of the obstacles on the nodes that they press or may soon press
+    (kernels/step/rigid_rate.py); the step is kept below 2/(4/dt_nodes^2 + w^2)^1/2.
+    """
+
+    def __init__(self, run: Any, domain: Any) -> None:
+        self.domain = domain
+        self.place = run.history.layout.place["rigid_rate"].start
+
+    @staticmethod
+    def of(run: Any) -> RigidStep | None:
+        """Return the watch of a run; None if no obstacle that can touch something moves freely."""
+        for domain in run.domains:
+            contact = domain.contact
+            if not run.scheme.implicit and contact is not None and contact.obstacles.free and contact.kernel != "gaps":
+                return RigidStep(run, domain)
+        return None
+
+    def begin(self, run: Any) -> None:
+        """Choose the first step: a row at the start, which moves nothing, gives the rate."""
+        self.domain.rigid.set_reach(AHEAD * run.dt, run.dt)
+        run.scheme.step(self.domain, 0.0, 0.0, 0.0)
+        row = self.domain.rows(np.zeros(1))[-1]
+        run.dt_limit = with_rigid(run.dt_limit, float(row[self.place]))
+        if run.keep_below(run.dt_limit):
+            self.domain.rigid.set_reach(self._reach(run, row), run.dt)
+            run.scheme.begin(self.domain, run.dt)
+
+    def follow(self, run: Any, row: np.ndarray) -> None:
+        """Shorten the step where the row asks for it; let it grow where the obstacles have left."""
+        limit = with_rigid(run.node_limit(row), float(row[self.place]))
+        if run.keep_below(limit) or run.scheme.dt is not None or run.over_limit:
+            return
+        largest = run.scheme.step_size(limit)
+        if largest > LARGER * run.dt:
+            run.dt = largest
+
+    def largest_rate(self, run: Any) -> float:
+        """Return the rate [1/s^2] above which the present step is too close to the stable one."""
+        row = self.domain.rows(np.zeros(1))[-1]
+        return max(0.0, 4.0 * (CLOSE / run.dt) ** 2 - 4.0 / run.node_limit(row) ** 2)
+
+    def _reach(self, run: Any, row: np.ndarray) -> float:
+        """Return the time [s] within which nodes count before they touch."""
+        return AHEAD * float(run.scheme.step_size(run.node_limit(row)))
