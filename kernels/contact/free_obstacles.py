@@ -8,6 +8,7 @@ on nodes and obstacle alike.
 import taichi as ti
 
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, RIGID, loads_place
+from ..lanes import GRAVITY
 from ..language.entries import put_three, three
 from ..nodes.rigid_body import angular_velocity, inverse_inertia, kind_of, matrix_of, record_of, turn_of
 from ..rigid_places import (
@@ -16,6 +17,7 @@ from ..rigid_places import (
     FRAME,
     FREE,
     INVERSE_MASS,
+    MASS,
     MEAN_SPIN,
     MOMENT,
     MOVED,
@@ -24,6 +26,9 @@ from ..rigid_places import (
     VELOCITY,
 )
 from . import obstacles as place_of
+from .constraint_rows import vector_of
+from .islands import node_count
+from .obstacle_rows import position
 
 
 @ti.func
@@ -61,8 +66,69 @@ def place_free_obstacles(rigid: ti.template(), obstacles: ti.template()):
 
 
 @ti.func
-def point_acceleration(rigid: ti.template(), p, arm, force, moment):
-    """Return the acceleration [3] of the point of free obstacle p at an arm [3] from its centre by force and moment."""
-    at = record_of(p)
-    turning = inverse_inertia(rigid, at, turn_of(rigid, at), moment)
-    return rigid.values[at + INVERSE_MASS] * force + turning.cross(arm)
+def arm_to(obstacles: ti.template(), contact: ti.template(), body: ti.template(), k, p):
+    """Return the arm [3] from the centre of obstacle p to contact node k."""
+    x = position(contact.reference, k, body.u, contact.nodes[k])
+    return x - three(obstacles.records, place_of.RECORD * p + place_of.POINT)
+
+
+@ti.func
+def begin_free_friction(
+    rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template()
+):
+    """Set force and moment on the free obstacles to those of gravity and of the rows without friction of the kick."""
+    for p in range(obstacles.records.shape[0] // place_of.RECORD):
+        at = record_of(p)
+        for j in ti.static(range(3)):
+            rigid.values[at + FORCE + j] = rigid.values[at + MASS] * body.params[GRAVITY + j]
+            rigid.values[at + MOMENT + j] = 0.0
+    for k in range(node_count(contact)):
+        for r in range(k * rows.options.slots, k * rows.options.slots + rows.options.obstacle_slots):
+            press_free(rigid, obstacles, contact, body, k, r, vector_of(rows, r, rows.at.force))
+
+
+@ti.func
+def press_free(
+    rigid: ti.template(), obstacles: ti.template(), contact: ti.template(), body: ti.template(), k, r, force
+):
+    """Subtract the force [3] of row r on node k from the force on its obstacle, if that moves freely."""
+    p = obstacles.candidates[r]
+    if kind_of(rigid, p) == FREE:
+        at = record_of(p)
+        moment = arm_to(obstacles, contact, body, k, p).cross(force)
+        put_three(rigid.values, at + FORCE, three(rigid.values, at + FORCE) - force)
+        put_three(rigid.values, at + MOMENT, three(rigid.values, at + MOMENT) - moment)
+
+
+@ti.func
+def wall_acceleration(
+    rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
+    k, r,
+):  # fmt: skip
+    """Return the acceleration [3] of the obstacle of row r at node k by its present force; 0 if it does not move freely."""
+    p = obstacles.candidates[r]
+    result = ti.Vector.zero(ti.f64, 3)
+    if kind_of(rigid, p) == FREE:
+        at = record_of(p)
+        turning = inverse_inertia(rigid, at, turn_of(rigid, at), three(rigid.values, at + MOMENT))
+        result = rigid.values[at + INVERSE_MASS] * three(rigid.values, at + FORCE)
+        result += turning.cross(arm_to(obstacles, contact, body, k, p))
+    return result
+
+
+@ti.func
+def point_softness(
+    rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
+    k, r,
+):  # fmt: skip
+    """Return the acceleration [3, 3] of the obstacle of row r at node k by a unit force there."""
+    p = obstacles.candidates[r]
+    result = ti.Matrix.zero(ti.f64, 3, 3)
+    if kind_of(rigid, p) == FREE:
+        at, arm = record_of(p), arm_to(obstacles, contact, body, k, p)
+        for j in ti.static(range(3)):
+            axis = ti.Vector([1.0 if i == j else 0.0 for i in ti.static(range(3))])
+            turning = inverse_inertia(rigid, at, turn_of(rigid, at), arm.cross(axis)).cross(arm)
+            for i in ti.static(range(3)):
+                result[i, j] = turning[i] + rigid.values[at + INVERSE_MASS] * axis[i]
+    return result

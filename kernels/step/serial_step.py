@@ -214,7 +214,7 @@ def make_serial_step(
             if ti.static(coupled):
                 kick_pair_friction(body, boundary, contact, rows, coupling, damped)
             else:
-                kick_friction(body, boundary, contact, rows, damped)
+                kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
             hand_over_friction(body, contact, rows)
             if ti.static(coupled):
                 hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)

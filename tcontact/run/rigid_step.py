@@ -10,6 +10,7 @@ from ..schemes.explicit.stable_step import with_rigid
 
 AHEAD = 4.0  # steps of the free bodies within which a node must be able to touch, to count
 CLOSE = 0.95  # a step larger than this share of the stable one is shortened
+RESOLVED = 0.22  # largest w dt at cfl 1: a contact that sets in within a step changes the energy by up to (w dt)^2/8
 LARGER = 1.5  # a step grows where the stable one allows at least this many times as much
 
 
@@ -17,7 +18,8 @@ class RigidStep:
     """The stable step of the nodes and the free obstacles of a run.
 
     Every row measures the rate w^2 of the obstacles on the nodes that they press or may soon press
-    (kernels/step/rigid_rate.py); the step is kept below 2/(4/dt_nodes^2 + w^2)^1/2.
+    (kernels/step/rigid_rate.py). The step is stable below 2/(4/dt_nodes^2 + w^2)^1/2, and kept below RESOLVED/w besides
+    unless the user has set it: the impact of a light body would last for two or three stable steps.
     """
 
     def __init__(self, run: Any, domain: Any) -> None:
@@ -38,14 +40,13 @@ class RigidStep:
         self.domain.rigid.set_reach(AHEAD * run.dt, run.dt)
         run.scheme.step(self.domain, 0.0, 0.0, 0.0)
         row = self.domain.rows(np.zeros(1))[-1]
-        run.dt_limit = with_rigid(run.dt_limit, float(row[self.place]))
-        if run.keep_below(run.dt_limit):
-            self.domain.rigid.set_reach(self._reach(run, row), run.dt)
+        if run.keep_below(self._limit(run, row)):
+            self.domain.rigid.set_reach(AHEAD * float(run.scheme.step_size(run.node_limit(row))), run.dt)
             run.scheme.begin(self.domain, run.dt)
 
     def follow(self, run: Any, row: np.ndarray) -> None:
         """Shorten the step where the row asks for it; let it grow where the obstacles have left."""
-        limit = with_rigid(run.node_limit(row), float(row[self.place]))
+        limit = self._limit(run, row)
         if run.keep_below(limit) or run.scheme.dt is not None or run.over_limit:
             return
         largest = run.scheme.step_size(limit)
@@ -53,10 +54,13 @@ class RigidStep:
             run.dt = largest
 
     def largest_rate(self, run: Any) -> float:
-        """Return the rate [1/s^2] above which the present step is too close to the stable one."""
-        row = self.domain.rows(np.zeros(1))[-1]
-        return max(0.0, 4.0 * (CLOSE / run.dt) ** 2 - 4.0 / run.node_limit(row) ** 2)
+        """Return the rate [1/s^2] above which the present step is too close to the limit."""
+        step = run.dt / CLOSE
+        stable = max(0.0, 4.0 / step**2 - 4.0 / run.node_limit(self.domain.rows(np.zeros(1))[-1]) ** 2)
+        return stable if run.scheme.dt is not None else min(stable, (RESOLVED / step) ** 2)
 
-    def _reach(self, run: Any, row: np.ndarray) -> float:
-        """Return the time [s] within which nodes count before they touch."""
-        return AHEAD * float(run.scheme.step_size(run.node_limit(row)))
+    def _limit(self, run: Any, row: np.ndarray) -> float:
+        """Return the limit of the step [s] at a row."""
+        rate = float(row[self.place])
+        stable = with_rigid(run.node_limit(row), rate)
+        return stable if run.scheme.dt is not None or rate == 0.0 else min(stable, RESOLVED / float(np.sqrt(rate)))
