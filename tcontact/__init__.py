@@ -63,6 +63,7 @@ from .scene.metal_presets import metal  # noqa: E402
 from .scene.metals import ElastoPlastic, JohnsonCook, LinearHardening, MieGrueneisen  # noqa: E402
 from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
+from .scene.rigid import RigidPart  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .schemes import (  # noqa: E402
     CentralDifference,
@@ -117,6 +118,7 @@ __all__ = [
     "Plane",
     "PlasticStepWarning",
     "RegularizedCoulomb",
+    "RigidPart",
     "Result",
     "RotationWarning",
     "Scene",

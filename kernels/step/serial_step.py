@@ -116,13 +116,13 @@ def make_serial_step(
     find_squeezed = layer_slip_of_pairs = None
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     viscous_load = viscous_phase = RATE = POWER = None
-    move_bodies = load_free_obstacles = place_free_obstacles = measure_rigid_rate = None
+    move_bodies = gather_forces = carry_nodes = load_free_obstacles = place_free_obstacles = measure_rigid_rate = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if tied:
         from ..nodes.images import follow, gather
     if rigid_bodies:
-        from ..nodes.rigid_body import move_bodies
+        from ..nodes.rigid_body import carry_nodes, gather_forces, move_bodies
     if options.free:
         from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
         from .rigid_rate import measure_rigid_rate
@@ -209,6 +209,7 @@ def make_serial_step(
         system: ti.template(),
         rigid: ti.template(),
         control: ti.template(),
+        level,
     ):
         if ti.static(kick_has_friction):
             if ti.static(coupled):
@@ -230,7 +231,11 @@ def make_serial_step(
         if ti.static(has_boundary):
             kick_and_drift(body, boundary)
         if ti.static(rigid_bodies):
-            move_bodies(rigid, body, damped)
+            if ti.static(rigid.tied):
+                gather_forces(rigid, body)
+            move_bodies(rigid, body, level, damped, has_supports)
+            if ti.static(rigid.tied):
+                carry_nodes(rigid, body, boundary)
 
     @ti.func
     def place(
@@ -318,7 +323,8 @@ def make_serial_step(
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
                     kick(
-                        body, boundary, supports, obstacles, rows, coupling, contact, pairs, system, rigid, control
+                        body, boundary, supports, obstacles, rows, coupling, contact, pairs, system, rigid, control,
+                        number + 1,
                     )
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):

@@ -23,9 +23,13 @@ class BoundaryNodes:
     def __init__(self, domain: Domain, force: arrays.Array) -> None:
         self.force = force
         self.nodes = arrays.put(domain.boundary.astype(np.int32))
-        self.mass = arrays.put(flat_tensors(domain.tensors))
+        mass, load = flat_tensors(domain.tensors), domain.loads
+        if len(domain.tied):
+            mass, load = mass.copy(), load.copy()
+            mass[domain.tied], load[domain.tied] = 0.0, 0.0
+        self.mass = arrays.put(mass)
         self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
-        self.load = arrays.put(domain.loads)
+        self.load = arrays.put(load)
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/language/bundles.Boundary."""

@@ -16,6 +16,7 @@ from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ..scene.periodic import Images
 from .contact_graph import ContactGraph, residual_receivers
+from .rigid import RigidPlan
 
 # largest number of cells that one thread does alone; a domain of so few takes many steps per launch (domain.py)
 SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
@@ -73,7 +74,8 @@ class BodyPlan:
     boundary [s]: nodes with tensor mass, supports or contact; tensors and
     inverses [s, 3, 3]: their mass and its inverse on the components that move freely; loads [s, 3] [N]: gravity;
     support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s];
-    images: those of a periodic body, whose masters alone have mass, loads and contact.
+    images: those of a periodic body, whose masters alone have mass, loads and contact; rigid: its rigid parts, nodes
+    numbered as in `boundary`.
     """
 
     label: str
@@ -95,6 +97,7 @@ class BodyPlan:
     damping: Damping | None = None
     viscosity: BulkViscosity | None = None
     images: Images | None = None
+    rigid: tuple[RigidPlan, ...] = ()
 
     @property
     def viscous_cells(self) -> bool:

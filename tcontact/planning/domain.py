@@ -8,7 +8,7 @@ A domain of one body has the arrays of its plan.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -105,7 +105,16 @@ class Domain:
     @cached_property
     def rigid(self) -> tuple[RigidPlan, ...]:
         """Rigid bodies of the domain: if some obstacles move freely a record of each, then its rigid parts."""
-        return self.obstacles
+        parts = zip(self.bodies, self.boundary_place, strict=True)
+        return (
+            *self.obstacles,
+            *(replace(part, nodes=place[part.nodes]) for body, place in parts for part in body.rigid),
+        )
+
+    @cached_property
+    def tied(self) -> np.ndarray:
+        """Boundary nodes that move with rigid parts, which have their mass and their loads."""
+        return np.concatenate([np.zeros(0, dtype=np.int64), *(body.nodes for body in self.rigid)]).astype(np.int64)
 
     def _joined(self, name: str) -> np.ndarray:
         """Concatenate an array of the plans of all bodies."""

@@ -42,7 +42,7 @@ from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
-from .rigid import RigidPlan, names_of
+from .rigid import RigidPlan, names_of, rigid_parts
 from .static_solver import check_poisson, static_solver
 
 
@@ -169,7 +169,8 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         cell_order = cell_order[np.argsort(rank[cell_order], kind="stable")]
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
-    free = np.isnan(body.prescribed)
+    driven = np.isfinite(body.prescribed)
+    free = ~driven & ~body.tied[:, None]
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
     contact: ContactPlan | None = None
     massless: MasslessNodes | None = None
@@ -202,7 +203,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     free_here = free[node_order[boundary]]
     inverses = _inverses(mass, free_here, contact)
     gravity = np.zeros(3) if scene.gravity is None else np.asarray(scene.gravity)
-    rows, axes = np.nonzero(~free_here)
+    rows, axes = np.nonzero(driven[node_order[boundary]])
     return BodyPlan(
         label=label,
         body=body,
@@ -223,6 +224,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         damping=scene.damping,
         viscosity=scene.viscosity,
         images=images,
+        rigid=rigid_parts(body, label, lumped, mass, row[place]) if body.rigid_parts else (),
     )
 
 

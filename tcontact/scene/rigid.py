@@ -109,3 +109,18 @@ class RigidPart:
                     raise InputError(f"RigidPart.{name}", value, remedy)
             elif value is not None:
                 put(self, name, validate.vector(f"RigidPart.{name}", value))
+
+    @property
+    def name(self) -> str:
+        """Its set, for messages."""
+        return self.set
+
+    @property
+    def reference(self) -> Any:
+        """The point [3] [m] that moves with `velocity`."""
+        return self.center
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Its axes [3, 3] at the start, those of the world."""
+        return np.eye(3)

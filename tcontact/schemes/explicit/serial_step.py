@@ -55,6 +55,7 @@ class SerialStep:
         self.names = kernels
         self.force = force
         self.contact = contact
+        self.rigid = rigid
         self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
@@ -133,6 +134,8 @@ class SerialStep:
             self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
+        if self.rigid is not None and after > 0.0 and start != names.PLACE:
+            self.rigid.move(time + after * np.arange(rows + 1))
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.RIGID_LIMIT] = rigid_rate

@@ -11,6 +11,7 @@ from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
 from ...kernels.columns import RIGID, group_size, raw_places
+from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
 from ...nodes.rigid_bodies import RigidBodies
@@ -78,7 +79,12 @@ class DomainState:
         before = self.groups[self.groups.index("boundary") : self.groups.index("rigid")]
         obstacles = None if self.contact is None else self.contact.obstacles
         centre = np.zeros(3) if obstacles is None else obstacles.centre
-        return RigidBodies(self.domain.rigid, centre, group_size(*before))
+        rows_at_once = MAXIMUM_ROWS if self.domain.small else 1
+        found = RigidBodies(self.domain.rigid, centre, group_size(*before), rows_at_once)
+        if found.ties is not None:
+            places, velocity = found.start_velocity()
+            self.start_velocity[self.domain.boundary[places]] = velocity
+        return found
 
     def _started(self, values: list[np.ndarray]) -> np.ndarray:
         """Return values [n, 3] of the bodies in the numbering of the domain; images take those of their masters."""
@@ -146,6 +152,8 @@ class DomainState:
             return serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
+        if self.rigid is not None and steps[1] > 0.0:
+            rows = self.rigid.ask(time, steps[1], rows)
         for number in range(rows):
             before = steps[0] if number == 0 else steps[1]
             force.advance(self.u, self.v, kick_before, kick_after, drift, before=before)
