@@ -1,4 +1,4 @@
-"""Table of places: where the numbers of rigid bodies stand in `Rigid.values` (nodes/rigid_body.py).
+"""Table of places: where the numbers of rigid bodies stand in `Rigid.values` (nodes/rigid_record.py).
 
 Host and kernels share the table. `values` holds a head, a record for each rigid body, the arms [t, 3] of the tied nodes
 of rigid parts at t = 0, and poses of all bodies, one for every time level of a launch, where parts are driven. `ties`

@@ -10,7 +10,8 @@ import taichi as ti
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, RIGID, loads_place
 from ..lanes import GRAVITY
 from ..language.entries import put_three, three
-from ..nodes.rigid_body import angular_velocity, inverse_inertia, kind_of, matrix_of, record_of, turn_of
+from ..nodes.rigid_record import angular_velocity, inverse_inertia, kind_of, record_of, turn_of
+from ..nodes.rotations import matrix_of
 from ..rigid_places import (
     CENTRE,
     FORCE,
@@ -105,7 +106,7 @@ def wall_acceleration(
     rigid: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(), body: ti.template(),
     k, r,
 ):  # fmt: skip
-    """Return the acceleration [3] of the obstacle of row r at node k by its present force; 0 if it does not move freely."""
+    """Return the acceleration [3] of the obstacle of row r at node k by its present force; 0 unless it moves freely."""
     p = obstacles.candidates[r]
     result = ti.Vector.zero(ti.f64, 3)
     if kind_of(rigid, p) == FREE:

@@ -17,6 +17,7 @@ from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import normal_of, number_of, set_vector, vector_of, velocity_of
+from .free_obstacles import begin_free_friction, point_softness, press_free, wall_acceleration
 from .friction import (
     FORCE,
     LIMIT,
@@ -29,7 +30,6 @@ from .friction import (
     node_place,
     tangents,
 )
-from .free_obstacles import begin_free_friction, point_softness, press_free, wall_acceleration
 from .islands import node_count
 
 NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at most; two walls at a small angle take 100

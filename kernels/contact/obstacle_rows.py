@@ -9,7 +9,7 @@ import taichi as ti
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
 from ..lanes import MAXIMUM_SLOTS
 from ..language.entries import row, three
-from ..nodes.rigid_body import kind_of
+from ..nodes.rigid_record import kind_of
 from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count

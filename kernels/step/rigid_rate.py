@@ -17,7 +17,8 @@ from ..contact.islands import node_count
 from ..contact.obstacle_rows import position
 from ..contact.obstacles import MEAN_VELOCITY, POINT, RECORD, velocity_at
 from ..language.entries import row, three
-from ..nodes.rigid_body import kind_of, matrix_of, record_of, turn_of
+from ..nodes.rigid_record import kind_of, record_of, turn_of
+from ..nodes.rotations import matrix_of
 from ..rigid_places import (
     AXES,
     BOUND,

@@ -33,7 +33,7 @@ from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_wit
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from ..nodes.node_phase import node_phase
-from ..nodes.rigid_body import rigid_rate
+from ..nodes.rigid_record import rigid_rate
 from ..pair_places import SQUEEZED
 from .raw_rows import log_row, row_width
 
@@ -55,8 +55,8 @@ def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.t
                plastic: ti.template(), rigid: ti.template()):  # fmt: skip
     """Return 1 if the host must check a row.
 
-    It has a value that is not finite, an inverted cell, too much energy, too much viscosity or too light a rigid body for
-    the step, or many more nodes in contact.
+    It has a value that is not finite, an inverted cell, too much energy, too much viscosity for the step, too light a
+    rigid body for it, or many more nodes in contact.
     """
     place = number * row_width(contact, viscous, plastic)
     places = ti.static(raw_places(viscous or contact.options.viscous, plastic))
@@ -122,7 +122,8 @@ def make_serial_step(
     if tied:
         from ..nodes.images import follow, gather
     if rigid_bodies:
-        from ..nodes.rigid_body import carry_nodes, gather_forces, move_bodies
+        from ..nodes.rigid_body import move_bodies
+        from ..nodes.rigid_parts import carry_nodes, gather_forces
     if options.free:
         from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
         from .rigid_rate import measure_rigid_rate
@@ -323,7 +324,17 @@ def make_serial_step(
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
                     kick(
-                        body, boundary, supports, obstacles, rows, coupling, contact, pairs, system, rigid, control,
+                        body,
+                        boundary,
+                        supports,
+                        obstacles,
+                        rows,
+                        coupling,
+                        contact,
+                        pairs,
+                        system,
+                        rigid,
+                        control,
                         number + 1,
                     )
                     cell_power = 0.0

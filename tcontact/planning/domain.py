@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..mesh.elements import Element
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
@@ -327,6 +328,8 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         massless = body.contact.graph is not None
         kind = body.contact.block if massless else 0, int(massless and static_solver(scene, body).projected)
         groups.setdefault(kind, []).append(number)
+    if moving:
+        _check_shared(scene, [bodies[number] for number in groups.get((-1,), [])])
     numbers = list(groups.values()) or [[]]
     numbers[0] = sorted(numbers[0] + alone)
     return tuple(
@@ -338,3 +341,16 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         )
         for group in numbers
     )
+
+
+def _check_shared(scene: Scene, bodies: list[BodyPlan]) -> None:
+    """Refuse obstacles that move freely between bodies that do not fit into one domain. Raises `InputError`."""
+    model = scene.contact
+    massless = [body for body in bodies if body.contact is not None and body.contact.graph is not None]
+    if not scene.body_pairs and len({static_solver(scene, body).projected for body in massless}) > 1:
+        remedy = "bodies that touch an obstacle that moves freely share a static solver; use 'gauss-seidel'"
+        raise InputError("MasslessContact.solver", getattr(model, "solver", None), remedy)
+    kicked = any(body.inverses[: len(body.contact.nodes)].any() for body in bodies if body.contact is not None)
+    if scene.body_pairs and scene.friction is not None and kicked:
+        remedy = "friction of obstacles that move freely beside pairs of bodies needs MasslessContact(removal='full')"
+        raise InputError("Scene.contact", model, f"{remedy} without supports on contact nodes")

@@ -102,7 +102,9 @@ class Plan:
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
         pairs = tuple(pair.name for pair in scene.body_pairs)
-        return Layout([*damping, *(term for term, is_there in present.items() if is_there)], names, pairs, names_of(self.rigid))
+        return Layout(
+            [*damping, *(term for term, is_there in present.items() if is_there)], names, pairs, names_of(self.rigid)
+        )
 
     @property
     def rigid(self) -> tuple[RigidPlan, ...]:

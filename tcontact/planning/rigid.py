@@ -50,10 +50,17 @@ def free_obstacles(scene: Scene) -> tuple[RigidPlan, ...]:
         if not obstacle.free:
             found.append(RigidPlan(name, PRESCRIBED))
             continue
-        rates = [np.zeros(3) if rate is None else rate for rate in (obstacle.velocity, obstacle.angular_velocity)]
-        inertia = obstacle.inertia_about_center()
         found.append(
-            RigidPlan(name, FREE, obstacle.mass, inertia, obstacle.reference, *rates, frame=obstacle.frame)
+            RigidPlan(
+                name,
+                FREE,
+                mass=float(obstacle.mass or 0.0),
+                inertia=obstacle.inertia_about_center(),
+                center=obstacle.reference,
+                velocity=np.zeros(3) if obstacle.velocity is None else obstacle.velocity,
+                angular_velocity=np.zeros(3) if obstacle.angular_velocity is None else obstacle.angular_velocity,
+                frame=obstacle.frame,
+            )
         )
     return tuple(found)
 

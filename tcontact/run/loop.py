@@ -34,9 +34,9 @@ from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .progress import ProgressBar
 from .recorder import Recorder
+from .rigid_step import RigidStep
 from .shape_watch import ShapeWatch
 from .snapshot import Snapshot
-from .rigid_step import RigidStep
 from .watches.looks import Looks
 
 FIRST_CHECK = 100  # steps between estimates of the stable step of a nonlinear body; doubled while it does not change

@@ -23,7 +23,11 @@ from ...scene.scene import Scene
 
 SHORT = 12  # longest array that is written out
 SAMPLES = 4096  # values of a function of time
-FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support)  # objects whose velocity or angular_velocity may be a function of time
+FUNCTIONS_OF_TIME = (
+    Obstacle,
+    RigidPart,
+    Support,
+)  # objects whose velocity or angular_velocity may be a function of time
 
 
 def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:

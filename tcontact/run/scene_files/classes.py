@@ -12,6 +12,7 @@ from ...scene.friction_models import Coulomb, FrictionLayer, RegularizedCoulomb
 from ...scene.materials import LAWS
 from ...scene.metals import HARDENINGS, ElastoPlastic, MieGrueneisen
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
+from ...scene.rigid import RigidPart
 from ...schemes import SCHEMES
 
 # place -> type word -> class; a place with one class needs no word
@@ -25,6 +26,7 @@ CLASSES: dict[str, dict[str, type]] = {
     "damping": {kind.__name__: kind for kind in Damping.__subclasses__()},
     "viscosity": {"BulkViscosity": BulkViscosity},
     "metal": {"Metal": metals.Metal},
+    "rigid_parts": {"RigidPart": RigidPart},
     "scheme": dict(SCHEMES),
 }
 NESTED = ("hardening", "pressure")  # arguments that are objects of plain data themselves

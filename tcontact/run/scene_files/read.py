@@ -126,6 +126,9 @@ class Reader:
                 check_keys(f"{place}.supports[{i}]", support, keys_of(Support))
                 supports.append(made(f"{place}.supports[{i}]", Support, support))
             values["supports"] = supports
+        if "rigid_parts" in data:
+            parts = enumerate(tables(f"{place}.rigid_parts", data, "rigid_parts"))
+            values["rigid_parts"] = [self.plain(f"{place}.rigid_parts[{i}]", part, "rigid_parts") for i, part in parts]
         return made(place, Body, values)
 
     def materials(self, place: str, data: Any) -> Any:
@@ -156,7 +159,9 @@ class Reader:
             return self.plain(place, data, "obstacles")
         values = {key: value for key, value in data.items() if key != "type"}
         if isinstance(data.get("surface"), str):
-            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal", "mass", "inertia"])
+            check_keys(
+                place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal", "mass", "inertia"]
+            )
             self.find_metal(place, values)
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)

@@ -60,7 +60,9 @@ class Obstacle:
                     raise InputError(f"{kind}.{field}", getattr(self, field), remedy)
         if self.inertia is not None:
             if self.mass is None:
-                raise InputError(f"{kind}.inertia", self.inertia, "give a mass too, with which the obstacle moves freely")
+                raise InputError(
+                    f"{kind}.inertia", self.inertia, "give a mass too, with which the obstacle moves freely"
+                )
             object.__setattr__(self, "inertia", checked_inertia(f"{kind}.inertia", self.inertia))
 
     @property

@@ -58,6 +58,9 @@ class ImplicitScheme(ImplicitRule):
             remedy = f"{self.name} has no contact between bodies; leave it at 'auto' or use scheme='central-difference'"
             raise InputError("Scene.pairs", scene.body_pairs[0].name, remedy)
         for index, body in enumerate(scene.bodies):
+            if body.rigid_parts:
+                remedy = f"{self.name} has no rigid parts; use scheme='central-difference'"
+                raise InputError(f"Scene.bodies[{index}].rigid_parts", body.rigid_parts[0].set, remedy)
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
