@@ -399,9 +399,9 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles, pairs, a long shape or MPRGP, optimised compilation takes longer than many runs;
-    # else it pays in the loop over cells
-    long = has_friction or slots > 1 or options.projected or coupled
+    # with friction, several obstacles, pairs, rigid bodies, a long shape or MPRGP, optimised compilation takes longer
+    # than many runs; else it pays in the loop over cells
+    long = has_friction or slots > 1 or options.projected or coupled or rigid_bodies
     long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
     return compiled_with(kernel_of(serial_step, signature, options=options), **KEEP_VECTORS, **optimisation)

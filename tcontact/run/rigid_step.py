@@ -10,7 +10,7 @@ from ..schemes.explicit.stable_step import with_rigid
 
 AHEAD = 4.0  # steps of the free bodies within which a node must be able to touch, to count
 CLOSE = 0.95  # a step larger than this share of the stable one is shortened
-RESOLVED = 0.22  # largest w dt at cfl 1: a contact that sets in within a step changes the energy by up to (w dt)^2/8
+RESOLVED = 0.15  # largest w dt at cfl 1: a contact that begins within a step changes the energy by up to (w dt)^2/4
 LARGER = 1.5  # a step grows where the stable one allows at least this many times as much
 
 
