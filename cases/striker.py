@@ -54,13 +54,15 @@ def scene(
     velocity = (0.0, 0.0, -speed)
     obstacle: tc.Sphere | tc.Box
     if striker == "ball":
-        obstacle = tc.Sphere(middle + (0.0, 0.0, 0.03), 0.03, mass=mass, velocity=velocity, name="striker")
+        obstacle = tc.Sphere(middle + np.array([0.0, 0.0, 0.03]), 0.03, mass=mass, velocity=velocity, name="striker")
         plane = young / (1.0 - poisson**2)
         hertz = 2.94 * (15.0 * mass / (16.0 * plane * np.sqrt(0.03))) ** 0.4 / speed**0.2  # on a half-space
         lasts = 1.3 * hertz
     elif striker == "box":
         size = np.array([1.2 * length, 1.2 * width, height])
-        obstacle = tc.Box(middle + (0.0, 0.0, 0.5 * height), size, mass=mass, velocity=velocity, name="striker")
+        obstacle = tc.Box(
+            middle + np.array([0.0, 0.0, 0.5 * height]), size, mass=mass, velocity=velocity, name="striker"
+        )
         lasts = 4.0 * height / material.wave_speed
     else:
         raise tc.InputError("striker", striker, "use one of ball, box")

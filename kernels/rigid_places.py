@@ -7,8 +7,8 @@ holds where the tied nodes of every body start and the last ones end [bodies + 1
 
 # head: number of records; place in `sums` of the group "rigid"; origin (3) [m] of the positions of the obstacles; time
 # [s] within which a node must be able to touch to count in the stable step; step [s] before the first row; places
-# of the arms and of the poses
-COUNT, SUMS_AT, CENTRE, REACH, FIRST_STEP, ARMS_AT, POSES_AT, HEAD = 0, 1, 2, 5, 6, 7, 8, 9
+# of the arms and of the poses; rate [1/s^2] above which a launch ends
+COUNT, SUMS_AT, CENTRE, REACH, FIRST_STEP, ARMS_AT, POSES_AT, LIMIT, HEAD = 0, 1, 2, 5, 6, 7, 8, 9, 10
 # record: kind (0: a prescribed obstacle, 1: free, 2: driven); mass [kg] and its inverse; principal moments (3)
 # [kg m^2] and their inverses (3); centre of mass (3) [m] at t = 0; principal axes (9, rows) and obstacle axes (9, rows)
 # at t = 0; displacement (3) [m]; velocity (3) [m/s]; angular momentum (3) [kg m^2/s] about the centre; rotation since

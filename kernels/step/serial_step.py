@@ -35,16 +35,17 @@ from ..materials import LAWS
 from ..nodes.node_phase import node_phase
 from ..nodes.rigid_record import rigid_rate
 from ..pair_places import SQUEEZED
+from ..rigid_places import LIMIT
 from .raw_rows import log_row, row_width
 
 # numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
 # limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
 # measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
-# of bodies must be built anew; limit of the number of nodes in contact; limit of the rate of rigid bodies [1/s^2]
+# of bodies must be built anew; limit of the number of nodes in contact
 START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
 ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT, RIGID_LIMIT = 11, 12, 13, 14
-CONTROL = 15
+RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT = 11, 12, 13
+CONTROL = 14
 # states of the loop, and values of control[START]
 PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
 STOP, VISCOUS = 6, 7
@@ -68,7 +69,7 @@ def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.t
     if ti.static(contact.options.model != ""):
         calm = calm and raw[place + places.shared.contact_nodes] <= control[TOUCHING_LIMIT]
     if ti.static(rigid.exist):
-        calm = calm and rigid_rate(rigid) <= control[RIGID_LIMIT]
+        calm = calm and rigid_rate(rigid) <= rigid.values[LIMIT]
     return ti.select(calm, 0, 1)
 
 

@@ -110,6 +110,10 @@ class RigidBodies:
         """Set the time [s] within which nodes count before they touch, and the length [s] of the first step."""
         arrays.set_values(self.values, np.array([seconds, first_step]), at.REACH)
 
+    def set_limit(self, rate: float) -> None:
+        """Set the rate [1/s^2] above which a launch of several rows ends."""
+        arrays.set_values(self.values, np.array([rate]), at.LIMIT)
+
     def arguments(self) -> dict[str, arrays.Array]:
         """Return the arrays by the names of kernels/language/bundles.Rigid."""
         return {"values": self.values} | ({} if self.ties is None else {"ties": self.ties})

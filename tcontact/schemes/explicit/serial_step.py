@@ -136,9 +136,10 @@ class SerialStep:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         if self.rigid is not None and after > 0.0 and start != names.PLACE:
             self.rigid.move(time + after * np.arange(rows + 1))
+        if self.rigid is not None:
+            self.rigid.set_limit(rigid_rate)
         control = np.zeros(names.CONTROL)
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
-        control[names.RIGID_LIMIT] = rigid_rate
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching
         if start == names.BOUNDARY and self.cells is not None and self.cells.launch is not None:
             self.cells.set_rate(1.0 / before if before > 0.0 else 0.0)
