@@ -11,6 +11,7 @@ import tcontact as tc
 from tcontact.kernels.columns import (
     COLUMNS,
     DAMPED,
+    FREE_OBSTACLES,
     FRICTION,
     HEATED,
     HOURGLASS,
@@ -19,6 +20,8 @@ from tcontact.kernels.columns import (
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    RIGID_BODIES,
+    RIGID_PARTS,
     VISCOUS,
     group_columns,
 )
@@ -139,10 +142,11 @@ def test_a_thinned_history_has_the_sums_of_every_row():
 
 
 TERMS = [DAMPED, FRICTION, HEATED, HOURGLASS, LAYERS, LOADS, PAIRED, PLASTIC, PLASTIC_HOURGLASS, VISCOUS]
+TERMS += [FREE_OBSTACLES, RIGID_BODIES, RIGID_PARTS]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):
-    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",))
+    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",), {"free": ("die",), "part": ("ring-rim",)})
     rows, _ = rows_of(layout, 3)
     columns = filled(rows, (1,), layout=layout).columns()
     write_history(tmp_path / "history.csv", columns)
