@@ -52,7 +52,7 @@ def test_a_block_on_a_bar_slows_down_exactly_as_its_wave_says():
         speed = -result.history["obstacle_velocity:striker"][:, 2]
         errors.append(np.nanmax(np.abs(speed - exact)) / speed[0])
         layer = body.mass / cells
-        assert errors[-1] <= 0.5 * layer / 0.5
+        assert errors[-1] <= 0.6 * layer / 0.5
         assert ck.energy(result, 5e-3).passed
     assert errors[1] < 0.6 * errors[0]
 
