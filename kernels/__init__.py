@@ -11,13 +11,14 @@ The rooms, from top to bottom; each imports only what stands below it:
     static      the static solve of the massless contact nodes: measure, tangent, sweeps or MPRGP, and what surrounds it
     contact     constraint rows, the obstacles that fill them, contact loads, friction, viscosity of contact cells
     cells       passes over packs of cells, points and tangents of the implicit schemes, von Mises stress
-    nodes       sum of the forces, kick and drift of the nodes, supports, damping, periodic images
+    nodes       sum of the forces, kick and drift of the nodes, supports, damping, periodic images, rigid bodies
     elements    one file for every element: the force of one cell from its corners
     materials   one file for every law: stress, energy, stiffness
     language    tensors, vectors of lanes, bundles, signatures, options of the compiler, formulas of users
     columns     the table of all numbers that a step measures and of all columns of the history
     node_places places of the data of MPRGP; host and kernels share it
     pair_places places of the rows of pairs of bodies; host and kernels share it
+    rigid_places  places of the numbers of rigid bodies; host and kernels share it
     volume_places  places of volume changes averaged at nodes; host and kernels share it
     load_places places of the data of loads; host and kernels share it
     lanes       sizes and places that the host and the kernels agree on

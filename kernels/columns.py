@@ -9,6 +9,7 @@ rows, and tcontact/run/history.py the history; a column that two groups measure 
                      metals `plastic`
     boundary ... friction   sums of the other parts of a step: `contact` from the contact load, `gaps` from gaps and
                      static solve
+    rigid, free, part   sums over the rigid bodies that move, and pose of each obstacle and each part among them
     loads, obstacle  power of all obstacles, and load on each of them, if their loads are measured
     applied          loads other than gravity, and gravity where it is a function of time
     springs          energy, work and force of springs
@@ -28,6 +29,7 @@ HEATED = "friction layers of metals"
 APPLIES, PULLED = "loads", "gravity as a function of time"
 MISES_MAXIMUM, PRESSURE_MAXIMUM = "maxima of von Mises stress", "maxima of pressure"
 PROBED = "probes"  # columns of their own, which tcontact/planning/measured.py makes
+RIGID_BODIES, FREE_OBSTACLES, RIGID_PARTS = "rigid bodies that move", "obstacles that move freely", "rigid parts"
 INFINITE, NAN = float("inf"), float("nan")
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
@@ -58,7 +60,7 @@ class Column(NamedTuple):
 
 COLUMNS = (  # the columns of the history in their order, then what is measured for them
     Column("time", "s", "time of the row", 1, ("host",), combine="first"),
-    Column("kinetic", "J", "kinetic energy", 1, ("nodes", "boundary"), energy="stored"),
+    Column("kinetic", "J", "kinetic energy", 1, ("nodes", "boundary", "rigid"), energy="stored"),
     Column("elastic", "J", "elastic energy of the cells", 1, ("cells",), energy="stored"),
     Column("contact", "J", "energy of the contact penalty", 1, ("contact",), energy="stored"),
     Column("friction_work", "J", "work done against friction so far", integral_of="friction_before", rule="kicks",
@@ -70,8 +72,9 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("impulse", "N s", "impulse of the contact force so far", 3, integral_of="contact_force", impulse=True),
     Column("support_force", "N", "reaction of the supports", 3, ("support",)),
     Column("support_impulse", "N s", "impulse of the supports so far", 3, integral_of="support_force", impulse=True),
-    Column("momentum", "kg m/s", "momentum", 3, ("nodes", "boundary")),
-    Column("angular_momentum", "kg m^2/s", "angular momentum about the origin", 3, ("nodes", "boundary")),
+    Column("momentum", "kg m/s", "momentum", 3, ("nodes", "boundary", "rigid")),
+    Column("angular_momentum", "kg m^2/s", "angular momentum about the origin", 3,
+           ("nodes", "boundary", "rigid")),
     Column("gap_min", "m", "smallest gap of the contact set; negative: overlap", 1, ("gaps",), "", "min", INFINITE),
     Column("contact_nodes", "1", "number of nodes with a contact force", 1, ("contact",)),
     Column("sweeps", "1", "sweeps or products (MPRGP) of the static solve, or iterations of an implicit step", 1,
@@ -109,6 +112,21 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("pressure_max", "Pa", "largest pressure of a cell", 1, ("sensors",), PRESSURE_MAXIMUM, "max", -INFINITE),
     Column("obstacle_force", "N", "force of the bodies on this obstacle", 3, ("obstacle",), LOADS),
     Column("obstacle_moment", "N m", "moment of that force about the point of the obstacle", 3, ("obstacle",), LOADS),
+    Column("obstacle_position", "m", "centre of mass of this free obstacle", 3, ("free",), FREE_OBSTACLES),
+    Column("obstacle_rotation", "rad", "rotation vector of this free obstacle since the start, at most pi long", 3,
+           ("free",), FREE_OBSTACLES),
+    Column("obstacle_velocity", "m/s", "velocity of the centre of mass of this free obstacle", 3, ("free",),
+           FREE_OBSTACLES),
+    Column("obstacle_angular_velocity", "rad/s", "angular velocity of this free obstacle", 3, ("free",),
+           FREE_OBSTACLES),
+    Column("part_position", "m", "centre of mass of this rigid part", 3, ("part",), RIGID_PARTS),
+    Column("part_rotation", "rad", "rotation vector of this rigid part since the start, at most pi long", 3,
+           ("part",), RIGID_PARTS),
+    Column("part_velocity", "m/s", "velocity of the centre of mass of this rigid part", 3, ("part",), RIGID_PARTS),
+    Column("part_angular_velocity", "rad/s", "angular velocity of this rigid part", 3, ("part",), RIGID_PARTS),
+    Column("rigid_force", "N", "contact force on all free obstacles", 3, ("rigid",), RIGID_BODIES),
+    Column("rigid_impulse", "N s", "impulse of the contact force on all free obstacles so far", 3, (), RIGID_BODIES,
+           integral_of="rigid_force", impulse=True),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),
     Column("pair_moment", "N m", "moment of that force about the origin", 3, ("pair",), PAIRED),
     Column("pair_gap_min", "m", "smallest gap of a row of this pair", 1, ("pair",), PAIRED, "min", INFINITE),
@@ -135,10 +153,12 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("gravity_force", "N", "gravity times mass", 3, ("host",), PULLED, shown=False),
     Column("gravity_power", "W", "power of gravity", 1, ("host",), PULLED, shown=False),
     Column("gravity_work", "J", "work of gravity so far", 1, (), PULLED, integral_of="gravity_power", shown=False),
-    Column("load_work", "J", "work of the dead loads", 1, ("boundary",), shown=False),
+    Column("load_work", "J", "work of the dead loads", 1, ("boundary", "rigid"), shown=False),
     Column("support_power", "W", "power of the supports", 1, ("support",), shown=False),
     Column("support_work", "J", "work of the supports so far", integral_of="support_power", shown=False),
     Column("jacobian_min", "1", "smallest det F", 1, ("cells",), "", "min", shown=False),
+    Column("rigid_rate", "1/s^2", "square of the largest frequency of a rigid body on its contact cells", 1,
+           ("rigid",), RIGID_BODIES, "max", shown=False),
     Column("viscous_power", "W", "power dissipated in the step before", 1, ("viscous",), VISCOUS, shown=False),
     Column("viscous_rate", "1/s", "largest rate of a viscous cell", 1, ("viscous",), VISCOUS, "max", shown=False),
     Column("plastic_step", "J", "plastic work of the step before", 1, ("plastic",), PLASTIC, shown=False),
@@ -202,6 +222,8 @@ BOUNDARY, BOUNDARY_SUMS = places("boundary"), group_size("boundary")
 SUPPORT, SUPPORT_SUMS = places("support"), group_size("support")
 CONTACT = places("contact")
 OBSTACLE_LOAD, OBSTACLE_LOADS = places("obstacle"), group_size("obstacle")
+RIGID, RIGID_SUMS = places("rigid"), group_size("rigid")
+ROW_POSE, ROW_POSE_SIZE = places("free"), group_size("free")
 PAIR_LOAD, PAIR_LOADS = places("pair"), group_size("pair")
 APPLIED = places("applied")
 SPRING, SPRING_SUMS = places("springs"), group_size("springs")

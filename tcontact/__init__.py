@@ -68,6 +68,7 @@ from .scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere  # noqa: E402
 from .scene.own_laws import register_law  # noqa: E402
 from .scene.pairs import Pair  # noqa: E402
 from .scene.probes import Probe  # noqa: E402
+from .scene.rigid import RigidPart  # noqa: E402
 from .scene.scene import OverlapWarning, Scene  # noqa: E402
 from .scene.springs import PointMass, Spring  # noqa: E402
 from .scene.supports import Support  # noqa: E402
@@ -131,6 +132,7 @@ __all__ = [
     "Probe",
     "RegularizedCoulomb",
     "Result",
+    "RigidPart",
     "RotationWarning",
     "Scene",
     "Sdf",

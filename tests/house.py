@@ -49,6 +49,7 @@ KERNEL_ROOMS = (
     "columns",
     "node_places",
     "pair_places",
+    "rigid_places",
     "volume_places",
     "load_places",
     "lanes",

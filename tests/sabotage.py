@@ -16,7 +16,11 @@ def without_wall(scene):
     if not scene.obstacles:
         return scene
     size = max(float(np.ptp(body.mesh.nodes, axis=0).max()) for body in scene.bodies)
-    far = [replace(wall, point=tuple(np.asarray(wall.point) - 1e3 * size * wall.frame[2])) for wall in scene.obstacles]
+    far = []
+    for wall in scene.obstacles:
+        place = "point" if hasattr(wall, "point") else "center"
+        way = -1e3 if place == "point" else 1e3
+        far.append(replace(wall, **{place: tuple(np.asarray(getattr(wall, place)) + way * size * wall.frame[2])}))
     return replace(scene, obstacles=far)
 
 

@@ -12,6 +12,7 @@ from tcontact.kernels.columns import (
     APPLIES,
     COLUMNS,
     DAMPED,
+    FREE_OBSTACLES,
     FRICTION,
     HEATED,
     HOURGLASS,
@@ -23,6 +24,8 @@ from tcontact.kernels.columns import (
     PLASTIC_HOURGLASS,
     PRESSURE_MAXIMUM,
     PULLED,
+    RIGID_BODIES,
+    RIGID_PARTS,
     SPRINGS,
     VISCOUS,
     group_columns,
@@ -146,23 +149,27 @@ def test_a_thinned_history_has_the_sums_of_every_row():
 TERMS = [
     APPLIES,
     DAMPED,
+    FREE_OBSTACLES,
     FRICTION,
     HEATED,
     HOURGLASS,
     LAYERS,
     LOADS,
+    MISES_MAXIMUM,
     PAIRED,
     PLASTIC,
     PLASTIC_HOURGLASS,
+    PRESSURE_MAXIMUM,
     PULLED,
+    RIGID_BODIES,
+    RIGID_PARTS,
     SPRINGS,
     VISCOUS,
 ]
-TERMS += [MISES_MAXIMUM, PRESSURE_MAXIMUM]
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):
-    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",))
+    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",), {"free": ("die",), "part": ("ring-rim",)})
     rows, _ = rows_of(layout, 3)
     columns = filled(rows, (1,), layout=layout).columns()
     write_history(tmp_path / "history.csv", columns)

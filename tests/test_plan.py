@@ -132,7 +132,7 @@ name = sys.argv[1]
 before = {m for m in sys.modules if m.startswith("tcontact.")}
 scene, _, _ = test_plan.SCENES[name]
 tc.plan(scene)
-tables = (".lanes", ".columns", ".node_places", ".pair_places", ".volume_places", ".load_places")
+tables = (".lanes", ".columns", ".node_places", ".pair_places", ".rigid_places", ".volume_places", ".load_places")
 kernels = [m for m in sys.modules if m.startswith("tcontact.kernels.") and not m.endswith(tables)]
 assert not kernels and "taichi" not in sys.modules, "planning needs no kernels"
 result = tc.simulate(scene, threads=2)
@@ -145,8 +145,18 @@ modules = sorted(m.removeprefix("tcontact.") for m in sys.modules if m.startswit
 print(json.dumps({"ok": result.ok, "modules": modules, "made": made}))
 """
 UNUSED = {  # parts of names of kernel modules, rooms among them, and of factories
-    "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster", "nodes.loads"),
-    "massless": ("contact_load", "kick_friction", "layer1d", "images", "raster", "nodes.loads"),
+    "bare": ("contact", "massless", "static", "surface", "boundary", "images", "raster", "rigid_body", "nodes.loads"),
+    "massless": (
+        "contact_load",
+        "kick_friction",
+        "layer1d",
+        "images",
+        "raster",
+        "rigid_body",
+        "free_obstacles",
+        "rigid_rate",
+        "nodes.loads",
+    ),
     "penalty": ("massless", "static", "surface", "kick_friction", "layer1d", "images", "raster"),
     "coulomb": ("contact_load", "kick_friction", "layer1d", "images", "raster"),
     "friction layer": ("contact_load", "images", "raster"),

@@ -41,6 +41,7 @@ SMALL = {
     "rolling-cylinder": ({"cells": 12}, RIGID),
     "sliding-block": ({"cells": 4}, RIGID),
     "stack": ({"cells": 2, "blocks": 3}, {"modulus": "every stack carries its weight"}),
+    "striker": ({"cells": 6, "striker": "box", "law": "linear", "poisson": 0.0}, {}),
     "two-bars": ({"cells": 12}, {"wall": "there is no wall"}),
     "two-cubes": ({"cells": 3}, FREE | {"wall": "there is no wall"}),
     "two-materials": ({"cells": 40}, {}),

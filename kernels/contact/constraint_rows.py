@@ -109,7 +109,11 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
 
 @ti.func
 def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.template()):
-    """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces."""
+    """Apply the friction of the kick to the contact nodes, and add it to the sum of the contact forces.
+
+    With obstacles that move freely its part in massless components, where normals have turned since the start, acts on
+    the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved.
+    """
     force = ti.Vector([contact.sums[SUMS.contact_force + j] for j in ti.static(range(3))])
     for k in range(node_count(contact)):
         total = sum_of_rows(rows, k, rows.at.kick_friction)
@@ -117,5 +121,23 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
         for j in ti.static(range(3)):
             contact.force[3 * k + j] = contact.force[3 * k + j] + total[j]
             body.special_force[3 * k + j] = body.special_force[3 * k + j] - total[j]
+        if ti.static(contact.options.free and contact.options.model == "massless"):
+            begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
+            share = massless_part(contact, k, total) / ti.max(1.0, float(end - begin))
+            for i in range(begin, end):
+                for j in ti.static(range(3)):
+                    place = 3 * contact.residual_receivers[i] + j
+                    body.special_force[place] = body.special_force[place] - share[j]
     for j in ti.static(range(3)):
         contact.sums[SUMS.contact_force + j] = force[j]
+
+
+@ti.func
+def massless_part(contact: ti.template(), k, vector):
+    """Return the part of a vector [3] in the massless components of contact node k."""
+    block = ti.static(contact.options.block)
+    part = ti.Vector.zero(ti.f64, 3)
+    for j in ti.static(range(block)):
+        column = ti.Vector([contact.basis[(3 * k + i) * block + j] for i in ti.static(range(3))])
+        part += column.dot(vector) * column
+    return part

@@ -41,7 +41,7 @@ def record_step(contact: ti.template(), k, slip, work):
 
 @ti.func
 def record_kick(contact: ti.template(), k, early, late, slip):
-    """Add the work [J] of a row in a kick, before and after the time level; slip [m]: in the step that starts there."""
+    """Add the work [J] of a kick, before and after the time level; slip [m]: in the step that starts there."""
     record_step(contact, k, 0.0, early)
     path, work = record_place(contact, k, NEXT_SLIP), record_place(contact, k, NEXT_WORK)
     contact.friction[work] = contact.friction[work] + late

@@ -4,6 +4,9 @@
 
 v* is the velocity relative to the partner after the kick over `span` [s] without friction. Stick is exact, without
 creep. The work up to time level n is that of the part of the kick before it, -t.(v^{n-1/2} + v^n)/2 k0.
+An obstacle that moves freely is kicked by the same impulses: v* then has its motion by all other forces, and M^-1 the
+motion of its point by a unit impulse. Its nodes are solved one after another, again and again; every such solve lowers
+the kinetic energy, so that any number of nodes sticks to a light obstacle.
 """
 
 import taichi as ti
@@ -14,6 +17,7 @@ from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
+from .free_obstacles import begin_free_friction, point_softness, press_free, wall_acceleration
 from .friction import (
     FORCE,
     LIMIT,
@@ -31,6 +35,8 @@ from .islands import node_count
 
 NODE_ROUNDS = 300  # iterations over the rows of a node with several rows, at most; two walls at a small angle take 100
 NODE_CHANGE = 1e-13  # change of the forces over the pressing forces at which they end
+FREE_ROUNDS = 50  # iterations over all nodes where obstacles move freely, at most
+FREE_CHANGE = 1e-8  # change of the forces over the pressing forces at which they end
 
 
 @ti.func
@@ -55,14 +61,29 @@ def without_massless_components(contact: ti.template(), k, relative):
 
 @ti.func
 def kick_friction(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template()
-):
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), obstacles: ti.template(),
+    rigid: ti.template(), damped: ti.template(),
+):  # fmt: skip
     """Set the friction of the kick in all rows, and sum up its work."""
     early, late = 0.0, 0.0
+    if ti.static(contact.options.free):
+        begin_free_friction(rigid, obstacles, rows, contact, body)
+        for k in range(node_count(contact)):
+            clear_node(contact, rows, k)
+        for _ in range(FREE_ROUNDS):
+            change, pressing = 0.0, 0.0
+            for k in range(node_count(contact)):
+                for p in ti.static(range(contact.options.slots)):
+                    pressing += number_of(rows, k * contact.options.slots + p, rows.at.pressing)
+                change += kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)[2]
+            if change <= FREE_CHANGE * pressing:
+                break
     if ti.static(contact.options.recorded):
         begin_kick(contact)
     for k in range(node_count(contact)):
-        before, after = kick_friction_node(body, boundary, contact, rows, damped, k)
+        before, after, _change, slip = kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)
+        if ti.static(contact.options.recorded):
+            record_kick(contact, k, before, after, slip)
         early += before
         late += after
     contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
@@ -70,10 +91,22 @@ def kick_friction(
 
 
 @ti.func
+def clear_node(contact: ti.template(), rows: ti.template(), k):
+    """Set the friction of the kick of node k to 0."""
+    for p in ti.static(range(contact.options.slots)):
+        set_vector(rows, k * contact.options.slots + p, rows.at.kick_friction, ti.Vector.zero(ti.f64, 3))
+
+
+@ti.func
 def kick_friction_node(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), damped: ti.template(), k
-):
-    """Set the friction of the rows of node k; return its work [J] before and after the time level of the kick."""
+    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), obstacles: ti.template(),
+    rigid: ti.template(), damped: ti.template(), k,
+):  # fmt: skip
+    """Set the friction of the rows of node k; return its work [J] before and after the time level, change and slip.
+
+    The change [N] is that of the forces since the last call, where obstacles move freely; the slip [m] the longest one
+    of its rows in the step that starts there, where it is recorded.
+    """
     slots = ti.static(contact.options.slots)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = before + after
@@ -85,6 +118,12 @@ def kick_friction_node(
         contact.friction[node_place(k, WORK)] = 0.0
         contact.friction[node_place(k, FORCE)] = 0.0
     forces = ti.Matrix.zero(ti.f64, slots, 3)
+    moved, slip_path = 0.0, 0.0
+    if ti.static(contact.options.free):
+        for p in ti.static(range(slots)):
+            known = vector_of(rows, k * slots + p, rows.at.kick_friction)
+            for j in ti.static(range(3)):
+                forces[p, j] = known[j]
     if pressed > 0.0 and span > 0.0:
         velocity, acceleration, flexible = velocity_without_friction(body, boundary, k, damped)
         for _ in range(ti.static(1 if slots == 1 else NODE_ROUNDS)):
@@ -99,6 +138,12 @@ def kick_friction_node(
                             others += ti.Vector([forces[q, j] for j in ti.static(range(3))])
                     across = tangents(normal_of(rows, r))
                     wall = velocity_of(rows, r, rows.at.velocity)
+                    softness = flexible
+                    if ti.static(contact.options.free):
+                        own = ti.Vector([forces[p, j] for j in ti.static(range(3))])
+                        given = point_softness(rigid, obstacles, rows, contact, body, k, r)
+                        wall += span * (wall_acceleration(rigid, obstacles, rows, contact, body, k, r) + given @ own)
+                        softness += given
                     relative = velocity + span * (acceleration + flexible @ others) - wall
                     if ti.static(contact.options.static_friction):
                         relative = without_massless_components(contact, k, relative)
@@ -109,12 +154,16 @@ def kick_friction_node(
                         limit = ti.sqrt(ti.max(0.0, limit * limit - there.dot(there)))
                     if ti.static(contact.options.layered):
                         limit = ti.min(limit, contact.friction[node_place(k, LIMIT)])
-                    mobility = span * (across @ flexible @ across.transpose())
+                    mobility = span * (across @ softness @ across.transpose())
                     if mobility[0, 0] + mobility[1, 1] <= 0.0:
                         limit = 0.0  # no mass: its friction is that of the static solve
                     force = across.transpose() @ friction_force(
                         contact.options.friction, mobility, slip, limit, contact.friction[SLIP_SPEED]
                     )
+                    if ti.static(contact.options.free):
+                        before_this = ti.Vector([forces[p, j] for j in ti.static(range(3))])
+                        moved += (force - before_this).norm()
+                        press_free(rigid, obstacles, contact, body, k, r, force - before_this)
                     for j in ti.static(range(3)):
                         change += ti.abs(force[j] - forces[p, j])
                         forces[p, j] = force[j]
@@ -127,25 +176,26 @@ def kick_friction_node(
         for p in ti.static(range(slots)):
             force = ti.Vector([forces[p, j] for j in ti.static(range(3))])
             first = velocity - velocity_of(rows, k * slots + p, rows.at.velocity)
-            middle = first + before * acceleration
-            last = first + span * acceleration
+            rate = acceleration
+            if ti.static(contact.options.free):
+                rate = rate - wall_acceleration(rigid, obstacles, rows, contact, body, k, k * slots + p)
+            middle = first + before * rate
+            last = first + span * rate
             early = 0.0 - 0.5 * before * force.dot(first + middle)
             late = 0.0 - 0.5 * after * force.dot(middle + last)
             work_before += early
             work_after += late
-            if ti.static(contact.options.recorded):
-                slip = 0.0
-                if ti.static(not contact.options.static_friction):
-                    if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
-                        slip = body.params[DRIFT] * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
-                record_kick(contact, k, early, late, slip)
+            if ti.static(contact.options.recorded and not contact.options.static_friction):
+                if number_of(rows, k * slots + p, rows.at.pressing) > 0.0:
+                    path = body.params[DRIFT] * (tangents(normal_of(rows, k * slots + p)) @ last).norm()
+                    slip_path = ti.max(slip_path, path)
             if ti.static(contact.options.layered and not contact.options.static_friction):
                 work, largest = node_place(k, WORK), node_place(k, FORCE)
                 contact.friction[work] = contact.friction[work] + early + late
                 contact.friction[largest] = ti.max(contact.friction[largest], force.norm())
     for p in ti.static(range(slots)):
         set_vector(rows, k * slots + p, rows.at.kick_friction, ti.Vector([forces[p, j] for j in ti.static(range(3))]))
-    return work_before, work_after
+    return work_before, work_after, moved, slip_path
 
 
 @ti.func

@@ -9,6 +9,8 @@ import taichi as ti
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
 from ..lanes import MAXIMUM_SLOTS
 from ..language.entries import row, three
+from ..nodes.rigid_record import kind_of
+from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
@@ -114,10 +116,13 @@ def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.temp
 
 
 @ti.func
-def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
+def obstacle_loads(
+    obstacles: ti.template(), rows: ti.template(), contact: ti.template(), rigid: ti.template(), u: ti.template()
+):
     """Sum up force and moment on every obstacle, and the power of all obstacles on the bodies.
 
-    The force on an obstacle is opposite to that on the node and acts at the node.
+    The force on an obstacle is opposite to that on the node and acts at the node. Obstacles that move freely supply no
+    power: their energy is part of the ledger.
     """
     slots, own = ti.static(rows.options.slots, rows.options.obstacle_slots)
     power = ti.static(loads_place(contact.options.friction != ""))
@@ -137,5 +142,8 @@ def obstacle_loads(obstacles: ti.template(), rows: ti.template(), contact: ti.te
             for j in ti.static(range(3)):
                 contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
                 contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
-            power_of_all += force.dot(velocity_at(obstacles, p, x, VELOCITY))
+            supplied = force.dot(velocity_at(obstacles, p, x, VELOCITY))
+            if ti.static(contact.options.free):
+                supplied = ti.select(kind_of(rigid, p) == FREE, 0.0, supplied)
+            power_of_all += supplied
     contact.sums[power] = power_of_all

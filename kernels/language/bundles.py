@@ -116,6 +116,24 @@ class Obstacles(NamedTuple):
     options: Any = None
 
 
+class Rigid(NamedTuple):
+    """Rigid bodies that move freely or carry nodes (rigid_places.py): values; ties [t, 2]: body and boundary node."""
+
+    values: Array = None
+    ties: Index = None
+    sums: Shared = None
+
+    @property
+    def exist(self) -> bool:
+        """Return whether there are rigid bodies."""
+        return self.values is not None
+
+    @property
+    def tied(self) -> bool:
+        """Return whether nodes move with some of them."""
+        return self.ties is not None
+
+
 class RowPlaces(NamedTuple):
     """Places of the numbers of a constraint row in `values` [r, width]; -1: the scene does not need this number.
 
@@ -180,7 +198,7 @@ class ContactOptions(NamedTuple):
     contact cells are viscous; projected: MPRGP solves instead of the sweeps; coupled: bodies are in contact with each
     other; plain: the basis of every massless node is the identity (asked for with coupled bodies only); varied: the
     coefficients of friction of the rows change in the run; recorded: slip and friction work of every node are summed up
-    for frames (friction_record.py).
+    for frames (friction_record.py); free: some obstacles move freely; posed: the host places others for every step.
     """
 
     model: str = ""
@@ -198,6 +216,8 @@ class ContactOptions(NamedTuple):
     plain: bool = False
     varied: bool = False
     recorded: bool = False
+    free: bool = False
+    posed: bool = False
 
     @property
     def obstacle_slots(self) -> int:

@@ -293,24 +293,27 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 stats[at + STALE] = 1.0
         judge(stats, system.settings, island, first)
         stats[at + NEXT] = DONE
+        needed = stats[at + TODO] != DONE
+        if ti.static(contact.options.free):
+            needed = True  # the stable step of an obstacle that moves freely depends on it
+        if needed and stats[at + STALE] == 1.0:
+            for number in range(first_block(contact, island), first_block(contact, island + 1)):
+                for i in ti.static(range(len(tangents))):
+                    if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
+                        tangents[i](body, contact.basis, pairs, number)
+                        if ti.static(body.viscous_metal and metals[i]):
+                            viscous_tangents[i](body, contact.basis, pairs, number)
+                        if ti.static(contact.options.viscous and metals[i]):
+                            dampings[i](body, contact.basis, pairs, viscous, number)
+                        elif ti.static(contact.options.viscous):
+                            stiffen(pairs, viscous, block, number)
+            if ti.static(contact.options.viscous):
+                stats[at + VISCOUS_RATE] = viscous[RATE]
+            elif ti.static(body.viscous_metal):
+                stats[at + VISCOUS_RATE] = body.params[STEP]
+            blocks(body, pairs, contact, system, island, block)
+            stats[at + STALE] = 0.0
         if stats[at + TODO] != DONE:
-            if stats[at + STALE] == 1.0:
-                for number in range(first_block(contact, island), first_block(contact, island + 1)):
-                    for i in ti.static(range(len(tangents))):
-                        if pairs.blocks[number * CONTACT_BLOCK + KIND] == i:
-                            tangents[i](body, contact.basis, pairs, number)
-                            if ti.static(body.viscous_metal and metals[i]):
-                                viscous_tangents[i](body, contact.basis, pairs, number)
-                            if ti.static(contact.options.viscous and metals[i]):
-                                dampings[i](body, contact.basis, pairs, viscous, number)
-                            elif ti.static(contact.options.viscous):
-                                stiffen(pairs, viscous, block, number)
-                if ti.static(contact.options.viscous):
-                    stats[at + VISCOUS_RATE] = viscous[RATE]
-                elif ti.static(body.viscous_metal):
-                    stats[at + VISCOUS_RATE] = body.params[STEP]
-                blocks(body, pairs, contact, system, island, block)
-                stats[at + STALE] = 0.0
             solved = 0
             if ti.static(contact.options.coupled and contact.options.static_friction):
                 solved = accelerated(contact, rows, coupling, system, island, block)

@@ -35,7 +35,9 @@ from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_wit
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from ..nodes.node_phase import node_phase
+from ..nodes.rigid_record import rigid_rate
 from ..pair_places import SQUEEZED
+from ..rigid_places import LIMIT
 from .raw_rows import log_row, row_width
 from .samples import take_sample
 
@@ -55,11 +57,11 @@ STOP, VISCOUS, LOADS = 6, 7, 8
 
 @ti.func
 def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template(),
-               plastic: ti.template()):  # fmt: skip
+               plastic: ti.template(), rigid: ti.template()):  # fmt: skip
     """Return 1 if the host must check a row.
 
-    It has a value that is not finite, an inverted cell, too much energy, too much viscosity for the step or many more
-    nodes in contact.
+    It has a value that is not finite, an inverted cell, too much energy, too much viscosity for the step, too light a
+    rigid body for it, or many more nodes in contact.
     """
     place = number * row_width(contact, viscous, plastic)
     places = ti.static(raw_places(viscous or contact.options.viscous, plastic))
@@ -70,6 +72,8 @@ def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.t
         calm = calm and raw[place + places.cells.viscous_rate] <= control[RATE_LIMIT]
     if ti.static(contact.options.model != ""):
         calm = calm and raw[place + places.shared.contact_nodes] <= control[TOUCHING_LIMIT]
+    if ti.static(rigid.exist):
+        calm = calm and rigid_rate(rigid) <= rigid.values[LIMIT]
     return ti.select(calm, 0, 1)
 
 
@@ -90,6 +94,7 @@ def make_serial_step(
     loaded: str = "",
     driven: bool = False,
     has_springs: bool = False,
+    rigid_bodies: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -98,7 +103,8 @@ def make_serial_step(
     contact nodes are the identity; has_boundary, has_supports: there are boundary nodes, supports; passes: includes the
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
     damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; loaded: "loads", or ""
-    without (loads.py); driven: functions of time drive supports; has_springs: springs act on boundary nodes.
+    without (loads.py); driven: functions of time drive supports; has_springs: springs act on boundary nodes;
+    rigid_bodies: with rigid bodies that move.
     """
     has_contact = contact_model is not None
     block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
@@ -122,6 +128,7 @@ def make_serial_step(
     clear_work = kick_friction = layer_slip = restart_slip = sliding_work = STEP = None
     note_slip = set_coefficients = None
     viscous_load = viscous_phase = RATE = POWER = None
+    move_bodies = gather_forces = carry_nodes = load_free_obstacles = place_free_obstacles = measure_rigid_rate = None
     if has_boundary:
         from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
     if loaded:
@@ -132,6 +139,12 @@ def make_serial_step(
         from ..nodes.driven_supports import accelerate, move_on
     if tied:
         from ..nodes.images import follow, gather
+    if rigid_bodies:
+        from ..nodes.rigid_body import move_bodies
+        from ..nodes.rigid_parts import carry_nodes, gather_forces
+    if options.free:
+        from ..contact.free_obstacles import load_free_obstacles, place_free_obstacles
+        from .rigid_rate import measure_rigid_rate
     coupled = options.coupled
     if coupled:
         from ..contact.pair_loads import count_pairs, hand_over_pairs
@@ -217,18 +230,25 @@ def make_serial_step(
         rows: ti.template(),
         coupling: ti.template(),
         contact: ti.template(),
+        pairs: ti.template(),
+        system: ti.template(),
+        rigid: ti.template(),
+        control: ti.template(),
         number,
     ):
         if ti.static(kick_has_friction):
             if ti.static(coupled):
                 kick_pair_friction(body, boundary, contact, rows, coupling, damped)
             else:
-                kick_friction(body, boundary, contact, rows, damped)
+                kick_friction(body, boundary, contact, rows, obstacles, rigid, damped)
             hand_over_friction(body, contact, rows)
             if ti.static(coupled):
                 hand_over_pairs(coupling, boundary, body, contact, rows, rows.at.kick_friction)
         if ti.static(has_contact and options.tracked):
-            obstacle_loads(obstacles, rows, contact, body.u)
+            obstacle_loads(obstacles, rows, contact, rigid, body.u)
+        if ti.static(options.free and options.tracked):
+            load_free_obstacles(rigid, obstacles, contact)
+            measure_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, control[BEFORE])
         if ti.static(has_boundary and damped != ""):
             damp(body, boundary, damped)
         if ti.static(has_springs):
@@ -241,6 +261,12 @@ def make_serial_step(
             kick_and_drift(body, boundary, loaded)
         if ti.static(driven):
             move_on(body, boundary, supports, number)
+        if ti.static(rigid_bodies):
+            if ti.static(rigid.tied):
+                gather_forces(rigid, body, boundary)
+            move_bodies(rigid, body, number + 1, damped, has_supports)
+            if ti.static(rigid.tied):
+                carry_nodes(rigid, body, boundary)
         if ti.static(varied and not solve_has_friction):
             note_slip(body, boundary, obstacles, rows, coupling, contact)
 
@@ -284,6 +310,7 @@ def make_serial_step(
         coupling: ti.template(),
         pairs: ti.template(),
         system: ti.template(),
+        rigid: ti.template(),
         launch: ti.template(),
     ):
         control, raw_out = ti.static(launch.control, launch.raw_out)
@@ -335,12 +362,25 @@ def make_serial_step(
                         control[WANTS_LAYERS] = 1.0
                         state = STOP
                 if state == PASS or state == BOUNDARY or state == KICK:
-                    kick(body, boundary, supports, obstacles, rows, coupling, contact, number)
+                    kick(
+                        body,
+                        boundary,
+                        supports,
+                        obstacles,
+                        rows,
+                        coupling,
+                        contact,
+                        pairs,
+                        system,
+                        rigid,
+                        control,
+                        number,
+                    )
                     cell_power = 0.0
                     if ti.static(has_viscous_cells):
                         cell_power = viscous_cells[POWER]
                     log_row(raw_out, number, body, contact, viscous, cell_power, plastic)
-                    stop = suspicious(raw_out, number, control, contact, viscous, plastic)
+                    stop = suspicious(raw_out, number, control, contact, viscous, plastic, rigid)
                     if ti.static(coupled):
                         if coupling.values[SQUEEZED] != 0.0:
                             stop = 1
@@ -351,9 +391,12 @@ def make_serial_step(
                         if control[AFTER] > 0.0 and is_stale(coupling, boundary, rows, body) == 1:
                             control[WANTS_ROWS] = 1.0
                             stop = 1
-                    if ti.static(has_contact and options.moving):
+                    if ti.static(has_contact and options.posed):
                         if control[AFTER] > 0.0:
                             set_pose(obstacles, number)
+                    if ti.static(options.free):
+                        if control[AFTER] > 0.0:
+                            place_free_obstacles(rigid, obstacles)
                 again = 0  # 1: a measure is next
                 if ti.static(contact_model == "massless"):
                     if state == MEASURED:
@@ -406,9 +449,9 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles, pairs, a long shape or MPRGP, optimised compilation takes longer than many runs;
-    # else it pays in the loop over cells
-    long = has_friction or slots > 1 or options.projected or coupled
+    # with friction, several obstacles, pairs, rigid bodies, a long shape or MPRGP, optimised compilation takes longer
+    # than many runs; else it pays in the loop over cells
+    long = has_friction or slots > 1 or options.projected or coupled or rigid_bodies
     long = long or not {"plane", "sphere"}.issuperset(options.shapes)
     optimisation = LEAVE_TO_LLVM if long or not passes else {}
     made = kernel_of(serial_step, signature, options=options, driven=driven)

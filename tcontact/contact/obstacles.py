@@ -24,13 +24,15 @@ class Obstacles:
         self.obstacles = scene.obstacles
         self.centre = centre
         self.moving = scene.moving
+        self.free = any(obstacle.free for obstacle in scene.obstacles)
+        self.posed = any(obstacle.moves and not obstacle.free for obstacle in scene.obstacles)
         self.tracked = scene.tracked
         self.shapes = tuple(sorted({obstacle.shape for obstacle in scene.obstacles}))
         grids = [obstacle.grid for obstacle in scene.obstacles]
         ends = np.cumsum([0 if grid is None else grid.size for grid in grids])
         sampled = np.concatenate([np.zeros(0), *(grid.ravel() for grid in grids if grid is not None)])
         self._start = np.zeros((len(grids), names.RECORD))
-        rows = (rows_at_once + 1) * self._start.size if self.moving else 0
+        rows = (rows_at_once + 1) * self._start.size if self.posed else 0
         for record, obstacle, grid, end in zip(self._start, scene.obstacles, grids, ends, strict=True):
             record[names.SHAPE] = names.CODES[obstacle.shape]
             parameters = list(obstacle.parameters)
@@ -39,12 +41,16 @@ class Obstacles:
             record[names.PARAMETERS : names.PARAMETERS + len(parameters)] = parameters
             record[names.POINT : names.FRAME] = self._point(obstacle) - centre
             record[names.FRAME : names.PARAMETERS] = obstacle.frame.ravel()
+            if obstacle.free:  # the kernel moves it
+                for place, rate in ((0, obstacle.velocity), (3, obstacle.angular_velocity)):
+                    for first in (names.VELOCITY + place, names.MEAN_VELOCITY + place):
+                        record[first : first + 3] = 0.0 if rate is None else rate
         self.records = arrays.put(self._start)
         self.motion = arrays.put(np.concatenate([np.zeros(rows), sampled]))
         self._motions: list | None = None
         self._answers: dict[float, np.ndarray] = {}  # records by time [s] of the rows that `ask` has prepared
-        if self.moving:
-            self._motions = [Motion(obstacle) for obstacle in self.obstacles]
+        if self.posed:
+            self._motions = [None if obstacle.free else Motion(obstacle) for obstacle in self.obstacles]
             arrays.set_values(self.records, self._poses(np.zeros(1)))
 
     def _point(self, obstacle: Obstacle) -> np.ndarray:
@@ -57,7 +63,7 @@ class Obstacles:
 
     def move(self, times: np.ndarray) -> None:
         """Place moving obstacles at the levels `times` [s], the present one first."""
-        if self.moving:
+        if self.posed:
             records = self._answers.pop(float(times[0]), None)
             arrays.set_values(self.motion, self._poses(times) if records is None else records)
 
@@ -66,7 +72,7 @@ class Obstacles:
 
         Raises `FunctionError` if they fail within the first row.
         """
-        if self._motions is None or not any(motion.varies for motion in self._motions):
+        if self._motions is None or not any(motion and motion.varies for motion in self._motions):
             return rows
         self._answers = {}
         for number in range(rows):
@@ -85,6 +91,8 @@ class Obstacles:
         assert self._motions is not None
         steps = np.diff(times)[:, None]
         for number, motion in enumerate(self._motions):
+            if motion is None:
+                continue
             points, frames, velocities, spins = motion.poses(times)
             record = rows[:, number]
             record[:, names.POINT : names.FRAME] = points - self.centre

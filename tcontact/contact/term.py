@@ -101,6 +101,8 @@ class ContactTerm:
             self.plain and self.pairs is not None,
             friction is not None and friction.varied,
             friction is not None and friction.recorded,
+            obstacles.free and self.kernel != "gaps",
+            obstacles.posed,
         )
 
     @property

@@ -36,11 +36,14 @@ class BoundaryNodes:
         """Make the arrays; loads: data of loads behind those of gravity (kernels/load_places.py); springs: theirs."""
         self.force = force
         self.nodes = arrays.put(domain.boundary.astype(np.int32))
-        tensors = flat_tensors(domain.tensors)
-        self.mass = arrays.put(tensors if springs is None else np.concatenate([tensors.ravel(), springs]))
+        mass, load = flat_tensors(domain.tensors), domain.loads
+        if len(domain.tied):
+            mass, load = mass.copy(), load.copy()
+            mass[domain.tied], load[domain.tied] = 0.0, 0.0
+        self.mass = arrays.put(mass if springs is None else np.concatenate([mass.ravel(), springs]))
         self.inverse_mass = arrays.put(flat_tensors(domain.inverses))
         behind = np.zeros(0) if loads is None else loads
-        self.load = arrays.put(np.concatenate([domain.loads.reshape(-1), behind]))
+        self.load = arrays.put(np.concatenate([load.reshape(-1), behind]))
 
     def arguments(self) -> dict[str, arrays.Array]:
         """Arrays by the names of kernels/language/bundles.Boundary."""

@@ -16,6 +16,7 @@ from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, FrictionTable, RegularizedCoulomb
 from ..scene.periodic import Images
 from .contact_graph import ContactGraph, residual_receivers
+from .rigid import RigidPlan
 
 # largest number of cells that one thread does alone; a domain of so few takes many steps per launch (domain.py)
 SMALL = {name: formulation.small for name, formulation in FORMULATIONS.items()}
@@ -77,7 +78,8 @@ class BodyPlan:
     support_rows, support_axes [r]: boundary node and axis of each prescribed component, with its speed [r] [m/s] at t
     = 0; driven [r]: for components that functions of time drive, number of the axis among those of all supports
     `body.driven`, one after the other, else -1;
-    images: those of a periodic body, whose masters alone have mass, loads and contact.
+    images: those of a periodic body, whose masters alone have mass, loads and contact; rigid: its rigid parts, nodes
+    numbered as in `boundary`.
     """
 
     label: str
@@ -101,6 +103,7 @@ class BodyPlan:
     viscosity: BulkViscosity | None = None
     images: Images | None = None
     pulled: bool = False
+    rigid: tuple[RigidPlan, ...] = ()
 
     @property
     def viscous_cells(self) -> bool:

@@ -20,6 +20,7 @@ from ..kernels.lanes import (
     SPRING_NUMBERS,
 )
 from ..kernels.node_places import PLACES
+from ..kernels.rigid_places import HEAD, POSE, RECORD
 from ..mesh.elements import FORMULATIONS
 from ..mesh.geometry import spanned_heights
 from ..scene.friction_laws import law_data, varies
@@ -141,6 +142,8 @@ def kernels(plan: Plan, domain: Domain) -> list[str]:
         beside.append("springs")
     if domain.driven:
         beside.append("driven supports")
+    if domain.rigid:
+        beside.append("motion of rigid bodies")
     if len(domain.support_rows):
         beside.append("support reactions")
     if len(domain.boundary) and domain.damping is not None:
@@ -185,6 +188,11 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
         result["boundary-nodes"] += (SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries) * REAL
     if domain.images is not None:
         result["periodic"] = 2 * WHOLE * len(domain.images.followers)
+    if domain.rigid:
+        rows = (MAXIMUM_ROWS if domain.small else 1) + 1 if any(body.motion for body in domain.rigid) else 0
+        size = HEAD + len(domain.rigid) * (RECORD + rows * POSE) + 3 * len(domain.tied)
+        ties = len(domain.rigid) + 1 + len(domain.tied) if any(body.part for body in domain.rigid) else 0
+        result["rigid-bodies"] = REAL * size + WHOLE * ties
     contact = domain.contact
     if contact is not None:
         count = len(contact.nodes)
@@ -246,7 +254,7 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
     """Count the bytes of the obstacles: their records, a row of records per step where they move, sampled distances."""
     obstacles = plan.scene.obstacles
     rows = 1
-    if plan.scene.moving:
+    if any(obstacle.moves and not obstacle.free for obstacle in obstacles):
         rows += (MAXIMUM_ROWS if domain.small else 1) + 1
     grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)

@@ -8,12 +8,13 @@ A domain of one body has the arrays of its plan.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..mesh.elements import Element
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
@@ -25,6 +26,7 @@ from ..scene.supports import Support
 from .body_plan import SMALL, BodyPlan, ContactPlan, PlanBlock
 from .contact_graph import joined
 from .removal import connected
+from .rigid import RigidPlan, free_obstacles
 from .static_solver import static_solver
 
 
@@ -71,10 +73,11 @@ class Domain:
     """Bodies in one numbering.
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
-    of its bodies; chunks: chunks of its cells (packing.py), None = as many as suit the threads; records_friction:
-    frames hold slip and friction work of its contact nodes; node_start, contact_start [bodies + 1]: first node and
-    contact node of a body; boundary_place: for every body, places [s] of its boundary nodes among those of the
-    domain. The other attributes are those of `BodyPlan` for all bodies.
+    of its bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells
+    (packing.py), None = as many as suit the threads; records_friction: frames hold slip and friction work of its
+    contact nodes; node_start, contact_start [bodies + 1]: first node and contact node of a body; boundary_place: for
+    every body, places [s] of its boundary nodes among those of the domain; rigid: rigid bodies that move with it. The
+    other attributes are those of `BodyPlan` for all bodies.
     """
 
     def __init__(
@@ -83,8 +86,10 @@ class Domain:
         numbers: tuple[int, ...] = (0,),
         pairs: tuple[BodyPair, ...] = (),
         springs: tuple[SceneSpring, ...] = (),
+        obstacles: tuple[RigidPlan, ...] = (),
     ) -> None:
         self.bodies, self.numbers, self.pairs, self.springs = bodies, numbers, pairs, springs
+        self.obstacles = obstacles
         self.chunks: int | None = None
         self.records_friction = False
         contacts = [body.contact for body in bodies]
@@ -103,6 +108,20 @@ class Domain:
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         return np.split(place, np.cumsum([len(part) for part in classes])[:-1])
+
+    @cached_property
+    def rigid(self) -> tuple[RigidPlan, ...]:
+        """Rigid bodies of the domain: if some obstacles move freely a record of each, then its rigid parts."""
+        parts = zip(self.bodies, self.boundary_place, strict=True)
+        return (
+            *self.obstacles,
+            *(replace(part, nodes=place[part.nodes]) for body, place in parts for part in body.rigid),
+        )
+
+    @cached_property
+    def tied(self) -> np.ndarray:
+        """Boundary nodes that move with rigid parts, which have their mass and their loads."""
+        return np.concatenate([np.zeros(0, dtype=np.int64), *(body.nodes for body in self.rigid)]).astype(np.int64)
 
     def _joined(self, name: str) -> np.ndarray:
         """Concatenate an array of the plans of all bodies."""
@@ -345,13 +364,18 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
     """Group the bodies into domains: one for each number of massless components and solver of the static solve.
 
     These choose different kernels. Bodies that pairs or springs connect have a domain of their own; bodies that cannot
-    touch anything join the first domain.
+    touch anything join the first domain. Obstacles that move freely feel all bodies at once: those that can touch
+    something share a domain then, with all that springs connect to them.
     """
+    moving = free_obstacles(scene)
     groups: dict[tuple[int, ...], list[int]] = {}
     alone = []
     for number, body in enumerate(bodies):
         together = _joined_bodies(scene, number)
         paired = {one for pair in scene.body_pairs for one in (pair.first, pair.second)}
+        if moving and any(_can_touch(bodies[one]) for one in together):
+            groups.setdefault((-1,), []).append(number)
+            continue
         if len(together) > 1 and any(one in paired or _can_touch(bodies[one]) for one in together):
             groups.setdefault((-1, *together), []).append(number)
             continue
@@ -361,6 +385,8 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
         massless = body.contact.graph is not None
         kind = body.contact.block if massless else 0, int(massless and static_solver(scene, body).projected)
         groups.setdefault(kind, []).append(number)
+    if moving:
+        _check_shared(scene, [bodies[number] for number in groups.get((-1,), [])])
     numbers = list(groups.values()) or [[]]
     numbers[0] = sorted(numbers[0] + alone)
     return tuple(
@@ -369,6 +395,20 @@ def domains_of(scene: Scene, bodies: tuple[BodyPlan, ...]) -> tuple[Domain, ...]
             tuple(group),
             tuple(pair for pair in scene.body_pairs if pair.first in group),
             tuple(spring for spring in scene.springs if spring.bodies & set(group)),
+            moving if group is numbers[0] else (),
         )
         for group in numbers
     )
+
+
+def _check_shared(scene: Scene, bodies: list[BodyPlan]) -> None:
+    """Refuse obstacles that move freely between bodies that do not fit into one domain. Raises `InputError`."""
+    model = scene.contact
+    massless = [body for body in bodies if body.contact is not None and body.contact.graph is not None]
+    if not scene.body_pairs and len({static_solver(scene, body).projected for body in massless}) > 1:
+        remedy = "bodies that touch an obstacle that moves freely share a static solver; use 'gauss-seidel'"
+        raise InputError("MasslessContact.solver", getattr(model, "solver", None), remedy)
+    kicked = any(body.inverses[: len(body.contact.nodes)].any() for body in bodies if body.contact is not None)
+    if scene.body_pairs and scene.friction is not None and kicked:
+        remedy = "friction of obstacles that move freely beside pairs of bodies needs MasslessContact(removal='full')"
+        raise InputError("Scene.contact", model, f"{remedy} without supports on contact nodes")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from ..kernels.columns import COLUMNS, NAN, PROBED, Column, cell_groups, group_columns
 from ..scene.scene import Scene
 from .domain import Domain
+from .rigid import names_of
 
 COMBINE: dict[str, Callable[..., np.ndarray]] = {
     "sum": np.sum,
@@ -25,6 +26,7 @@ class Layout:
 
     terms: terms of the scene with columns of their own; obstacles, pairs: names of those whose loads are measured;
     probes: columns of its probes;
+    rigid: names of the rigid bodies with columns of their own, by group;
     place: slice of each column by name, first the measured ones, then from `width` to `end` the integrals over time;
     shown: columns of the history in their order.
     """
@@ -35,8 +37,11 @@ class Layout:
         obstacles: tuple[str, ...] = (),
         pairs: tuple[str, ...] = (),
         probes: tuple[Column, ...] = (),
+        rigid: Mapping[str, tuple[str, ...]] | None = None,
     ) -> None:
         self.terms, self.obstacles, self.pairs = frozenset(terms), obstacles, pairs
+        self.named: dict[str, tuple[str, ...]] = {"obstacle": obstacles, "free": (), "part": (), "pair": pairs}
+        self.named |= rigid or {}
         mine = [column for column in COLUMNS if not column.term or column.term in self.terms]
         mine += probes
         self.shown = [column for column in self._named(mine) if column.shown]
@@ -53,8 +58,8 @@ class Layout:
         self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
 
     def _named(self, columns: list[Column]) -> Iterator[Column]:
-        """Yield the columns; those of an obstacle or pair come together, once for each of them."""
-        named = {"obstacle": self.obstacles, "pair": self.pairs}
+        """Yield the columns; those of an obstacle, rigid body or pair come together, once for each of them."""
+        named = self.named
         each = {group: [column for column in columns if group in column.groups] for group in named}
         for column in columns:
             group = next((group for group in named if group in column.groups), None)
@@ -88,7 +93,7 @@ def probe_columns(scene: Scene) -> tuple[Column, ...]:
 def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
     """Return the groups of columns in the raw rows of a domain, in their order (kernels/step/raw_rows.py)."""
     groups = ["nodes", *cell_groups(domain.dissipates, domain.plastic)]
-    if domain.small or len(domain.boundary) or domain.contact is not None:
+    if domain.small or len(domain.boundary) or domain.contact is not None or domain.rigid:
         groups += ["boundary", "support"]
     if domain.contact is not None:
         groups += ["contact", "gaps"]
@@ -97,6 +102,8 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
             groups += ["loads", *["obstacle"] * len(scene.obstacles)] if scene.tracked else []
     groups += ["applied"] if domain.loaded else []
     groups += ["springs"] if domain.springs else []
+    if domain.rigid:
+        groups += ["rigid", *(group for group, names in names_of(domain.rigid).items() for _ in names)]
     groups += ["pair"] * len(domain.pairs)  # last: pair_loads.py counts from the end
     return tuple(groups)
 
@@ -104,15 +111,23 @@ def raw_groups(scene: Scene, domain: Domain) -> tuple[str, ...]:
 class RawRows:
     """Converts raw rows of a domain to measured rows.
 
-    groups: groups of columns of the raw rows, in their order; pairs: names of the pairs of the domain.
+    groups: groups of columns of the raw rows, in their order; pairs: names of the pairs of the domain; rigid: those of
+    its rigid bodies by group.
     """
 
-    def __init__(self, groups: tuple[str, ...], layout: Layout, pairs: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        groups: tuple[str, ...],
+        layout: Layout,
+        pairs: Iterable[str] = (),
+        rigid: Mapping[str, Iterable[str]] | None = None,
+    ) -> None:
         self.layout = layout
-        first: dict[int, int] = {}  # place in a measured row -> place in a raw row
-        further: dict[int, int] = {}  # the same where a second group adds to that place
         self._loads: dict[str, range] = {}
+        # place in a measured row -> place in a raw row; the same where a second group, and a third, add to that place
+        layers: list[dict[int, int]] = [{}, {}, {}]
         names, start = {"obstacle": iter(layout.obstacles), "pair": iter(pairs)}, 0
+        names |= {group: iter(known) for group, known in (rigid or {}).items()}
         for group in groups:
             name = f":{next(names[group])}" if group in names else ""
             for column in group_columns(group):
@@ -122,8 +137,9 @@ class RawRows:
                 if column.name in ("gravity", "half_step"):
                     self._loads[column.name] = here
                 for place, raw in zip(layout.numbers([column.name + name]), here, strict=False):
-                    (further if place in first else first)[place] = raw
-        self._first, self._further = (np.array([*places.items()], int).reshape(-1, 2).T for places in (first, further))
+                    next(layer for layer in layers if place not in layer)[place] = raw
+        parts = [np.array([*layer.items()], int).reshape(-1, 2).T for layer in layers if layer]
+        self._first, self._further = parts[0], parts[1:]
 
     def measured(self, raw: np.ndarray, times: np.ndarray, gravity: np.ndarray, mass: float = 0.0) -> np.ndarray:
         """Convert raw rows to measured rows [n, width] at the times [s] with the gravity [m/s^2].
@@ -133,7 +149,8 @@ class RawRows:
         rows = np.repeat(self.layout.empty, len(raw), axis=0)
         rows[:, self.layout.place["time"].start] = times
         rows[:, self._first[0]] = raw[:, self._first[1]]
-        rows[:, self._further[0]] += raw[:, self._further[1]]
+        for places, added in self._further:
+            rows[:, places] += raw[:, added]
         weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
         rows[:, self.layout.place["load_work"].start] += weight
         if "gravity_force" in self.layout.place:

@@ -47,8 +47,8 @@ def node_volumes(reference: np.ndarray, cells: np.ndarray, held: np.ndarray, mas
 
 
 def held_nodes(body: Body) -> np.ndarray:
-    """Return which nodes [n] supports hold or drive in all three components."""
-    return np.asarray(np.isfinite(body.prescribed).all(axis=1))
+    """Return which nodes [n] supports hold or drive in all three components, or rigid parts carry."""
+    return np.asarray(np.isfinite(body.prescribed).all(axis=1) | body.tied)
 
 
 def body_volumes(body: Body, cells: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

@@ -15,6 +15,7 @@ from ..base.errors import InputError
 from ..kernels.columns import (
     APPLIES,
     DAMPED,
+    FREE_OBSTACLES,
     FRICTION,
     HEATED,
     HOURGLASS,
@@ -26,6 +27,8 @@ from ..kernels.columns import (
     PLASTIC_HOURGLASS,
     PRESSURE_MAXIMUM,
     PULLED,
+    RIGID_BODIES,
+    RIGID_PARTS,
     SPRINGS,
     VISCOUS,
 )
@@ -45,6 +48,7 @@ from .node_volumes import body_volumes
 from .packing import slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
+from .rigid import RigidPlan, names_of, rigid_parts
 from .springs import check_massless, spring_nodes
 from .static_solver import check_poisson, static_solver
 
@@ -85,6 +89,8 @@ class Plan:
             found["probes"] = None
         if self.scene.maxima:
             found["maxima"] = None
+        if self.rigid:
+            found["rigid-bodies"] = None
         return (*found, "ledger")
 
     @cached_property
@@ -107,12 +113,20 @@ class Plan:
             SPRINGS: bool(scene.springs),
             MISES_MAXIMUM: "von_mises" in scene.maxima,
             PRESSURE_MAXIMUM: "pressure" in scene.maxima,
+            RIGID_BODIES: bool(self.rigid),
+            FREE_OBSTACLES: bool(names_of(self.rigid)["free"]),
+            RIGID_PARTS: bool(names_of(self.rigid)["part"]),
         }
         names = tuple(scene.obstacle_label(i) for i in range(len(scene.obstacles))) if present[LOADS] else ()
         damping = [] if scene.damping is None else [DAMPED, scene.damping.name]
         pairs = tuple(pair.name for pair in scene.body_pairs)
         terms = [*damping, *(term for term, is_there in present.items() if is_there)]
-        return Layout(terms, names, pairs, probe_columns(scene))
+        return Layout(terms, names, pairs, probe_columns(scene), names_of(self.rigid))
+
+    @property
+    def rigid(self) -> tuple[RigidPlan, ...]:
+        """The rigid bodies of all domains."""
+        return tuple(body for domain in self.domains for body in domain.rigid)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -174,7 +188,8 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         cell_order = cell_order[np.argsort(rank[cell_order], kind="stable")]
     place = np.empty(mesh.node_count, dtype=np.int64)
     place[node_order] = np.arange(mesh.node_count)
-    free = np.isnan(body.prescribed)
+    driven = np.isfinite(body.prescribed)
+    free = ~driven & ~body.tied[:, None]
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
     contact: ContactPlan | None = None
     massless: MasslessNodes | None = None
@@ -212,7 +227,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     free_here = free[node_order[boundary]]
     inverses = _inverses(mass, free_here, contact)
     gravity = scene.gravity_function.at(np.zeros(1))[0]
-    rows, axes = np.nonzero(~free_here)
+    rows, axes = np.nonzero(driven[node_order[boundary]])
     return BodyPlan(
         label=label,
         body=body,
@@ -235,6 +250,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         viscosity=scene.viscosity,
         images=images,
         pulled=callable(scene.gravity),
+        rigid=rigid_parts(body, label, lumped, mass, row[place]) if body.rigid_parts else (),
     )
 
 

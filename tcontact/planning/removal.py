@@ -137,7 +137,7 @@ def massless_nodes(scene: Scene, index: int) -> MasslessNodes:
     assert isinstance(scene.contact, MasslessContact)
     body, removal = scene.bodies[index], choose_removal(scene, index)
     nodes = body.contact_nodes
-    free = np.isnan(body.prescribed[nodes])  # [k, 3]
+    free = np.isnan(body.prescribed[nodes])  # [k, 3]; rigid parts have no contact nodes
     normals = np.broadcast_to(np.zeros(3), (len(nodes), 1, 3))
     if paired(scene, index):
         common = common_normal(scene, index)

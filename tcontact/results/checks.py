@@ -73,7 +73,8 @@ def momentum_balance(result: Result, bound: float) -> Check:
     change = history["momentum"] - history["momentum"][0]
     impulse = sum(history[column.name] for column in COLUMNS if column.impulse and column.name in history)
     if scene.gravity is not None and not callable(scene.gravity):
-        impulse = impulse + np.outer(history["time"], mass(result) * np.asarray(scene.gravity, dtype=float))
+        moved = mass(result) + scene.rigid_mass
+        impulse = impulse + np.outer(history["time"], moved * np.asarray(scene.gravity, dtype=float))
     parts = [
         np.abs(history[name]).max(initial=0.0) for name in ("momentum", "impulse", "support_impulse") if name in history
     ]

@@ -35,6 +35,7 @@ from .history import MOST_ROWS, History
 from .interrupts import interrupts
 from .progress import ProgressBar
 from .recorder import Recorder
+from .rigid_step import RigidStep
 from .shape_watch import ShapeWatch
 from .snapshot import Snapshot
 from .watches.looks import Looks
@@ -114,6 +115,7 @@ class Run:
         records = [(state, state.pressure_record()) for state in self.states if pressures]
         self.pressures = [(state, record) for state, record in records if record is not None]
         self.course = Course()
+        self.rigid = RigidStep.of(self)
         self.guards = Guards(scene, self.states, scheme.implicit)
         self.looks = Looks(self)
         self.over_limit = False
@@ -232,12 +234,14 @@ class Run:
 
     def _begin(self, frames: int, end: float) -> None:
         """Set the times of the frames and the bodies at the start; end [s]: end of the run."""
+        for domain in self.domains:
+            self.scheme.begin(domain, self.dt)
+        if self.rigid is not None:
+            self.rigid.begin(self)
         steps, course = max(1, int(np.ceil(end / self.dt))), self.course
         if frames > 1:  # the last frame is always written
             course.due = [float(when) for when in np.round(np.linspace(0, steps, frames)[:-1]) * self.dt]
         course.begun, course.frames, course.first_dt = True, frames, self.dt
-        for domain in self.domains:
-            self.scheme.begin(domain, self.dt)
 
     def _tables(self, times: np.ndarray) -> list[np.ndarray]:
         """Return the rows of every domain; beside bodies of nonlinear laws det F is theirs alone, as only they fail."""
@@ -288,6 +292,8 @@ class Run:
             stop_at["viscous_rate"] = largest_rate(self._elastic * factor, self.dt / CLOSE, self._damped * factor**2)
         if self.shape is not None and stop_at:
             stop_at["touching"] = self.shape.touching_limit()
+        if self.rigid is not None:
+            stop_at["rigid_rate"] = self.rigid.largest_rate(self)
         try:
             return self.scheme.step(self.domains[0], time, before, after, many, **stop_at)
         except FunctionError:  # in one of these rows: do one row
@@ -314,6 +320,10 @@ class Run:
         if held and exact and gap < -1e-6 * max(state.plan.body.mesh.size for state in self.states):
             self.warn(f"a supported contact node ends {-gap:.3g} m inside an obstacle: its support holds it there")
 
+    def node_limit(self, row: np.ndarray) -> float:
+        """Return the present stable step [s] of the nodes alone, with the viscosity of a row."""
+        return self._present(self._of(row, "viscous_rate") if self.scene.viscosity is not None else 0.0)
+
     def _present(self, rate: float, factor: float | None = None) -> float:
         """Return the stable step [s] at a viscous rate [1/s]; factor: of the last estimate, None: by the last look."""
         if factor is None:
@@ -329,7 +339,9 @@ class Run:
         rate = 0.0
         if self.scene.viscosity is not None:
             rate = self._of(row, "viscous_rate")
-            self._keep_below(self._present(rate))
+            self.keep_below(self._present(rate))
+        if self.rigid is not None:
+            self.rigid.follow(self, row)
         if self.shape is None or self.over_limit:
             return
         jacobian, touching = self._of(row, "jacobian_min"), self._of(row, "contact_nodes")
@@ -344,7 +356,7 @@ class Run:
             return
         limit = self._limit(products=FEW_PRODUCTS)
         self.shape.anchor(number)
-        if self._keep_below(limit) and due:
+        if self.keep_below(limit) and due:
             self._check_every = FIRST_CHECK // 2
         if crushed:
             self._jacobian = jacobian
@@ -352,7 +364,7 @@ class Run:
             self._check_every = min(2 * self._check_every, LAST_CHECK)
         self._next_check = number + self._check_every
 
-    def _keep_below(self, limit: float) -> bool:
+    def keep_below(self, limit: float) -> bool:
         """Shorten a step close to the stable one [s], or warn if the user set it; return whether it changed."""
         if self.scheme.dt is not None or self.over_limit:
             self._warn_over(self.dt, limit)

@@ -159,7 +159,7 @@ class Recorder:
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
         try:
-            there = describe(self.obstacles, sorted(set(self.times)))
+            there = describe(self.obstacles, sorted(set(self.times)), history)
         except FunctionError:  # at a time at which the run did not evaluate it: without the motion
             there = self.attributes["obstacles"]
         try:

@@ -224,6 +224,9 @@ def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list
         return start_of_scene(scene)
     if not isinstance(initial, Result):
         raise InputError("initial", initial, "give the Result of another run")
+    if any(obstacle.free for obstacle in scene.obstacles) or any(body.rigid_parts for body in scene.bodies):
+        remedy = "rigid bodies (mass= of obstacles, Body.rigid_parts) start as the scene says; leave initial out"
+        raise InputError("initial", initial, remedy)
     counts = [body.mesh.node_count for body in scene.bodies]
     theirs = [body.mesh.cells for body in initial.scene.bodies]
     same = len(theirs) == len(counts) and initial.position.shape == (sum(counts), 3)

@@ -18,6 +18,7 @@ from .loads import Load
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
 from .probes import Probe, checked_probes
+from .rigid import RigidPart
 from .springs import PointMass, Spring, checked
 from .supports import Prescribed, Support
 
@@ -42,6 +43,7 @@ class Body:
     displacement [m]: start of the nodes relative to the mesh, which is unstrained, given like velocity (None = 0);
     supported components are held or driven from there, and massless contact nodes are brought to equilibrium before
     the first row, so that the strain energy of their cells may be less than that of the field given;
+    rigid_parts: sets of nodes that keep their shape and move as rigid bodies, freely or driven (`RigidPart`);
     metal: a `friction_layer.Metal` for its side of friction layers, None for the one of `FrictionLayer`;
     loads: pressures, tractions and forces on named sets (`Load`);
     periodic: letters out of "xyz": along these axes the nodes of opposite sides, which match face by face like those of
@@ -65,6 +67,7 @@ class Body:
     point_masses: Sequence[PointMass] = ()
     springs: Sequence[Spring] = ()
     probes: Sequence[Probe] = ()
+    rigid_parts: Sequence[RigidPart] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -92,7 +95,12 @@ class Body:
         object.__setattr__(self, "springs", checked("Body.springs", self.springs, Spring))
         for name in [part.set for part in self.point_masses] + [part.set for part in self.springs]:
             self.mesh.nodes_of(name)
+        parts = (self.rigid_parts,) if isinstance(self.rigid_parts, RigidPart) else self.rigid_parts
+        if not isinstance(parts, Sequence) or not all(isinstance(part, RigidPart) for part in parts):
+            raise InputError("Body.rigid_parts", self.rigid_parts, "give a list of tcontact.RigidPart")
+        object.__setattr__(self, "rigid_parts", tuple(parts))
         self.prescribed  # noqa: B018 - conflicts are found here
+        self.tied  # noqa: B018 - and here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
         loads = (self.loads,) if isinstance(self.loads, Load) else self.loads
@@ -224,6 +232,27 @@ class Body:
     def _of_motions(self, values: list[float]) -> np.ndarray:
         """Return a value of each motion at its components [n, 3], NaN where they are free."""
         return np.array([*values, np.nan])[np.nan_to_num(self.motions[0], nan=-1.0).astype(int)]
+
+    @cached_property
+    def tied(self) -> np.ndarray:
+        """Whether nodes [n] belong to a rigid part."""
+        result = np.zeros(self.mesh.node_count, dtype=bool)
+        for part in self.rigid_parts:
+            nodes = self.mesh.nodes_of(part.set)
+            if self.images is not None:
+                raise InputError("Body.rigid_parts", part.set, "a periodic body has no rigid parts")
+            if result[nodes].any():
+                raise InputError("Body.rigid_parts", part.set, "another rigid part has some of its nodes")
+            if np.isfinite(self.prescribed[nodes]).any():
+                remedy = "supports hold some of its nodes; leave these out, or use RigidPart(driven=True)"
+                raise InputError("Body.rigid_parts", part.set, remedy)
+            if np.isin(nodes, self.contact_nodes).any():
+                remedy = "some of its nodes are contact nodes; leave their faces out of Body.contact"
+                raise InputError("Body.rigid_parts", part.set, remedy)
+            result[nodes] = True
+        if len(result) and result.all():
+            raise InputError("Body.rigid_parts", self.rigid_parts, "every node is rigid; leave something free to move")
+        return result
 
     @cached_property
     def initial_velocity(self) -> np.ndarray:

@@ -45,6 +45,7 @@ def with_reached_faces(
     if len(faces):
         for obstacle in obstacles:
             reached |= _meets(body, faces, obstacle, duration, gravity)
+    reached &= ~body.tied[faces].any(axis=1)
     result = copy.copy(body)
     result.__dict__.pop("contact_nodes", None)
     result.__dict__["contact_faces"] = faces[reached]

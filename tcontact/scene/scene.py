@@ -16,7 +16,7 @@ from .body import Body
 from .contact_models import ContactModel, ImpulseContact, MasslessContact, PenaltyContact
 from .dissipation import BulkViscosity, Damping
 from .friction_laws import joint_friction, laws_in_use
-from .friction_models import FrictionModel, coefficient_of
+from .friction_models import FrictionLayer, FrictionModel, coefficient_of
 from .layer_metals import check_metals
 from .obstacles import Obstacle
 from .pairs import BodyPair, Pair, checked_pairs, hindrance, meeting_faces, pairs_of
@@ -103,6 +103,7 @@ class Scene:
         object.__setattr__(self, "bodies", tuple(with_reached_faces(body, *within, faces) for body, faces in named))
         object.__setattr__(self, "body_pairs", pairs_of(self))
         check_metals(self)
+        self._check_free()
         if self.contact is not None:
             for index, body in enumerate(self.bodies):
                 self._check_start(index, body)
@@ -162,6 +163,12 @@ class Scene:
         return max(map(coefficient_of, laws_in_use(self) or [self.friction]))
 
     @property
+    def rigid_mass(self) -> float:
+        """Return the mass [kg] of the obstacles that move freely, and that of rigid parts beside their nodes."""
+        parts = [part.mass or 0.0 for body in self.bodies for part in body.rigid_parts]
+        return sum(obstacle.mass or 0.0 for obstacle in self.obstacles) + sum(parts)
+
+    @property
     def moving(self) -> bool:
         """Return whether an obstacle moves."""
         return any(obstacle.moves for obstacle in self.obstacles)
@@ -174,6 +181,16 @@ class Scene:
     def obstacle_label(self, index: int) -> str:
         """Return the name of an obstacle for messages and results."""
         return self.obstacles[index].name or f"obstacle-{index}"
+
+    def _check_free(self) -> None:
+        """Refuse what obstacles that move freely do not have. Raises `InputError`."""
+        if not any(obstacle.free for obstacle in self.obstacles):
+            return
+        without = "obstacles that move freely (mass=) have"
+        if isinstance(self.contact, ImpulseContact):
+            raise InputError("Scene.contact", self.contact, f"{without} no impulse contact; use MasslessContact")
+        if isinstance(self.friction, FrictionLayer):
+            raise InputError("Scene.friction", self.friction, f"{without} no friction layers; use Coulomb")
 
     def _faces_of_others(self, index: int) -> np.ndarray | None:
         """Return for every outer face of a body with contact="auto" whether it may meet another body of its pairs."""

@@ -62,7 +62,11 @@ class EndState:
         """Title, names of the bodies, and obstacles, where they are at the end."""
         title, scene = " + ".join(self.result.terms), self.result.scene
         names = [scene.label(number) for number in range(len(scene.bodies))]
-        return {"title": title, "obstacles": describe(scene.obstacles, [0.0, self.result.time]), "bodies": names}
+        return {
+            "title": title,
+            "obstacles": describe(scene.obstacles, [0.0, self.result.time], self.result.history),
+            "bodies": names,
+        }
 
     def frame(self, _index: int) -> Frame:
         """Return the only frame."""

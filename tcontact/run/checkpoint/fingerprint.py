@@ -20,12 +20,14 @@ from ...scene.body import Body
 from ...scene.loads import COMPONENTS, Load
 from ...scene.obstacles import Obstacle, Sdf
 from ...scene.own_laws import OwnMaterial
+from ...scene.rigid import RigidPart
 from ...scene.scene import Scene
 from ...scene.supports import Support
 
 SHORT = 12  # longest array that is written out
 SAMPLES = 4096  # values of a function of time
-FUNCTIONS_OF_TIME = (Obstacle, Support, Load)  # objects with fields that may be functions of time, and these fields
+# objects with fields that may be functions of time, and these fields
+FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support, Load)
 FIELDS = ("velocity", "angular_velocity", "displacement", *COMPONENTS)
 
 

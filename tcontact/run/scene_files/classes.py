@@ -13,6 +13,7 @@ from ...scene.materials import LAWS
 from ...scene.metals import HARDENINGS, ElastoPlastic, MieGrueneisen
 from ...scene.obstacles import Box, Cylinder, Plane, Sdf, Sphere
 from ...scene.own_laws import OWN
+from ...scene.rigid import RigidPart
 from ...schemes import SCHEMES
 
 # place -> type word -> class; a place with one class needs no word
@@ -28,6 +29,7 @@ CLASSES: dict[str, dict[str, type]] = {
     "damping": {kind.__name__: kind for kind in Damping.__subclasses__()},
     "viscosity": {"BulkViscosity": BulkViscosity},
     "metal": {"Metal": metals.Metal},
+    "rigid_parts": {"RigidPart": RigidPart},
     "scheme": dict(SCHEMES),
 }
 NESTED = ("hardening", "pressure", "friction")  # arguments that are objects of plain data themselves

@@ -141,6 +141,9 @@ class Reader:
         if "probes" in data:
             probes = enumerate(tables(f"{place}.probes", data, "probes"))
             values["probes"] = [self.probe(f"{place}.probes[{i}]", one) for i, one in probes]
+        if "rigid_parts" in data:
+            rigid = enumerate(tables(f"{place}.rigid_parts", data, "rigid_parts"))
+            values["rigid_parts"] = [self.plain(f"{place}.rigid_parts[{i}]", one, "rigid_parts") for i, one in rigid]
         return made(place, Body, values)
 
     def probe(self, place: str, data: dict[str, Any]) -> Probe:
@@ -184,7 +187,8 @@ class Reader:
         if "friction" in values:
             values["friction"] = self.plain(f"{place}.friction", values["friction"], "friction")
         if isinstance(data.get("surface"), str):
-            check_keys(place, values, [*SURFACE, "name", "velocity", "angular_velocity", "center", "metal", "friction"])
+            own = ["name", "velocity", "angular_velocity", "center", "metal", "friction", "mass", "inertia"]
+            check_keys(place, values, [*SURFACE, *own])
             self.find_metal(place, values)
             values["surface"] = str(self.folder / data["surface"])
             return made(place, Sdf.from_surface, values)

@@ -133,6 +133,12 @@ class Writer:
         for key in ("point_masses", "springs"):
             if getattr(body, key):
                 data[key] = [self.part(part) for part in getattr(body, key)]
+        for number, part in enumerate(body.rigid_parts):
+            place = f"bodies[{index}].rigid_parts[{number}]"
+            refuse_functions(place, part)
+            table = self.plain("rigid_parts", part)
+            del table["type"]
+            data.setdefault("rigid_parts", []).append(table)
         return data
 
     def load(self, place: str, load: Load) -> dict[str, Any]:
@@ -178,10 +184,7 @@ class Writer:
 
     def obstacle(self, index: int, obstacle: Obstacle) -> dict[str, Any]:
         """Return the table of an obstacle; the grid of an Sdf goes to the .npz file."""
-        for key in ("velocity", "angular_velocity"):
-            if callable(getattr(obstacle, key)):
-                remedy = f"{UNWRITABLE}; give a vector, or keep this scene in Python"
-                raise InputError(f"obstacles[{index}].{key}", getattr(obstacle, key), remedy)
+        refuse_functions(f"obstacles[{index}]", obstacle)
         if not isinstance(obstacle, Sdf):
             return self.plain("obstacles", obstacle)
         data = self.plain("obstacles", obstacle, leave=("distance", "gradient", "nodes", "surface"))
@@ -230,6 +233,14 @@ class Writer:
             return values.tolist()
         self.arrays[name] = values
         return {"file": self.beside, "array": name}
+
+
+def refuse_functions(place: str, moved: Any) -> None:
+    """Refuse rates that are functions of time, of an obstacle or a rigid part. Raises `InputError`."""
+    for key in ("velocity", "angular_velocity"):
+        if callable(getattr(moved, key)):
+            remedy = "a function of time has no plain data; give a vector, or keep this scene in Python"
+            raise InputError(f"{place}.{key}", getattr(moved, key), remedy)
 
 
 def box_of(mesh: Mesh) -> dict[str, Any] | None:

@@ -51,7 +51,8 @@ class NormalWatch:
             self._picked.append(picked)
             self._start.append(state.plan.reference[picked] + state.latest()[picked])
             self._mass.append(state.plan.lumped[picked])
-        self._motions = [Motion(obstacle) for obstacle in run.scene.obstacles if obstacle.turns]
+        self._motions = [Motion(one) for one in run.scene.obstacles if one.turns and not one.free]
+        self._free = [one for one in run.scene.obstacles if one.free]
 
     @staticmethod
     def of(run: Run) -> NormalWatch | None:
@@ -78,7 +79,7 @@ class NormalWatch:
                 text = f"{state.plan.label} has removal='normal' and starts to turn by {far:.3g} rad in the duration"
                 run.warn(f"{text}; {REMEDY}", RotationWarning)
         for obstacle in run.scene.obstacles:
-            if obstacle.turns:
+            if obstacle.turns and not obstacle.free:
                 try:
                     far = _wall_angle(Motion(obstacle), np.linspace(0.0, duration, TIMES))
                 except FunctionError:  # the run stops there; until then the looks warn
@@ -116,6 +117,9 @@ class NormalWatch:
             now = state.plan.reference[picked] + state.latest()[picked]
             far = angle(rotation(start, now, mass), self._normal) if np.isfinite(now).all() else np.nan
             yield state.plan.label, far
+        for obstacle in self._free:
+            frame = run.states[self._numbers[0] if self._numbers else 0].pose(obstacle)[1]
+            yield obstacle.name or f"the {obstacle.shape}", _turned(obstacle, frame[None])
         for motion in self._motions:
             yield motion.obstacle.name or f"the {motion.obstacle.shape}", _wall_angle(motion, np.array([time]))
 
@@ -139,11 +143,16 @@ def _wall_angle(motion: Motion, times: np.ndarray) -> float:
 
     A plane and a cylinder turn with their axis alone, a sphere does not.
     """
-    shape = motion.obstacle.shape
+    if motion.obstacle.shape == "sphere":
+        return 0.0
+    return _turned(motion.obstacle, motion.poses(times)[1])
+
+
+def _turned(obstacle: Obstacle, frames: np.ndarray) -> float:
+    """Return the largest angle [rad] between the surface of an obstacle at the start and in frames [m, 3, 3]."""
+    shape, start = obstacle.shape, obstacle.frame
     if shape == "sphere":
         return 0.0
-    _points, frames, _velocities, _spins = motion.poses(times)
-    start = motion.obstacle.frame
     if shape in ("plane", "cylinder"):
         return max(float(np.arccos(np.clip(frame[2] @ start[2], -1.0, 1.0))) for frame in frames)
     return max(angle(frame.T @ start) for frame in frames)

@@ -55,7 +55,7 @@ class Crossing:
         self.nodes = contact.nodes
         self.reference = state.plan.reference[self.nodes]
         self.obstacle, self.half = obstacle, half
-        self.motion = Motion(obstacle, dt) if obstacle.moves else None
+        self.motion = Motion(obstacle, dt) if obstacle.moves and not obstacle.free else None
         self.before = self.positions(state, 0.0)
         gap, normal = obstacle.local(self.before)
         self.entry = np.where((gap < -SURFACE * self.half)[:, None], normal, 0.0)
@@ -63,6 +63,9 @@ class Crossing:
     def positions(self, state: BodyView, time: float) -> np.ndarray:
         """Return the positions of the nodes [k, 3] [m] in the axes of the obstacle at the time [s]."""
         now = self.reference + state.latest()[self.nodes]
+        if self.obstacle.free:
+            point, frame = state.pose(self.obstacle)
+            return np.asarray((now - point) @ frame.T)
         if self.motion is None:
             return np.asarray((now - self.obstacle.reference) @ self.obstacle.frame.T)
         points, frames, _velocities, _spins = self.motion.poses(np.array([time]))

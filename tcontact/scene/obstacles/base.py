@@ -12,11 +12,12 @@ from ...base import validate
 from ...base.errors import InputError
 from ...friction_layer.metals import checked_metal
 from ..friction_models import FrictionModel
+from ..rigid import checked_inertia, inertia_matrix
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Obstacle:
-    """A rigid obstacle with prescribed motion; use one of its shapes (`Plane`, `Sphere`, ...).
+    """A rigid obstacle that rests, moves as prescribed or moves freely; use one of its shapes (`Plane`, ...).
 
     name: for messages and results, or None; velocity [m/s] of its reference point and angular_velocity [rad/s], in
     world axes about that point: a vector, a callable(t) -> [3], or None for an obstacle at rest. A callable is called
@@ -24,6 +25,11 @@ class Obstacle:
     which the `FrictionLayer` of what slides on the obstacle has a second side: conduction then divides the heat
     between both. None: the layer has one side, and its heat_share divides it. Other friction does not use it.
     friction: the model on this obstacle in place of `Scene.friction` (`NoFriction`: none); None takes `Scene.friction`.
+    mass [kg]: the obstacle moves freely, under contact forces, friction and gravity; its reference point is then its
+    centre of mass, and velocity and angular_velocity, vectors, are those of the start. None: it moves as prescribed.
+    inertia [kg m^2] of a free one about its centre of mass: a number, three moments about its own axes, or a symmetric
+    matrix [3, 3] in the axes of the world at t = 0; None: that of the homogeneous solid (balls and blocks only).
+    Obstacles do not touch each other, whether they move or not.
     Gaps are signed distances, open positive; normals point from the obstacle into the body.
     Raises `InputError`.
     """
@@ -33,6 +39,8 @@ class Obstacle:
     angular_velocity: Any = None
     metal: Any = None
     friction: FrictionModel | None = None
+    mass: float | None = None
+    inertia: Any = None
     shape: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -50,16 +58,45 @@ class Obstacle:
             value = getattr(self, field)
             if value is not None and not isinstance(value, Callable):  # type: ignore[arg-type]
                 object.__setattr__(self, field, validate.vector(f"{kind}.{field}", value))
+        if self.mass is not None:
+            object.__setattr__(self, "mass", validate.number(f"{kind}.mass", self.mass, low=0.0))
+            for field in ("velocity", "angular_velocity"):
+                if callable(getattr(self, field)):
+                    remedy = "with a mass it is the initial value: give a vector, or leave the mass out"
+                    raise InputError(f"{kind}.{field}", getattr(self, field), remedy)
+        if self.inertia is not None:
+            if self.mass is None:
+                raise InputError(
+                    f"{kind}.inertia", self.inertia, "give a mass too, with which the obstacle moves freely"
+                )
+            object.__setattr__(self, "inertia", checked_inertia(f"{kind}.inertia", self.inertia))
+
+    @property
+    def free(self) -> bool:
+        """Return whether it moves freely, with a mass of its own."""
+        return self.mass is not None
+
+    def inertia_about_center(self) -> np.ndarray:
+        """Return the inertia [3, 3] [kg m^2] of a free obstacle in the world at t = 0. Raises `InputError`."""
+        given = self.solid_inertia() if self.inertia is None else self.inertia
+        if given is None:
+            remedy = "only balls and blocks have one of their own; give it, about the reference point"
+            raise InputError(f"{type(self).__name__}.inertia", None, remedy)
+        return inertia_matrix(given, self.frame)
+
+    def solid_inertia(self) -> Any:
+        """Return the inertia of the homogeneous solid shape as `inertia` gives it; None without one."""
+        return None
 
     @property
     def moves(self) -> bool:
-        """Return whether a velocity or an angular velocity other than zero is prescribed."""
+        """Return whether it moves freely, or a velocity or angular velocity other than zero is prescribed."""
         return self.turns or _not_zero(self.velocity)
 
     @property
     def turns(self) -> bool:
-        """Return whether an angular velocity other than zero is prescribed."""
-        return _not_zero(self.angular_velocity)
+        """Return whether it moves freely, or an angular velocity other than zero is prescribed."""
+        return self.free or _not_zero(self.angular_velocity)
 
     @property
     def reference(self) -> np.ndarray:

@@ -37,6 +37,13 @@ class Box(Obstacle):
             object.__setattr__(self, "axes", validate.floats("Box.axes", self.axes, (3, 3)))
             if np.abs(self.axes @ self.axes.T - np.eye(3)).max() > 1e-9 or np.linalg.det(self.axes) < 0.0:
                 raise InputError("Box.axes", self.axes.tolist(), "give orthogonal unit rows that are right-handed")
+        if self.free:
+            self.inertia_about_center()
+
+    def solid_inertia(self) -> np.ndarray | None:
+        """Return m (b^2 + c^2)/12 about each of its axes."""
+        squares = self.size**2
+        return None if self.mass is None else self.mass / 12.0 * (squares.sum() - squares)
 
     @property
     def reference(self) -> np.ndarray:

@@ -32,6 +32,8 @@ class Cylinder(Obstacle):
         object.__setattr__(self, "axis", direction("Cylinder.axis", self.axis, remedy))
         object.__setattr__(self, "radius", validate.number("Cylinder.radius", self.radius, low=0.0))
         flag("Cylinder.inside", self.inside)
+        if self.free:
+            self.inertia_about_center()
 
     @property
     def reference(self) -> np.ndarray:

@@ -28,6 +28,8 @@ class Plane(Obstacle):
         object.__setattr__(self, "point", validate.vector("Plane.point", self.point))
         remedy = "give a direction of non-zero length, from the wall into the body"
         object.__setattr__(self, "normal", direction("Plane.normal", self.normal, remedy))
+        if self.free:
+            self.inertia_about_center()
 
     @property
     def reference(self) -> np.ndarray:

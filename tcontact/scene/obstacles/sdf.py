@@ -56,6 +56,8 @@ class Sdf(Obstacle):
         if self.center is None:
             put(self, "center", self.origin + 0.5 * self.spacing * (np.array(count) - 1))
         put(self, "center", validate.vector("Sdf.center", self.center))
+        if self.free:
+            self.inertia_about_center()
         lines = [start + self.spacing * np.arange(n) for start, n in zip(self.origin, count, strict=True)]
         points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
         grid = np.empty((*count, 4))
@@ -100,7 +102,7 @@ class Sdf(Obstacle):
 
         surface: path of an STL, OBJ or PLY file, or (points [k, 3] [m], triangles [m, 3]); cells: of the grid along
         the longest side of the solid; margin: of the grid around the solid [m], None for four cells; scale: factor
-        on the coordinates, 1e-3 for millimetres; options: name, velocity, angular_velocity, center.
+        on the coordinates, 1e-3 for millimetres; options: name, velocity, angular_velocity, center, mass, inertia.
         Raises `InputError` for a file that cannot be read, for a surface that is open, or oriented both ways, and where
         a part is too thin for the grid (`thin_parts.py`). Edges are rounded by about a cell, slots narrower than a cell
         are closed.

@@ -28,6 +28,12 @@ class Sphere(Obstacle):
         object.__setattr__(self, "center", validate.vector("Sphere.center", self.center))
         object.__setattr__(self, "radius", validate.number("Sphere.radius", self.radius, low=0.0))
         flag("Sphere.inside", self.inside)
+        if self.free:
+            self.inertia_about_center()
+
+    def solid_inertia(self) -> float | None:
+        """Return 2/5 m r^2 of the ball; None for a shell."""
+        return None if self.inside or self.mass is None else 0.4 * self.mass * self.radius**2
 
     @property
     def reference(self) -> np.ndarray:

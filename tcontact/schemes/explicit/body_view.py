@@ -11,9 +11,11 @@ from ...cells.internal_force import InternalForce
 from ...cells.point_state import PointState
 from ...device import arrays
 from ...friction_layer import LayerState
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from ...results.smoothness import PressureRecord
 from ...scene.friction_models import FrictionLayer
+from ...scene.obstacles import Obstacle
 from ...scene.scene import Scene
 
 COVERED = 0.05  # least area of a contact pressure between bodies over the weight of its node
@@ -30,6 +32,7 @@ class Stepped(Protocol):
     internal_force: InternalForce
     contact: Any
     serial: Any
+    rigid: RigidBodies | None
     views: list[BodyView]
 
     @property
@@ -124,6 +127,11 @@ class BodyView:
         if self.plan.images is not None:
             result = self.plan.images.follow(result)
         return self.plan.to_user(result)
+
+    def pose(self, obstacle: Obstacle) -> tuple[np.ndarray, np.ndarray]:
+        """Return centre [3] [m] and axes (rows) [3, 3] of an obstacle that moves freely, like `latest`."""
+        assert self.state.rigid is not None
+        return self.state.rigid.pose(self.state.scene.obstacles.index(obstacle))
 
     def contact_force(self) -> np.ndarray:
         """Return the contact force on every node [n, 3] [N] of the last row, in the user's numbering."""

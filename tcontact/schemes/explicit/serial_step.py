@@ -16,6 +16,7 @@ from ...kernels.lanes import MAXIMUM_ROWS
 from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.images import PeriodicImages
+from ...nodes.rigid_bodies import RigidBodies
 from ...planning.domain import Domain
 from ..sensors import Sensors
 
@@ -37,6 +38,7 @@ class SerialStep:
         images: PeriodicImages | None = None,
         loads: AppliedLoads | None = None,
         sensors: Sensors | None = None,
+        rigid: RigidBodies | None = None,
     ) -> None:
         from ...kernels.language.bundles import (
             PAIR_LISTS,
@@ -48,6 +50,7 @@ class SerialStep:
             Launch,
             Obstacles,
             Pairs,
+            Rigid,
             Rows,
             System,
         )
@@ -58,7 +61,7 @@ class SerialStep:
 
         self.names = kernels
         self.force = force
-        self.contact, self.loads = contact, loads
+        self.contact, self.loads, self.rigid = contact, loads, rigid
         self.kinds = ContactOptions() if contact is None else contact.options
         self.sums = arrays.zeros(group_size(*groups[groups.index("boundary") :]))
         solve = contact.static_solve if isinstance(contact, MasslessContactTerm) else None
@@ -84,6 +87,7 @@ class SerialStep:
             "coupling": Coupling() if pairs is None else Coupling(pairs.lists, pairs.values),
             "pairs": Pairs() if solve is None else Pairs(**solve.pairs),
             "system": System() if solve is None else System(**solve.system),
+            "rigid": Rigid() if rigid is None else Rigid(**rigid.arguments(), sums=self.sums),
             "launch": Launch(
                 None if self.cells is None else self.cells.data,
                 None if images is None else images.pairs,
@@ -113,6 +117,7 @@ class SerialStep:
             loaded="" if loads is None else "loads",
             driven=supports is not None and supports.driven,
             has_springs=bool(domain.springs),
+            rigid_bodies=rigid is not None,
             **domain.options,
         )
         before = {name: bundles[name] for name in list(bundles)[: list(bundles).index("coupling")]}
@@ -133,12 +138,14 @@ class SerialStep:
         energy: float = np.inf,
         viscous_rate: float = np.inf,
         touching: float = np.inf,
+        rigid_rate: float = np.inf,
     ) -> int:
         """Rows that were done, of at most `rows`; start: PASS, BOUNDARY or PLACE of the kernel file.
 
         time [s]: of the present level; before, after [s]: the steps that end and start there. It stops after a row with
         a det F of at most `jacobian`, an energy above `energy` [J], a viscous rate above `viscous_rate` [1/s], more
-        than `touching` nodes in contact or a static solve that did not converge.
+        than `touching` nodes in contact, a rate of rigid bodies above `rigid_rate` [1/s^2] or a static solve that did
+        not converge.
         """
         names = self.names
         contact = self.contact
@@ -146,6 +153,10 @@ class SerialStep:
             self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
+        if self.rigid is not None:
+            if after > 0.0 and start != names.PLACE:
+                self.rigid.move(time + after * np.arange(rows + 1))
+            self.rigid.set_limit(rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy
         control[names.FIRST], control[names.RATE_LIMIT], control[names.TOUCHING_LIMIT] = 1.0, viscous_rate, touching

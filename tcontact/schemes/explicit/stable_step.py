@@ -218,6 +218,14 @@ def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float
     return undamped if np.isinf(damped) else min(undamped, damped / (1.0 + 0.5 * rate * damped))
 
 
+def with_rigid(limit: float, rate: float) -> float:
+    """Return the stable step [s] beside rigid bodies of a rate w^2 [1/s^2]; limit [s]: that of the nodes alone.
+
+    The largest eigenvalue of a positive semidefinite matrix is at most the sum of those of its diagonal blocks.
+    """
+    return float(1.0 / np.sqrt(1.0 / limit**2 + 0.25 * rate))
+
+
 def largest_rate(elastic: float, dt: float, damped: float = np.inf) -> float:
     """Return the rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
     return min(2.0 / dt - 2.0 * dt / elastic**2, 2.0 / dt - 2.0 / damped)

@@ -10,16 +10,19 @@ from ...cells.internal_force import InternalForce
 from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
-from ...kernels.columns import group_size, raw_places
+from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import MAXIMUM_ROWS
+from ...kernels.rigid_places import FREE
 from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.driven_supports import DrivenSupports
 from ...nodes.images import PeriodicImages
+from ...nodes.rigid_bodies import RigidBodies
 from ...nodes.springs import spring_numbers
 from ...planning.applied_loads import pack_loads
 from ...planning.domain import Domain
 from ...planning.measured import Layout, RawRows, raw_groups
+from ...planning.rigid import names_of
 from ...scene.scene import Scene
 from ..sensors import Sensors, sensed
 from .body_view import BodyView
@@ -51,9 +54,15 @@ class DomainState:
         self.scene, self.domain = scene, domain
         self.layout = layout or Layout()
         self.groups = raw_groups(scene, domain)
-        self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs])
+        self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs], names_of(domain.rigid))
         self._places = raw_places(domain.dissipates, domain.plastic)
-        self._mass = float(domain.lumped.sum())
+        beside = [
+            0.0 if body.part is None else body.part.mass or 0.0 for body in domain.rigid
+        ]  # their nodes are lumped
+        free = [body.mass for body in domain.rigid if body.part is None and body.kind == FREE]
+        self._mass = float(domain.lumped.sum()) + sum(beside) + sum(free)
+        if domain.rigid:
+            self._rate_place = group_size(*self.groups[: self.groups.index("rigid")]) + RIGID.rigid_rate
         self.u = arrays.put(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
@@ -74,15 +83,16 @@ class DomainState:
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
+        self.rigid = self._rigid_bodies()
         self.sensors: Sensors | None = None
         if sensed(scene, domain.bodies):
             parts = scene, domain.bodies, domain.numbers, domain.node_start[:-1], self.layout
             rows = MAXIMUM_ROWS if domain.small else 1
             self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
         self.serial: SerialStep | None = None
-        if self.boundary_nodes is not None or self.contact is not None or domain.small:
+        if any(part is not None for part in (self.boundary_nodes, self.contact, self.rigid)) or domain.small:
             terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
-            self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors)
+            self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.put(self._massive(self.start_velocity))
@@ -93,6 +103,20 @@ class DomainState:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
+
+    def _rigid_bodies(self) -> RigidBodies | None:
+        """Make the rigid bodies, and place the obstacles among them."""
+        if not self.domain.rigid:
+            return None
+        before = self.groups[self.groups.index("boundary") : self.groups.index("rigid")]
+        obstacles = None if self.contact is None else self.contact.obstacles
+        centre = np.zeros(3) if obstacles is None else obstacles.centre
+        rows_at_once = MAXIMUM_ROWS if self.domain.small else 1
+        found = RigidBodies(self.domain.rigid, centre, group_size(*before), rows_at_once)
+        if found.ties is not None:
+            places, velocity = found.start_velocity()
+            self.start_velocity[self.domain.boundary[places]] = velocity
+        return found
 
     def _started(self, values: list[np.ndarray]) -> np.ndarray:
         """Return values [n, 3] of the bodies in the numbering of the domain; images take those of their masters."""
@@ -172,6 +196,7 @@ class DomainState:
         energy: float = np.inf,
         viscous_rate: float = np.inf,
         touching: float = np.inf,
+        rigid_rate: float = np.inf,
     ) -> int:
         """Advance: v^n = v + kick_before a, row n, v = v^n + kick_after a, u += drift v, static solve.
 
@@ -183,7 +208,7 @@ class DomainState:
         rows = self.prepare(time, *steps, rows)
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
-            limits = jacobian, energy, viscous_rate, touching
+            limits = jacobian, energy, viscous_rate, touching, rigid_rate
             if self.sensors is not None:
                 self.sensors.take(0, self.u, self.v)
             done = serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
@@ -191,6 +216,8 @@ class DomainState:
             return done
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
+        if self.rigid is not None and steps[1] > 0.0:
+            rows = self.rigid.ask(time, steps[1], rows)
         for number in range(rows):
             before = steps[0] if number == 0 else steps[1]
             if self.sensors is not None:
@@ -210,6 +237,8 @@ class DomainState:
             calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
             calm = calm and (self.contact is None or not raw[places.shared.contact_nodes] > touching)
             calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
+            if self.rigid is not None:
+                calm = calm and raw[self._rate_place] <= rigid_rate
             if not calm or (self.contact is not None and self.contact.trouble):
                 break
         self._measure(number + 1, steps)
@@ -258,6 +287,7 @@ class DomainState:
             friction,
             cells,
             self.images,
+            self.rigid,
         ):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())

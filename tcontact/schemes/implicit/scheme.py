@@ -81,6 +81,9 @@ class ImplicitScheme(ImplicitRule):
                 if load.varies or load.kind == "pressure":
                     remedy = f"{self.name} takes constant tractions and forces; use scheme='central-difference'"
                     raise InputError(f"Scene.bodies[{index}].loads: {load.kind}", load.value, remedy)
+            if body.rigid_parts:
+                remedy = f"{self.name} has no rigid parts; use scheme='central-difference'"
+                raise InputError(f"Scene.bodies[{index}].rigid_parts", body.rigid_parts[0].set, remedy)
             if body.periodic is not None:
                 remedy = f"{self.name} knows no periodic bodies; use scheme='central-difference'"
                 raise InputError(f"Scene.bodies[{index}].periodic", body.periodic, remedy)
