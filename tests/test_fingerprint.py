@@ -25,6 +25,7 @@ TETS = tc.box_mesh((0.06, 0.06, 0.04), (2, 2, 2), "tet4", origin=(0.0, 0.0, 1e-3
 ROUND = {"young": 2e7, "poisson": 0.3, "density": 1200.0}
 OTHER = {"young": 2.1e7, "poisson": 0.31, "density": 1201.0}
 MOTION = {"name": "ram", "velocity": (0.0, 0.0, 0.1), "angular_velocity": (0.0, 0.1, 0.0), "metal": COPPER}
+MOTION |= {name: lambda s: dataclasses.replace(s, mass=1.0, inertia=0.1) for name in ("mass", "inertia")}
 IMPLICIT = {
     "dt": 1e-5, "cfl": lambda s: type(s)(cfl=2.0), "rtol": 1e-11, "iterations": 16, "mass": "consistent",
     "reproject": False, "solver": "krylov", "verbose": True, "alpha": -0.2, "chi": 0.2,
@@ -136,6 +137,14 @@ CHANGES = {
             "material": tc.LinearElastic(**ROUND), "velocity": lambda b: _with(b, "velocity", 0.1 * b.mesh.nodes),
             "contact": "zmin", "supports": [tc.Support("zmax", "z")], "name": "cube", "formulation": "reduced",
             "periodic": "x", "displacement": (0.0, 0.0, 1e-3), "metal": COPPER,
+            "rigid_parts": [tc.RigidPart("zmax", mass=1.0)],
+        },
+    ),
+    tc.RigidPart: (
+        tc.RigidPart("zmax", mass=1.0, inertia=1.0),
+        {
+            "set": "xmax", "mass": 1.1, "inertia": 1.1, "center": (0.0, 0.0, 0.1), "velocity": (0.0, 0.0, 1.0),
+            "angular_velocity": (0.0, 0.0, 1.0), "driven": lambda part: tc.RigidPart(part.set, driven=True),
         },
     ),
     tc.Support: (tc.Support("zmax", "z"), {"set": "xmax", "axes": "xz", "velocity": 0.1}),
@@ -179,6 +188,8 @@ def placed(thing):
         bodies, place = [_with(body, "mesh", thing)], "bodies[0].mesh."
     elif isinstance(thing, tc.Support):
         bodies, place = [_with(body, "supports", [thing])], "bodies[0].supports[0]."
+    elif isinstance(thing, tc.RigidPart):
+        bodies, place = [_with(body, "rigid_parts", [thing])], "bodies[0].rigid_parts[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:
