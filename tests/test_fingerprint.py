@@ -31,6 +31,7 @@ MOTION = {
     "metal": COPPER,
     "friction": tc.Coulomb(0.1),
 }
+MOTION |= {name: lambda s: dataclasses.replace(s, mass=1.0, inertia=0.1) for name in ("mass", "inertia")}
 IMPLICIT = {
     "dt": 1e-5, "cfl": lambda s: type(s)(cfl=2.0), "rtol": 1e-11, "iterations": 16, "mass": "consistent",
     "reproject": False, "solver": "krylov", "verbose": True, "alpha": -0.2, "chi": 0.2,
@@ -154,6 +155,14 @@ CHANGES = {
             "loads": [tc.Load("zmax", pressure=1e3)],
             "point_masses": [tc.PointMass("zmax", 0.1)], "springs": [tc.Spring("zmax", 1e3)],
             "probes": [tc.Probe("zmax", "stress")],
+            "rigid_parts": [tc.RigidPart("zmax", mass=1.0)],
+        },
+    ),
+    tc.RigidPart: (
+        tc.RigidPart("zmax", mass=1.0, inertia=1.0),
+        {
+            "set": "xmax", "mass": 1.1, "inertia": 1.1, "center": (0.0, 0.0, 0.1), "velocity": (0.0, 0.0, 1.0),
+            "angular_velocity": (0.0, 0.0, 1.0), "driven": lambda part: tc.RigidPart(part.set, driven=True),
         },
     ),
     tc.Load: (
@@ -212,6 +221,8 @@ def placed(thing):
         bodies, place = [_with(body, "loads", [thing])], "bodies[0].loads[0]."
     elif isinstance(thing, tc.Probe):
         bodies, place = [_with(body, "probes", [thing])], "bodies[0].probes[0]."
+    elif isinstance(thing, tc.RigidPart):
+        bodies, place = [_with(body, "rigid_parts", [thing])], "bodies[0].rigid_parts[0]."
     elif type(thing).__name__ in CLASSES["material"]:
         bodies, place = [_with(body, "material", thing)], "bodies[0].material."
     elif type(thing).__name__ in CLASSES["hardening"]:
