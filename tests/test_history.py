@@ -169,7 +169,8 @@ TERMS = [
 
 
 def test_every_column_stands_in_the_file_and_in_the_documentation_with_its_unit(tmp_path):
-    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",), {"free": ("die",), "part": ("ring-rim",)})
+    rigid = {"free": ("die",), "part": ("ring-rim",)}
+    layout = Layout(TERMS, ("die", "wall"), ("upper-lower",), rigid=rigid)
     rows, _ = rows_of(layout, 3)
     columns = filled(rows, (1,), layout=layout).columns()
     write_history(tmp_path / "history.csv", columns)

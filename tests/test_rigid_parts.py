@@ -7,7 +7,6 @@ import pytest
 from scenes import simulate
 
 import tcontact as tc
-from tcontact.cases import _round_meshes as meshes
 from tcontact.results import checks as ck
 
 RADIUS, INNER, WIDTH = 0.1, 0.06, 0.02
@@ -16,14 +15,9 @@ MIDDLE = np.array([0.0, 0.5 * WIDTH, RADIUS])
 
 def ring(around=24):
     """A ring about the y axis that stands on z = 0, two cells thick."""
-    angle, radius = np.linspace(0.0, 2.0 * np.pi, around + 1), np.linspace(INNER, RADIUS, 3)
-    a, r, y = np.meshgrid(angle, radius, [0.0, WIDTH], indexing="ij")
-    skin = {
-        "tread": lambda c: np.hypot(c[:, 0], c[:, 2]) > 0.97 * RADIUS,
-        "rim": lambda c: np.hypot(c[:, 0], c[:, 2]) < 1.01 * INNER,
-    }
-    mesh = meshes.join([np.stack([r * np.cos(a), y, r * np.sin(a)], axis=-1)], skin, RADIUS)
-    return tc.Mesh(mesh.nodes + np.array([0.0, 0.0, RADIUS]), mesh.cells, "hex8", face_sets=mesh.face_sets)
+    mesh = tc.ring_mesh(INNER, RADIUS, WIDTH, around, axis="y", center=MIDDLE, across=2, layers=1)
+    sets = {"rim": mesh.face_sets["inner"], "tread": mesh.face_sets["outer"]}
+    return tc.Mesh(mesh.nodes, mesh.cells, "hex8", face_sets=sets)
 
 
 def rolling(part, speed=1.0, duration=0.05, friction=0.5, **options):

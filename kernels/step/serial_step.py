@@ -17,7 +17,7 @@ and velocities, the kernel ends there, and is started again at `loads` after the
 The force of viscous contact cells (cell_viscosity.py) is computed before each row and in each measure, here or, if they
 are many, in a parallel pass before the launch; started at `viscous`, the kernel does only that.
 
-`control`: numbers below. `raw_out` [rows, width]: raw_rows.py.
+`control`: launch_control.py. `raw_out` [rows, width]: raw_rows.py.
 """
 
 import functools
@@ -27,7 +27,6 @@ import taichi as ti
 from ..cells.cell_phase import keep_places, make_cell_phase
 from ..cells.node_averages import ring_changes
 from ..cells.node_volumes import make_volume_phase
-from ..columns import raw_places
 from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
 from ..lanes import STEP as STEP_LENGTH
 from ..language.bundles import ContactOptions
@@ -35,46 +34,32 @@ from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_wit
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from ..nodes.node_phase import node_phase
-from ..nodes.rigid_record import rigid_rate
 from ..pair_places import SQUEEZED
-from ..rigid_places import LIMIT
-from .raw_rows import log_row, row_width
+from .launch_control import (
+    AFTER,
+    BEFORE,
+    BOUNDARY,
+    EXACT,
+    FIRST,
+    KICK,
+    LOADS,
+    MEASURED,
+    PASS,
+    PLACE,
+    PRODUCT,
+    ROWS,
+    ROWS_DONE,
+    START,
+    STOP,
+    VISCOUS,
+    WANTS_LAYERS,
+    WANTS_LOADS,
+    WANTS_MEASURE,
+    WANTS_ROWS,
+    suspicious,
+)
+from .raw_rows import log_row
 from .samples import take_sample
-
-# numbers of `control`: state to start in; rows to do; steps before and after the time level [s]; 1: exact constraint;
-# limits of det F and energy [J] for `suspicious`; rows done; 1: first measure of the static solve; 1: a parallel
-# measure is needed; 1: the friction layers must take their step; limit of the viscous rate [1/s]; 1: the rows of pairs
-# of bodies must be built anew; limit of the number of nodes in contact; behind these, in scenes with loads, 1: the host
-# must compute them
-START, ROWS, BEFORE, AFTER, EXACT, JACOBIAN_LIMIT, ENERGY_LIMIT = 0, 1, 2, 3, 4, 5, 6
-ROWS_DONE, FIRST, WANTS_MEASURE, WANTS_LAYERS = 7, 8, 9, 10
-RATE_LIMIT, WANTS_ROWS, TOUCHING_LIMIT = 11, 12, 13
-CONTROL = WANTS_LOADS = 14
-# states of the loop, and values of control[START]
-PASS, BOUNDARY, PLACE, PRODUCT, MEASURED, KICK = 0, 1, 2, 3, 4, 5
-STOP, VISCOUS, LOADS = 6, 7, 8
-
-
-@ti.func
-def suspicious(raw: ti.template(), number, control: ti.template(), contact: ti.template(), viscous: ti.template(),
-               plastic: ti.template(), rigid: ti.template()):  # fmt: skip
-    """Return 1 if the host must check a row.
-
-    It has a value that is not finite, an inverted cell, too much energy, too much viscosity for the step, too light a
-    rigid body for it, or many more nodes in contact.
-    """
-    place = number * row_width(contact, viscous, plastic)
-    places = ti.static(raw_places(viscous or contact.options.viscous, plastic))
-    energy = raw[place + places.nodes.kinetic] + raw[place + places.cells.elastic]
-    energy += raw[place + places.shared.kinetic]
-    calm = energy <= control[ENERGY_LIMIT] and raw[place + places.cells.jacobian_min] > control[JACOBIAN_LIMIT]
-    if ti.static(viscous):
-        calm = calm and raw[place + places.cells.viscous_rate] <= control[RATE_LIMIT]
-    if ti.static(contact.options.model != ""):
-        calm = calm and raw[place + places.shared.contact_nodes] <= control[TOUCHING_LIMIT]
-    if ti.static(rigid.exist):
-        calm = calm and rigid_rate(rigid) <= rigid.values[LIMIT]
-    return ti.select(calm, 0, 1)
 
 
 @functools.cache

@@ -57,9 +57,10 @@ class SerialStep:
         from ...kernels.language.bundles import Supports as SupportArrays
         from ...kernels.language.joint_lists import joined
         from ...kernels.language.signatures import MOST, arguments, signature_of
+        from ...kernels.step import launch_control
         from ...kernels.step import serial_step as kernels
 
-        self.names = kernels
+        self.names = launch_control
         self.force = force
         self.contact, self.loads, self.rigid = contact, loads, rigid
         self.kinds = ContactOptions() if contact is None else contact.options
@@ -72,7 +73,7 @@ class SerialStep:
         self.rows_at_once = MAXIMUM_ROWS if domain.small and not self.kinds.layered else 1
         if sensors is not None:
             self.rows_at_once = min(self.rows_at_once, sensors.rows)
-        self.control = arrays.zeros(kernels.CONTROL + (loads is not None))
+        self.control = arrays.zeros(launch_control.CONTROL + (loads is not None))
         self.width = group_size(*groups)
         self.raw = arrays.zeros(self.rows_at_once * self.width)
         bundles = {
