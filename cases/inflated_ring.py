@@ -18,7 +18,6 @@ import numpy as np
 
 import tcontact as tc
 from tcontact.cases import _choices as choices
-from tcontact.cases import _round_meshes as round_meshes
 from tcontact.results import checks as ck
 from tcontact.show import plots
 
@@ -47,7 +46,7 @@ def scene(
     if not stretch > 1.0:
         raise tc.InputError("stretch", stretch, "must be greater than 1")
     law = tc.NeoHookean(young, poisson, density)
-    mesh = round_meshes.ring(inside, outside, 2.0 * np.pi * inside / cells, cells)
+    mesh = tc.ring_mesh(inside, outside, 2.0 * np.pi * inside / cells, cells, layers=1)
     mesh = mesh.with_sets(node_sets={"all": np.arange(mesh.node_count)})
     speed = np.sqrt(young / density)
     duration = periods * 2.0 * np.pi * outside / speed

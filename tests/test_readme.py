@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import tcontact as tc
 from tcontact import cases
 from tcontact.commands import cli, settings
 from tcontact.lab.study import hard_register, methods, problems
@@ -26,6 +27,20 @@ def test_the_python_example_runs_as_written():
     done = subprocess.run([sys.executable, "-c", smaller], cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-2000:]
     assert "Result(finished" in done.stdout
+
+
+def test_the_scenes_of_the_page_on_scenes_are_scenes():
+    """Its parts run one after the other; each scene, and each body alone, has a plan."""
+    parts, names = blocks("py"), {}
+    assert len(parts) == 8
+    for part in parts:
+        exec(part, names)
+        if "scene" in names:
+            assert tc.plan(names["scene"]).terms
+    bodies = [value for value in names.values() if isinstance(value, tc.Body)]
+    assert len(bodies) == 6
+    for body in bodies:
+        assert tc.plan(tc.Scene([body], [tc.Plane(point=(0, 0, -1))], duration=1e-3)).terms
 
 
 def test_ci_runs_the_test_command_of_the_readme():

@@ -12,6 +12,8 @@ from ..base.errors import InputError
 from ..kernels import lanes as at
 from .friction_models import Coulomb, FrictionModel, FrictionTable, NoFriction, coefficient_of
 
+AT_ONCE = 1e300  # decay [s/m] of a coefficient that is kinetic as soon as a node slips
+AT_ONCE = 1e300  # decay [s/m] of a coefficient that is kinetic as soon as a node slips
 UNLIMITED = 1e300  # shear stress [Pa] of a law without a limit
 
 
@@ -99,7 +101,8 @@ def law_numbers(laws: Sequence[FrictionModel | None]) -> np.ndarray:
         elif isinstance(law, Coulomb):
             record[at.SHEAR_LIMIT] = UNLIMITED if law.limit is None else law.limit
             if law.coefficient is None:
-                record[at.JUMP], record[at.DECAY] = law.static - law.kinetic, law.decay  # type: ignore[operator]
+                record[at.JUMP] = law.static - law.kinetic  # type: ignore[operator]
+                record[at.DECAY] = AT_ONCE if law.decay is None else law.decay
                 values = ((float(law.kinetic),),)  # type: ignore[arg-type]
         record[at.TABLE], record[at.SPEEDS], record[at.PRESSURES] = start, len(speeds), len(pressures)
         tables.append(np.concatenate([speeds, pressures, np.ravel(values)]))

@@ -30,9 +30,9 @@ class Coulomb:
 
     coefficient: mu [-], at least 0, or in its place static and kinetic [-], at least 0, and decay [s/m] > 0:
     mu = kinetic + (static - kinetic) exp(-decay |v|) with the slip speed v at the end of the step before, 0 where a
-    node sticks. limit [Pa]: largest shear stress on the area A of a contact node, None for none. With full removal the
-    problem has one solution for mu up to about 1 on ordinary meshes; a scene with more is warned about.
-    Raises `InputError`.
+    node sticks; without a decay mu is kinetic as soon as the node slips. limit [Pa]: largest shear stress on the area A
+    of a contact node, None for none. With full removal the problem has one solution for mu up to about 1 on ordinary
+    meshes; a scene with more is warned about. Raises `InputError`.
     """
 
     coefficient: float | None = None
@@ -45,17 +45,19 @@ class Coulomb:
         falling = {name: getattr(self, name) for name in ("static", "kinetic", "decay")}
         if self.coefficient is not None or not any(value is not None for value in falling.values()):
             if self.coefficient is None:
-                remedy = "give a number, or static, kinetic and decay in its place"
+                remedy = "give a number, or static and kinetic (and decay) in its place"
                 raise InputError("Coulomb.coefficient", None, remedy)
             for name, value in falling.items():
                 if value is not None:
-                    remedy = "leave it out beside a coefficient, or give static, kinetic and decay without one"
+                    remedy = "leave it out beside a coefficient, or give static and kinetic (and decay) without one"
                     raise InputError(f"Coulomb.{name}", value, remedy)
             validate.number("Coulomb.coefficient", self.coefficient, low=0.0, strict=False)
         else:
             for name, value in falling.items():
+                if value is None and name == "decay":
+                    continue
                 if value is None:
-                    raise InputError(f"Coulomb.{name}", None, "static, kinetic and decay come together: give a number")
+                    raise InputError(f"Coulomb.{name}", None, "static and kinetic come together: give a number")
                 validate.number(f"Coulomb.{name}", value, low=0.0, strict=name == "decay")
         if self.limit is not None:
             validate.number("Coulomb.limit", self.limit, low=0.0)
