@@ -213,7 +213,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     if callable(scene.gravity) and not len(loaded):
         loaded = np.zeros(1, dtype=np.int64)  # the data of a gravity that varies stand behind the loads of a node
     tied = place[spring_nodes(scene, index)]
-    check_massless(scene, index, tied, contact)
+    check_massless(scene, index, place, contact)
     special = np.unique(np.concatenate([first, place[tensors["nodes"]], held, around, loaded, tied]))
     boundary = np.concatenate([first, np.setdiff1d(special, first)]).astype(np.int64)
     images, total = None, lumped

@@ -22,20 +22,26 @@ class PlannedEnd(NamedTuple):
 
 def spring_nodes(scene: Scene, index: int) -> np.ndarray:
     """Return the nodes of a body to which springs are fixed, in the user's numbering; followers by their masters."""
-    ends = [end for spring in scene.springs for end in spring.ends if end.body == index]
-    nodes = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(end.nodes for end in ends)]))
+    parts = [nodes for _, nodes in _spring_ends(scene, index)]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))
+
+
+def _spring_ends(scene: Scene, index: int) -> list[tuple[str, np.ndarray]]:
+    """Return label and nodes of every end of a spring at a body."""
     images = scene.bodies[index].images
-    return nodes if images is None else np.unique(images.master[nodes])
+    ends = [(spring.label, end.nodes) for spring in scene.springs for end in spring.ends if end.body == index]
+    return [(label, nodes if images is None else images.master[nodes]) for label, nodes in ends]
 
 
-def check_massless(scene: Scene, index: int, nodes: np.ndarray, contact: ContactPlan | None) -> None:
-    """Refuse springs on massless contact nodes; nodes: those of the springs. Raises `InputError`."""
-    if contact is None or contact.basis is None or not np.isin(nodes, contact.nodes).any():
+def check_massless(scene: Scene, index: int, place: np.ndarray, contact: ContactPlan | None) -> None:
+    """Refuse springs on massless contact nodes; place [n]: number of a node in the plan. Raises `InputError`."""
+    if contact is None or contact.basis is None:
         return
-    remedy = "a node there is a contact node without mass, on which springs cannot act; fix the spring to other nodes,"
-    remedy += " leave them out of Body.contact, or use PenaltyContact"
-    label = next(spring.label for spring in scene.springs if index in spring.bodies)
-    raise InputError(f"Scene.bodies[{index}].springs", label, remedy)
+    for label, nodes in _spring_ends(scene, index):
+        if count := int(np.isin(place[nodes], contact.nodes).sum()):
+            remedy = f"{count} of its {len(nodes)} nodes at this body are contact nodes without mass, on which springs"
+            remedy += " cannot act; fix it to other nodes, leave them out of Body.contact, or use PenaltyContact"
+            raise InputError(f"Scene.bodies[{index}].springs", label, remedy)
 
 
 def planned_ends(domain: Any, spring: SceneSpring) -> list[PlannedEnd]:
