@@ -40,6 +40,56 @@ def lifted(time):
     return np.array([0.3 * np.sin(9e3 * time), 0.0, 0.4 * np.cos(7e3 * time)])
 
 
+def shaken(time):
+    """Displacement of a support that shakes [m]."""
+    return 1e-4 * np.sin(3e3 * time)
+
+
+def engineering():
+    """Two blocks and a free ball: loads, springs, masses, a rigid part, driven supports, own friction, sensors."""
+    rubber = tc.NeoHookean(**ROUND)
+    upper = tc.box_mesh((0.02, 0.02, 0.012), (3, 3, 3), origin=(0.0, 0.0, 0.0101))
+    upper = upper.with_sets(node_sets={"top": np.flatnonzero(upper.nodes[:, 2] > 0.022)})
+    lower = tc.box_mesh((0.03, 0.03, 0.01), (3, 3, 3), origin=(-0.005, -0.005, 0.0))
+    lower = lower.with_sets(node_sets={"middle": np.flatnonzero(np.abs(lower.nodes[:, 2] - 0.005) < 2e-3)})
+    bodies = [
+        tc.Body(
+            upper,
+            rubber,
+            (1.0, 0.0, -3.0),
+            contact="zmin",
+            name="upper",
+            loads=[
+                tc.Load("zmax", pressure=lambda t: 1e4 * np.sin(1e4 * t)),
+                tc.Load("xmax", traction=(0.0, 1e4, 0.0)),
+                tc.Load("xmin", force=lambda positions, velocities, time: -0.05 * velocities),
+            ],
+            point_masses=[tc.PointMass("zmax", 1e-3)],
+            springs=[tc.Spring("top", 1e4, 1.0, to=(0.01, 0.01, 0.1)), tc.Spring("top", 1e3, to=("lower", "middle"))],
+            rigid_parts=[tc.RigidPart("zmax", mass=1e-3)],
+            probes=[tc.Probe("xmax", "acceleration"), tc.Probe("zmin", "von_mises")],
+        ),
+        tc.Body(
+            lower,
+            rubber,
+            contact=["zmax", "zmin"],
+            name="lower",
+            supports=[tc.Support("xmin", "x", displacement=shaken)],
+        ),
+    ]
+    floor = tc.Plane(point=(0, 0, -1e-4), name="floor", friction=tc.Coulomb(static=0.4, kinetic=0.2, decay=1.0))
+    ball = tc.Sphere((0.005, 0.005, -0.0115), 0.011, mass=0.01, velocity=(0.0, 0.0, 2.0), name="ball")
+    return tc.Scene(
+        bodies,
+        [floor, ball],
+        duration=1.2e-3,
+        gravity=lambda t: (0.0, 0.0, -9.81 * (1.0 + t)),
+        contact=tc.MasslessContact(removal="full"),
+        friction=COULOMB,
+        maxima="von_mises",
+    )
+
+
 COULOMB = tc.Coulomb(0.3)
 NORMAL, FULL = tc.MasslessContact(removal="normal"), tc.MasslessContact(removal="full")
 SCENES = {
@@ -47,6 +97,7 @@ SCENES = {
     "normal removal, linear": lambda: scene(tc.LinearElastic, contact=NORMAL),
     "friction in massless components": lambda: scene(friction=COULOMB),
     "friction layers on masses": lambda: scene(contact=NORMAL, friction=tc.FrictionLayer()),
+    "loads, springs, rigid bodies, sensors": engineering,
     "moving wall, damping, viscosity, two bodies": lambda: scene(
         wall=tc.Plane(velocity=lifted),
         bodies=2,

@@ -14,6 +14,7 @@ from stopped_runs import MORE_SCENES, SCENES, copied, quietly, same, same_files,
 
 import tcontact as tc
 from tcontact.commands.cli import main
+from tcontact.results import checks as ck
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.run.checkpoint import store
 from tcontact.schemes import SCHEMES
@@ -33,6 +34,12 @@ def split(monkeypatch, folder, physics, points, scheme=FINE, every=7, seed=1, **
     return whole
 
 
+FELT = (
+    "applied_impulse", "spring_work", "support_force", "pair_force:upper-lower", "rigid_force", "friction_work",
+    "obstacle_velocity:ball", "part_angular_velocity:upper-zmax", "probe_upper_xmax_acceleration", "von_mises_max",
+)  # fmt: skip
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_a_split_run_has_the_same_bits(name, monkeypatch, tmp_path):
     whole = split(monkeypatch, tmp_path, SCENES[name](), 2)
@@ -41,6 +48,10 @@ def test_a_split_run_has_the_same_bits(name, monkeypatch, tmp_path):
         assert whole.history["layer_heat"][-1] > 0.0
     if "viscosity" in name:
         assert whole.history["viscous_work"][-1] > 0.0
+    if "loads" in name:
+        assert ck.momentum_balance(whole, 1e-12).passed
+        assert ck.energy(whole, 5e-2).passed
+        assert all(np.abs(whole.history[column]).max() > 0.0 for column in FELT)
 
 
 IMPLICIT = {
