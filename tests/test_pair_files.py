@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pair_scenes import oblique_cubes, soft
-from test_pair_runs import ring, rings
+from test_pair_runs import rings
 from test_resume import split
 
 import tcontact as tc
@@ -203,7 +203,7 @@ def test_bodies_that_pass_the_faces_of_each_other_in_one_step_stop_the_run():
 
 def test_a_node_in_the_hole_of_a_body_is_not_deep_in_it():
     """It is far from the surface and within the hull; one in the middle of the material is deep."""
-    mesh = ring(0.5, 1.5, 1.2, 24)
+    mesh = tc.ring_mesh(0.5, 1.5, 1.2, 24, layers=1)
     faces = mesh.boundary_faces()
     closed = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
     hole, inside, outside = np.array([[0.0, 0.1, 0.0], [0.97, 0.1, 0.03], [2.0, 0.0, 0.0]])

@@ -84,7 +84,7 @@ def test_a_function_that_fails_between_the_times_of_a_run_costs_no_result(monkey
 
     describe = recorder.describe
 
-    def failing(obstacles, times=()):
+    def failing(obstacles, times=(), history=None):
         if times:
             raise FunctionError("Plane.velocity", rising, "it gave nan at a time of its own")
         return describe(obstacles)

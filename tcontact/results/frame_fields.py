@@ -43,7 +43,7 @@ def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
     if fields is None:
         return available(scene)
     known = (*available(scene), *further(scene))
-    if fields == "all":
+    if isinstance(fields, str) and fields == "all":
         return known
     if isinstance(fields, str) or not isinstance(fields, Sequence):
         raise InputError("fields", fields, f"give a list of names out of {', '.join(known)}, or 'all'")

@@ -71,7 +71,7 @@ def _speed(obstacle: Obstacle, positions: np.ndarray, duration: float) -> float:
     """Return the largest speed [m/s] of the obstacle's motion at the distance of the farthest position."""
     if not obstacle.moves:
         return 0.0
-    times = np.linspace(0.0, duration, SAMPLES)
+    times = np.linspace(0.0, float(duration), SAMPLES)
     moving = float(np.linalg.norm(Rate(obstacle, "velocity").at(times), axis=1).max())
     turning = float(np.linalg.norm(Rate(obstacle, "angular_velocity").at(times), axis=1).max())
     return moving + turning * float(np.linalg.norm(positions - obstacle.reference, axis=1).max())
@@ -83,7 +83,7 @@ def speed_by_loads(body: Body, duration: float) -> float:
     That is force over mass times duration, and behind a loaded face p/(density wave speed). An own force counts as it
     is on the nodes at the start.
     """
-    speed, times = 0.0, np.linspace(0.0, duration, SAMPLES)
+    speed, times = 0.0, np.linspace(0.0, float(duration), SAMPLES)
     stiffness = min(material.density * material.wave_speed for material in body.materials)
     for load in body.loads:
         try:

@@ -128,7 +128,8 @@ class Scene:
     def largest_gravity(self) -> float:
         """Return the largest size of gravity over the duration [m/s^2]; infinite for a function that fails."""
         try:
-            values = self.gravity_function.at(np.linspace(0.0, self.duration, SAMPLES if callable(self.gravity) else 1))
+            samples = SAMPLES if callable(self.gravity) else 1
+            values = self.gravity_function.at(np.linspace(0.0, float(self.duration), samples))
         except FunctionError:  # the run stops where it fails
             return np.inf
         return float(np.linalg.norm(values, axis=1).max())

@@ -104,7 +104,7 @@ class Support:
             return 0.0
         function, values = self.function(), []
         try:
-            for time in np.linspace(0.0, duration, SAMPLES):
+            for time in np.linspace(0.0, float(duration), SAMPLES):
                 values.append(function.at(np.array([time]))[0])
         except FunctionError:  # the run stops there
             pass
