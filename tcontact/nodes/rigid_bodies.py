@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.errors import FunctionError
 from ..device import arrays
 from ..kernels import rigid_places as at
+from ..kernels.lanes import MAXIMUM_ROWS
 from ..planning.rigid import RigidPlan
 from ..scene.rigid import principal
 
@@ -15,18 +15,17 @@ class RigidBodies:
     """The records of the rigid bodies of a domain.
 
     centre [3] [m]: origin of the positions of the obstacles; place: first number of the group "rigid" in `sums`;
-    rows_at_once: largest number of rows of a launch. `move` gives driven parts their poses before every launch.
+    rows: largest number of rows of a launch. `prepare` gives driven parts their poses before every launch.
     """
 
     name = "rigid-bodies"
 
-    def __init__(self, bodies: tuple[RigidPlan, ...], centre: np.ndarray, place: int, rows_at_once: int) -> None:
+    def __init__(self, bodies: tuple[RigidPlan, ...], centre: np.ndarray, place: int, rows: int) -> None:
         self.bodies = bodies
         self.motions = [body.motion for body in bodies]
-        self._answers: dict[float, np.ndarray] = {}  # poses by time [s] of the rows that `ask` has prepared
         arms_at = at.HEAD + at.RECORD * len(bodies)
         poses_at = arms_at + sum(np.size(body.arms) for body in bodies)
-        poses = (rows_at_once + 1) * len(bodies) * at.POSE if self.driven else 0
+        poses = (rows + 1) * len(bodies) * at.POSE if self.driven else 0
         values = np.zeros(poses_at + poses)
         values[[at.COUNT, at.SUMS_AT, at.ARMS_AT, at.POSES_AT]] = len(bodies), place, arms_at, poses_at
         values[at.CENTRE : at.CENTRE + 3] = centre
@@ -54,29 +53,14 @@ class RigidBodies:
         parts = [body.velocity + np.cross(body.angular_velocity, body.arms) for body in tied]
         return np.concatenate([body.nodes for body in tied]), np.concatenate(parts)
 
-    def move(self, times: np.ndarray) -> None:
-        """Set the poses of driven parts at the levels `times` [s], the present one first."""
-        if self.driven:
-            poses = self._answers.pop(float(times[0]), None)
-            arrays.set_values(self.values, self._poses(times) if poses is None else poses, self._poses_at)
+    def rows_at_once(self, small: bool) -> int:
+        """Return the largest number of rows of a launch, see `schemes.explicit.timed.Timed`."""
+        return MAXIMUM_ROWS if small or not self.driven else 1
 
-    def ask(self, time: float, step: float, rows: int) -> int:
-        """Evaluate functions of time for rows from `time` [s] on before a body moves; return how many succeed.
-
-        Raises `FunctionError` if they fail within the first row.
-        """
-        if not any(motion is not None and motion.varies for motion in self.motions):
-            return rows
-        self._answers = {}
-        for number in range(rows):
-            start = time + number * step
-            try:
-                self._answers[start] = self._poses(start + step * np.arange(2))
-            except FunctionError:
-                if number == 0:
-                    raise
-                return number
-        return rows
+    def prepare(self, time: float, before: float, after: float, rows: int) -> None:
+        """Write the poses of driven parts for the levels from `time` on, see `Timed`. Raises `FunctionError`."""
+        if after > 0.0:
+            arrays.set_values(self.values, self._poses(time + after * np.arange(rows + 1)), self._poses_at)
 
     def _poses(self, times: np.ndarray) -> np.ndarray:
         """Return displacement and quaternion [m, bodies, POSE] of the centres of mass at the times [m] [s]."""

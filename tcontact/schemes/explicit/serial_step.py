@@ -155,8 +155,6 @@ class SerialStep:
         if contact is not None and after > 0.0 and start != names.PLACE:
             contact.obstacles.move(time + after * np.arange(rows + 1))
         if self.rigid is not None:
-            if after > 0.0 and start != names.PLACE:
-                self.rigid.move(time + after * np.arange(rows + 1))
             self.rigid.set_limit(rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))
         control[: names.ROWS_DONE] = start, rows, before, after, self._exact, jacobian, energy

@@ -98,6 +98,7 @@ class DomainState:
         self.v = arrays.put(self._massive(self.start_velocity))
         self.timed: list[Timed] = [] if self.driven is None else [self.driven]
         self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
+        self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []
         several = 1
         if not domain.small and self.layered is None and self.sensors is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
@@ -216,8 +217,6 @@ class DomainState:
             return done
         if serial is not None and self.contact is not None and steps[1] > 0.0:
             rows = self.contact.obstacles.ask(time, steps[1], rows)
-        if self.rigid is not None and steps[1] > 0.0:
-            rows = self.rigid.ask(time, steps[1], rows)
         for number in range(rows):
             before = steps[0] if number == 0 else steps[1]
             if self.sensors is not None:
