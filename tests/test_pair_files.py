@@ -1,5 +1,6 @@
 """Scenes with pairs of bodies in checkpoints, frames, pictures and scene files; what is refused."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -216,3 +217,18 @@ def test_rows_are_not_built_where_the_run_has_diverged():
     term = PairContact(tc.plan(CUBES).domains[0])
     term.rebuild(np.full((len(term._reference), 3), np.nan))
     assert term.rebuilds == 0
+
+
+@pytest.mark.parametrize("slave", ["up", "low"])
+def test_a_slave_too_coarse_for_the_curvature_of_its_master_is_told(slave):
+    """Two faces along each side of a block under a ball of its size: as a slave they press though 2e-4 m are free."""
+    ball = tc.ball_mesh(0.02, 4, center=(0.0, 0.0, 0.02 + 2e-4))
+    box = tc.box_mesh((0.04, 0.04, 0.02), (2, 2, 2), origin=(-0.02, -0.02, -0.02))
+    bodies = [tc.Body(box, soft(), contact="zmax", name="low"), tc.Body(ball, soft(), contact="low", name="up")]
+    scene = tc.Scene(bodies, duration=1e-9, pairs=[tc.Pair("low", "up", slave=slave)])
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        tc.simulate(scene)
+    told = [str(one.message) for one in said if issubclass(one.category, tc.SlaveWarning)]
+    assert len(told) == (slave == "low")
+    assert all("make up the slave" in text for text in told)

@@ -37,7 +37,10 @@ class LayerWarning(RuntimeWarning):
 
 
 class SlaveWarning(RuntimeWarning):
-    """The chosen slave of a pair of bodies is much stiffer than its master, which makes the static solve slow."""
+    """The chosen slave of a pair of bodies does not suit its master.
+
+    It is much stiffer, which makes the static solve slow, or its faces are too coarse for the curvature of the master.
+    """
 
 
 class PlasticStepWarning(RuntimeWarning):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.warning_kinds import SlaveWarning
 from ...device import arrays
 from ...kernels import pair_places as at
 from ...planning.body_plan import BodyPlan
@@ -21,6 +23,7 @@ from .surfaces import Facing, area_vectors, facings_of, surfaces_of
 SLIP = 0.03  # slip since the rows were built, over the size of a slave face, beyond which they are built anew
 TIGHT = 1e-6  # tolerance of the static solve below which that slip is smaller in the same ratio
 SEARCHED = 4.0  # room of a search over the way of a node, against the mean one, after which it is repeated
+COARSE = 0.05  # overlap of a row over the size of a slave face that a warning tells of where no faces overlap
 OVERLAP = 1e-6  # overlap at the start over the size of a slave face that rounding may cause
 LEFT = 1e-2  # the same where the bodies start displaced, as another run may have left them in contact
 YIELDS = 1.0  # the same with a penalty
@@ -237,13 +240,24 @@ class PairContact:
         """Refuse bodies that overlap at the displacement u [n, 3] [m] of the start. Raises `InputError`.
 
         They do where a row has a negative gap and faces overlap: flat faces on curved surfaces may do one of the two.
+        Warns where rows of a coarse slave press though no face does.
         """
         positions = self._reference + u
         for facing in self.facings:
             pairs = close_faces(facing, positions)
             gap, where = deepest_point(facing, positions, pairs)
             rows = self._movable(self._couple(facing, positions, pairs))
-            gap = max(gap, float(_gaps(rows, positions).min(initial=np.inf)))
+            smallest = float(_gaps(rows, positions).min(initial=np.inf))
+            if gap > 0.0 and smallest < -max(COARSE * facing.slave.size, facing.closed):
+                masters = " or ".join(sorted({self.labels[body] for body in facing.master_bodies}))
+                warnings.warn(
+                    f"the faces of the slave {self.labels[facing.slave.body]} are too coarse for the curvature of"
+                    f" {masters}: its rows press {-smallest:.3g} m deep where nothing touches yet; make {masters} the"
+                    " slave (Pair.slave), or refine these faces",
+                    SlaveWarning,
+                    stacklevel=4,
+                )
+            gap = max(gap, smallest)
             allowed = (self._left if u.any() else OVERLAP) * facing.slave.size
             if gap < -max(allowed, facing.closed):
                 others = sorted({self.labels[body] for body in facing.master_bodies})
