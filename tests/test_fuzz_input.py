@@ -124,6 +124,21 @@ ANY = st.one_of(
         max_leaves=6,
     ),
 )
+
+
+def small_ring(**given):
+    """A ring of few cells, whatever its sizes are."""
+    return tc.ring_mesh(cells=8, across=1, layers=1, **given)
+
+
+def small_cylinder(**given):
+    return tc.cylinder_mesh(cells=2, layers=1, **given)
+
+
+def small_ball(**given):
+    return tc.ball_mesh(cells=2, **given)
+
+
 GOOD = {
     tc.NeoHookean: {"young": 1e7, "poisson": 0.3, "density": 1e3},
     tc.LinearElastic: {"young": 1e7, "poisson": 0.3, "density": 1e3},
@@ -143,14 +158,34 @@ GOOD = {
     tc.load_scene: {"path": "nowhere.toml"},
     tc.Support: {"set": "xmin", "axes": "x", "velocity": 0.0, "displacement": None},
     tc.PointMass: {"set": "xmin", "mass": 1.0},
+    tc.Load: {"set": "xmin", "pressure": 1.0, "traction": None, "force": None},
+    tc.Probe: {"set": "xmin", "quantity": "velocity"},
+    tc.RigidPart: {
+        "set": "xmin", "mass": 1.0, "inertia": 1.0, "center": None, "velocity": None, "angular_velocity": None,
+        "driven": False,
+    },
+    small_ring: {"inner": 1.0, "outer": 2.0, "length": 1.0, "kind": "hex8", "axis": "z", "start": 0.0},
+    small_cylinder: {"radius": 1.0, "length": 1.0, "kind": "hex8", "axis": "z", "center": (0, 0, 0)},
+    small_ball: {"radius": 1.0, "kind": "hex8", "center": (0, 0, 0)},
+    tc.Sdf.from_function: {
+        "distance": lambda points: np.linalg.norm(points, axis=1) - 0.5, "low": (-1, -1, -1), "high": (1, 1, 1),
+        "cells": 8, "name": None, "mass": None,
+    },
+    tc.register_law: {
+        "name": "Fuzzed", "energy": lambda strain, mu: mu * (strain.E**2).sum(), "parameters": {"mu": 1.0},
+    },
     tc.Spring: {"set": "xmin", "stiffness": 1.0, "damping": 0.0, "to": "xmax", "axes": None, "rest_length": None},
     tc.Body: {
         "mesh": MESH, "material": MAT, "velocity": (0, 0, -1), "contact": "zmin", "supports": [tc.Support("xmin", "x")],
         "name": "a", "formulation": "full", "periodic": None, "displacement": None,
         "point_masses": [tc.PointMass("xmin", 1.0)], "springs": [tc.Spring("xmin", 1.0)],
+        "loads": [tc.Load("xmax", pressure=1.0)], "probes": [tc.Probe("xmax", "stress")],
+        "rigid_parts": [tc.RigidPart("xmax", mass=1.0)],
     },
-    tc.Plane: {"point": (0, 0, 0), "normal": (0, 0, 1), "name": "w", "velocity": None, "angular_velocity": None},
-    tc.Sphere: {"center": (0, 0, -1), "radius": 1.0, "inside": False, "name": None, "velocity": (0, 0, 1)},
+    tc.Plane: {"point": (0, 0, 0), "normal": (0, 0, 1), "name": "w", "velocity": None, "angular_velocity": None,
+               "friction": tc.Coulomb(0.3)},
+    tc.Sphere: {"center": (0, 0, -1), "radius": 1.0, "inside": False, "name": None, "velocity": (0, 0, 1),
+                "mass": 1.0, "inertia": (1.0, 1.0, 1.0)},
     tc.Cylinder: {"point": (0, 0, 0), "axis": (0, 0, 1), "radius": 1.0, "inside": False, "angular_velocity": (0, 0, 1)},
     tc.Box: {"center": (0, 0, 0), "size": (1, 1, 1), "axes": np.eye(3)},
     tc.Sdf: {
@@ -175,7 +210,7 @@ GOOD = {
     tc.Scene: {
         "bodies": [tc.Body(MESH, MAT, contact="auto", velocity=(0, 0, -1))], "obstacles": [tc.Plane()],
         "duration": 1e-3, "gravity": None, "contact": tc.MasslessContact(), "friction": None, "damping": None,
-        "viscosity": None,
+        "viscosity": None, "maxima": ("von_mises",),
     },
     tc.plan: {"scene": None},
 }  # fmt: skip

@@ -33,23 +33,25 @@ def turn_of(rigid: ti.template(), at):
 
 
 @ti.func
-def inverse_inertia(rigid: ti.template(), at, turn, vector):
-    """Return I^-1 of the body, turned, times a vector [3]."""
+def turned_moments(rigid: ti.template(), at, turn, vector, moments: ti.template()):
+    """Return the tensor of the moments about the principal axes, turned, times a vector [3]."""
     axes = ti.Matrix([[rigid.values[at + AXES + 3 * i + j] for j in range(3)] for i in range(3)])
     now = axes @ matrix_of(turn).transpose()
     own = now @ vector
-    scaled = ti.Vector([rigid.values[at + INVERSE_MOMENTS + j] * own[j] for j in ti.static(range(3))])
+    scaled = ti.Vector([rigid.values[at + moments + j] * own[j] for j in ti.static(range(3))])
     return now.transpose() @ scaled
+
+
+@ti.func
+def inverse_inertia(rigid: ti.template(), at, turn, vector):
+    """Return I^-1 of the body, turned, times a vector [3]."""
+    return turned_moments(rigid, at, turn, vector, INVERSE_MOMENTS)
 
 
 @ti.func
 def inertia(rigid: ti.template(), at, turn, vector):
     """Return I of the body, turned, times a vector [3]."""
-    axes = ti.Matrix([[rigid.values[at + AXES + 3 * i + j] for j in range(3)] for i in range(3)])
-    now = axes @ matrix_of(turn).transpose()
-    own = now @ vector
-    scaled = ti.Vector([rigid.values[at + MOMENTS + j] * own[j] for j in ti.static(range(3))])
-    return now.transpose() @ scaled
+    return turned_moments(rigid, at, turn, vector, MOMENTS)
 
 
 @ti.func

@@ -122,6 +122,14 @@ def words(field: str, value: Any, known: Iterable[str]) -> tuple[str, ...]:
     return tuple(value)
 
 
+def parts(field: str, given: Any, kind: type) -> tuple[Any, ...]:
+    """Return one or several objects of a public class as a tuple. Raises `InputError`."""
+    found = (given,) if isinstance(given, kind) else given
+    if not isinstance(found, Sequence) or not all(isinstance(part, kind) for part in found):
+        raise InputError(field, given, f"give a list of tcontact.{kind.__name__}")
+    return tuple(found)
+
+
 def is_folder(given: Path) -> bool:
     """Return whether a folder of this name exists; False for invalid names."""
     try:

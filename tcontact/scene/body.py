@@ -17,13 +17,21 @@ from .cell_blocks import BodyBlock, blocks_of, checked_material, suited_formulat
 from .loads import Load
 from .materials import Material
 from .periodic import MATCH, SAME_SPEED, Images, check_contact, images_of, repeated_faces
-from .probes import Probe, checked_probes
+from .probes import Probe, check_probes
 from .rigid import RigidPart
-from .springs import PointMass, Spring, checked
+from .springs import PointMass, Spring
 from .supports import Prescribed, Support
 
 Materials = Any  # a Material, or a dict from names of cell sets to materials
 Nodal = Any  # a vector, an array [n, 3] or a callable(nodes [n, 3]) -> [n, 3]
+PARTS = {  # fields of a body that are one or several objects of a class
+    "supports": Support,
+    "loads": Load,
+    "point_masses": PointMass,
+    "springs": Spring,
+    "probes": Probe,
+    "rigid_parts": RigidPart,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,29 +95,17 @@ class Body:
             if not self.finds_contact:
                 self.mesh.faces_of(names)
         check_contact(self.images, self.mesh, self.contact_faces, self.contact)
-        supports = (self.supports,) if isinstance(self.supports, Support) else self.supports
-        if not isinstance(supports, Sequence) or not all(isinstance(support, Support) for support in supports):
-            raise InputError("Body.supports", self.supports, "give a list of tcontact.Support")
-        object.__setattr__(self, "supports", tuple(supports))
-        object.__setattr__(self, "point_masses", checked("Body.point_masses", self.point_masses, PointMass))
-        object.__setattr__(self, "springs", checked("Body.springs", self.springs, Spring))
+        for name, kind in PARTS.items():
+            object.__setattr__(self, name, validate.parts(f"Body.{name}", getattr(self, name), kind))
         for name in [part.set for part in self.point_masses] + [part.set for part in self.springs]:
             self.mesh.nodes_of(name)
-        parts = (self.rigid_parts,) if isinstance(self.rigid_parts, RigidPart) else self.rigid_parts
-        if not isinstance(parts, Sequence) or not all(isinstance(part, RigidPart) for part in parts):
-            raise InputError("Body.rigid_parts", self.rigid_parts, "give a list of tcontact.RigidPart")
-        object.__setattr__(self, "rigid_parts", tuple(parts))
         self.prescribed  # noqa: B018 - conflicts are found here
         self.tied  # noqa: B018 - and here
         self.initial_velocity  # noqa: B018 - wrong shapes are found here
         self.initial_displacement  # noqa: B018 - and here
-        loads = (self.loads,) if isinstance(self.loads, Load) else self.loads
-        if not isinstance(loads, Sequence) or not all(isinstance(load, Load) for load in loads):
-            raise InputError("Body.loads", self.loads, "give a list of tcontact.Load")
-        object.__setattr__(self, "loads", tuple(loads))
         for load in self.loads:
             load.check(self.mesh, self.images, self.initial_velocity)
-        object.__setattr__(self, "probes", checked_probes(self.probes, self.mesh, self.blocks))
+        check_probes(self.probes, self.mesh, self.blocks)
 
     @cached_property
     def blocks(self) -> tuple[BodyBlock, ...]:

@@ -13,7 +13,6 @@ from ..kernels import lanes as at
 from .friction_models import Coulomb, FrictionModel, FrictionTable, NoFriction, coefficient_of
 
 AT_ONCE = 1e300  # decay [s/m] of a coefficient that is kinetic as soon as a node slips
-AT_ONCE = 1e300  # decay [s/m] of a coefficient that is kinetic as soon as a node slips
 UNLIMITED = 1e300  # shear stress [Pa] of a law without a limit
 
 

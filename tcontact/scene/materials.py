@@ -130,8 +130,23 @@ class NeoHookean(Hookean):
     word: ClassVar[str] = "neo-hookean"
 
 
+class LameMaterial(Material):
+    """Base class of materials whose Lame constants at small strains give their other elastic constants."""
+
+    @property
+    def young(self) -> float:  # type: ignore[override]
+        """Young's modulus at small strains [Pa]."""
+        lam, mu = self.lame_lambda, self.lame_mu
+        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
+
+    @property
+    def poisson(self) -> float:  # type: ignore[override]
+        """Poisson's ratio at small strains."""
+        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
+
+
 @dataclass(frozen=True)
-class MooneyRivlin(Material):
+class MooneyRivlin(LameMaterial):
     """W = c1 (I1 - 3) + c2 (I2 - 3) - 2 (c1 + 2 c2) ln J + bulk/2 (J - 1)^2, I1 = tr C, I2 = ((tr C)^2 - tr C^2)/2.
 
     For rubber; free of stress at F = I, neo-Hookean with mu = 2 c1, lambda = bulk for c2 = 0. At small strains
@@ -180,17 +195,6 @@ class MooneyRivlin(Material):
     def lame_mu(self) -> float:
         """Shear modulus at small strains, 2 (c1 + c2) [Pa]."""
         return 2.0 * (self.c1 + self.c2)
-
-    @property
-    def young(self) -> float:  # type: ignore[override]
-        """Young's modulus at small strains [Pa]."""
-        lam, mu = self.lame_lambda, self.lame_mu
-        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
-
-    @property
-    def poisson(self) -> float:  # type: ignore[override]
-        """Poisson's ratio at small strains."""
-        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
 
     @property
     def parameters(self) -> tuple[float, ...]:

@@ -17,12 +17,12 @@ from ..base import validate
 from ..base.errors import InputError
 from ..device import runtime
 from . import law_checks, materials, metals
-from .materials import Material
+from .materials import LameMaterial, Material
 
 OWN: dict[str, type[OwnMaterial]] = {}  # the classes that `register_law` made, by their names
 
 
-class OwnMaterial(Material):
+class OwnMaterial(LameMaterial):
     """Base class of the materials of registered laws.
 
     formula: text that differs for another energy; names: of the parameters as the user gave them; order: as the kernels
@@ -51,17 +51,6 @@ class OwnMaterial(Material):
     def lame_mu(self) -> float:
         """Shear modulus at small strains [Pa]; of an anisotropic law that of the mean over all directions."""
         return self._moduli.mu  # type: ignore[attr-defined]
-
-    @property
-    def young(self) -> float:  # type: ignore[override]
-        """Young's modulus at small strains [Pa]."""
-        lam, mu = self.lame_lambda, self.lame_mu
-        return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
-
-    @property
-    def poisson(self) -> float:  # type: ignore[override]
-        """Poisson's ratio at small strains."""
-        return 0.5 * self.lame_lambda / (self.lame_lambda + self.lame_mu)
 
     @property
     def parameters(self) -> tuple[float, ...]:

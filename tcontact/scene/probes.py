@@ -94,11 +94,8 @@ def cells_with_faces(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
-def checked_probes(given: Any, mesh: Mesh, blocks: Sequence[Any]) -> tuple[Probe, ...]:
-    """Return the probes of a body with this mesh and these blocks of cells. Raises `InputError`."""
-    probes = (given,) if isinstance(given, Probe) else given
-    if not isinstance(probes, Sequence) or not all(isinstance(probe, Probe) for probe in probes):
-        raise InputError("Body.probes", given, "give a list of tcontact.Probe")
+def check_probes(probes: Sequence[Probe], mesh: Mesh, blocks: Sequence[Any]) -> None:
+    """Check the probes of a body with this mesh and these blocks of cells. Raises `InputError`."""
     metal = np.zeros(mesh.cell_count, dtype=bool)
     for block in blocks:
         metal[block.numbers] = block.material.plastic
@@ -118,7 +115,6 @@ def checked_probes(given: Any, mesh: Mesh, blocks: Sequence[Any]) -> tuple[Probe
             raise InputError(f"{field}.quantity", probe.quantity, f"{remedy} name a set of cells of a metal")
         if probe in probes[:number]:
             raise InputError(field, probe, "is there twice; name it once")
-    return tuple(probes)
 
 
 def checked_maxima(given: Any, plastic: bool) -> tuple[str, ...]:

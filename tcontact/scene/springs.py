@@ -119,14 +119,6 @@ class SceneSpring(NamedTuple):
         return float(np.linalg.norm(self.rest)) if given is None else given
 
 
-def checked(field: str, given: Any, kind: type) -> tuple[Any, ...]:
-    """Return the parts of a body as a tuple of this class. Raises `InputError`."""
-    parts = (given,) if isinstance(given, kind) else given
-    if not isinstance(parts, Sequence) or not all(isinstance(part, kind) for part in parts):
-        raise InputError(field, given, f"give a list of tcontact.{kind.__name__}")
-    return tuple(parts)
-
-
 def springs_of(scene: Any) -> Iterator[SceneSpring]:
     """Yield the springs of all bodies. Raises `InputError` for unknown bodies and sets, and lines of length 0."""
     for index, body in enumerate(scene.bodies):
