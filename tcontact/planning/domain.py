@@ -148,6 +148,11 @@ class Domain:
         """Ordinary lumped mass [n] [kg]."""
         return self._joined("lumped")
 
+    @property
+    def mass(self) -> float:
+        """Mass [kg] of its bodies and of the rigid bodies that move with it."""
+        return float(self.lumped.sum()) + sum(body.own_mass for body in self.rigid)
+
     @cached_property
     def boundary(self) -> np.ndarray:
         """Boundary nodes [s]: those with tensor mass, supports or contact."""

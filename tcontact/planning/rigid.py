@@ -39,6 +39,13 @@ class RigidPlan:
     part: RigidPart | None = None
     motion: Motion | None = None
 
+    @property
+    def own_mass(self) -> float:
+        """Mass [kg] beside that of its nodes."""
+        if self.part is not None:
+            return float(self.part.mass or 0.0)
+        return self.mass if self.kind == FREE else 0.0
+
 
 def free_obstacles(scene: Scene) -> tuple[RigidPlan, ...]:
     """Return a plan for every obstacle of a scene in which some move freely, else none."""

@@ -12,7 +12,6 @@ from ...contact.layered_friction import LayeredFriction
 from ...device import arrays
 from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import MAXIMUM_ROWS
-from ...kernels.rigid_places import FREE
 from ...nodes.applied_loads import AppliedLoads
 from ...nodes.boundary_nodes import BoundaryNodes, Supports
 from ...nodes.driven_supports import DrivenSupports
@@ -56,11 +55,7 @@ class DomainState:
         self.groups = raw_groups(scene, domain)
         self._reader = RawRows(self.groups, self.layout, [pair.name for pair in domain.pairs], names_of(domain.rigid))
         self._places = raw_places(domain.dissipates, domain.plastic)
-        beside = [
-            0.0 if body.part is None else body.part.mass or 0.0 for body in domain.rigid
-        ]  # their nodes are lumped
-        free = [body.mass for body in domain.rigid if body.part is None and body.kind == FREE]
-        self._mass = float(domain.lumped.sum()) + sum(beside) + sum(free)
+        self._mass = domain.mass
         if domain.rigid:
             self._rate_place = group_size(*self.groups[: self.groups.index("rigid")]) + RIGID.rigid_rate
         self.u = arrays.put(self._started(displacement))
