@@ -131,9 +131,10 @@ class _Trees:
         self._free[tree.source].append(tree)
 
     def transform(self, tree: Any, context: Any) -> Any:
-        """Trace a tree and release it."""
+        """Trace a tree and release it, unless it is a kernel, whose tree loses its arguments."""
         answer = self._transform(tree, context)
-        self.release(tree)
+        if not context.is_kernel:
+            self.release(tree)
         return answer
 
 
