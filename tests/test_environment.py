@@ -78,3 +78,17 @@ except OSError as error:
 """
     done = python(code, tmp_path / "result.vtkhdf")
     assert (done.returncode, done.stdout) == (0, "File too large\n")
+
+
+def test_doctor_fills_the_kernel_cache(tmp_path):
+    """A process that ends leaves the kernels of the named cases; the next one finds them and adds none."""
+    program = "from tcontact.commands.doctor import compile_cases; compile_cases(['bar-impact', 'friction-layer'])"
+    kept = []
+    for _ in range(2):
+        done = go(["-c", program], {"HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)})
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.split()[0] == "bar-impact"
+        assert "friction-layer" not in done.stdout  # it is no scene
+        kept.append(sorted(file.name for file in tmp_path.rglob("*.tic")))
+    assert kept[0] == kept[1]
+    assert len(kept[0]) > 1

@@ -23,7 +23,7 @@ from ..elements.cell_spread import SPREADS
 from ..lanes import CHUNK_COUNT, CONNECTIVITY, END_PACK, FIRST_PACK, GRAIN, MATERIAL, SEGMENT, WIDTH
 from ..language import tensor3
 from ..language.arguments import Array
-from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.point_memory import constants_of
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
@@ -88,23 +88,24 @@ def make_block_rates(kind: str, law: str):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
                 before = [gather_velocity(body, start + k * width, width) for k in range(corners)]
-                x = [[corner[k][c] for k in range(corners)] for c in range(3)]
-                now = [[corner[k][c] + corner[k][3 + c] for k in range(corners)] for c in range(3)]
-                later = [
-                    [now[c][k] + ahead * (corner[k][3 + c] - before[k][c]) for k in range(corners)] for c in range(3)
-                ]
-                rest = spread_of(x)[0]
-                here_now, here_later = spread_of(now), spread_of(later)
-                rate, rate_later = rate_of(here_now, rest), rate_of(here_later, rest)
-                if ti.static(stiffens):
-                    parameters = constants_of(body, body.segments[at + MATERIAL], law_of)
-                    rate = rate * stiffening(law_of, here_now[0] / rest, parameters)
-                    rate_later = rate_later * stiffening(law_of, here_later[0] / rest, parameters)
-                now_most = ti.max(now_most, rate)
-                next_most = ti.max(next_most, rate_later)
-            here = place + 2 * ((body.segments[at + MATERIAL] - first_material) // size)
-            shape.rates[here] = ti.max(shape.rates[here], now_most.max())
-            shape.rates[here + 1] = ti.max(shape.rates[here + 1], next_most.max())
+                moved = [[ahead * (corner[k][3 + c] - before[k][c]) for k in range(corners)] for c in range(3)]
+                rest = spread_of([[corner[k][c] for k in range(corners)] for c in range(3)])[0]
+                for look in range(2):  # now, and ahead
+                    y = [
+                        [corner[k][c] + corner[k][3 + c] + look * moved[c][k] for k in range(corners)] for c in range(3)
+                    ]
+                    here = spread_of(y)
+                    rate = rate_of(here, rest)
+                    if ti.static(stiffens):
+                        parameters = constants_of(body, body.segments[at + MATERIAL], law_of)
+                        rate = rate * stiffening(law_of, here[0] / rest, parameters)
+                    if look == 0:
+                        now_most = ti.max(now_most, rate)
+                    else:
+                        next_most = ti.max(next_most, rate)
+            own = place + 2 * ((body.segments[at + MATERIAL] - first_material) // size)
+            shape.rates[own] = ti.max(shape.rates[own], now_most.max())
+            shape.rates[own + 1] = ti.max(shape.rates[own + 1], next_most.max())
 
     return block_rates
 
@@ -133,4 +134,5 @@ def make_shape_rates(kinds: tuple[tuple[str, str], ...], signature: Signature):
                         first, end = body.chunk_table[table + i], body.chunk_table[table + i + 1]
                         functions[i](body, shape, place, first_material, size, first, end)
 
-    return compiled_with(kernel_of(shape_rates, signature, ("first_material", "size", "blocks")), **KEEP_VECTORS)
+    made = kernel_of(shape_rates, signature, ("first_material", "size", "blocks"))
+    return compiled_with(made, **KEEP_VECTORS, **LEAVE_TO_LLVM)

@@ -92,7 +92,7 @@ def make_serial_step(
     rigid_bodies: with rigid bodies that move.
     """
     has_contact = contact_model is not None
-    block, slots, has_load = options.block, options.slots, contact_model not in (None, "gaps")
+    block, has_load = options.block, contact_model not in (None, "gaps")
     has_friction = has_load and options.friction != ""
     kick_has_friction = has_friction and options.kick_friction
     solve_has_friction = contact_model == "massless" and options.static_friction
@@ -434,10 +434,5 @@ def make_serial_step(
                     state = PASS
             control[ROWS_DONE] = float(number)
 
-    # with friction, several obstacles, pairs, rigid bodies, a long shape or MPRGP, optimised compilation takes longer
-    # than many runs; else it pays in the loop over cells
-    long = has_friction or slots > 1 or options.projected or coupled or rigid_bodies
-    long = long or not {"plane", "sphere"}.issuperset(options.shapes)
-    optimisation = LEAVE_TO_LLVM if long or not passes else {}
     made = kernel_of(serial_step, signature, options=options, driven=driven)
-    return compiled_with(made, **KEEP_VECTORS, **optimisation)
+    return compiled_with(made, **KEEP_VECTORS, **LEAVE_TO_LLVM)  # it would take longer than many runs

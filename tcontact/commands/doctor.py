@@ -5,12 +5,19 @@ from __future__ import annotations
 import argparse
 import ctypes
 import os
+import tempfile
 import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from .. import cases
 from ..device import runtime
 from ..results.report import versions
+
+FIRST_STEPS = 1e-3  # share of the duration of a case, about
 
 
 def add(subparsers: Any) -> None:
@@ -19,6 +26,12 @@ def add(subparsers: Any) -> None:
         "doctor",
         help="check this machine",
         description="Show versions and devices, and run a small impact with a known answer.",
+    )
+    parser.add_argument(
+        "--compile",
+        action="store_true",
+        help="take the first steps of every case and draw a picture, so that later runs find the kernels in the cache:"
+        " some minutes",
     )
     parser.set_defaults(run=run)
 
@@ -35,7 +48,36 @@ def run(arguments: argparse.Namespace) -> int:
     cache = runtime.kernel_cache()
     print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
     print(f"{'CUDA':<14}{cuda()}")
-    return self_test()
+    failed = self_test()
+    if arguments.compile:
+        compile_cases(cases.names())
+    return failed
+
+
+def compile_cases(names: Sequence[str]) -> None:
+    """Take the first steps of cases, and draw a picture of each: their kernels are then in the kernel cache.
+
+    The cache is written when the process ends.
+    """
+    import tcontact as tc
+
+    from ..show.render import render_frames
+    from . import settings
+
+    for name in names:
+        case = cases.load(name)
+        if not hasattr(case, "scene"):
+            continue
+        begin = time.perf_counter()
+        scene, scheme = case.scene(), settings.scheme({}, case)
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            out = Path(folder)
+            first = replace(scene, duration=FIRST_STEPS * scene.duration)
+            result = tc.simulate(first, scheme=scheme, out=out, frames=1, pressures=True)
+            if result.ok:
+                render_frames(out / "result.vtkhdf", out)
+        print(f"{name:<22}{time.perf_counter() - begin:5.1f} s", flush=True)
 
 
 def self_test() -> int:
