@@ -15,7 +15,14 @@ from . import options, words
 from .doctor import cores
 from .folder import writable
 
-QUICK: dict[str, Any] = {"laws": ["neo-hookean"], "sizes": [8], "threads": [1], "seconds": 1.0}
+QUICK: dict[str, Any] = {
+    "kinds": ["hex8", "tet4"],
+    "laws": ["neo-hookean"],
+    "sizes": [8],
+    "threads": [1],
+    "contact": ["none", "normal"],
+    "seconds": 1.0,
+}
 ONLY = {
     "--solvers": "only compares both removals of linear hex8 cubes on the CPU: leave it out",
     "--pairs": "only measures neo-Hookean hex8 cubes with full removal on the CPU: leave it out",
@@ -29,8 +36,8 @@ def add(subparsers: Any) -> None:
         "bench",
         help="measure what a step costs on this machine",
         description="Time the whole explicit step, a process per configuration, beside the plain kernel, the copy"
-        " bandwidth; then the force beside FElupe and a SciPy matrix where they are installed (pip install felupe), friction,"
-        " gap queries, set-up, frames and start. Leaves bench.json, bench.csv, alternatives.csv and bench.png in a folder.",
+        " bandwidth; then friction, gap queries, set-up, frames, start, and the force beside FElupe and a SciPy matrix"
+        " where they are installed (pip install felupe). Leaves bench.json, bench.csv, alternatives.csv and bench.png.",
     )
     lists: dict[str, tuple[Callable[[str], Any], str]] = {
         "kinds": (_among(KINDS), "kinds of cells"),
@@ -51,7 +58,10 @@ def add(subparsers: Any) -> None:
     options.add(parser, "--arch")
     options.add(parser, "--out", default=Path("runs/bench"), help="(default: runs/bench)")
     parser.add_argument(
-        "--quick", action="store_true", help="8^3 cells, one law, one thread, a minute unless given: a look only"
+        "--quick",
+        action="store_true",
+        help="a look within a minute: hex8 and tet4, neo-Hookean, 8^3, one thread, no full removal unless given;"
+        " no compile times, and beside the steps the other ways to the force alone",
     )
     parser.add_argument(
         "--solvers",
@@ -113,7 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         batches=3 if arguments.quick else 5,
     )
-    report = collect(configurations, lambda text: print(f"  {text}", flush=True), extras=not arguments.quick)
+    report = collect(configurations, lambda text: print(f"  {text}", flush=True), quick=arguments.quick)
     write_json(out / "bench.json", report)
     table.write_csv(out / "bench.csv", report["rows"])
     if report.get("alternatives"):

@@ -29,11 +29,11 @@ TASKS = {
 Say = Callable[[str], None]
 
 
-def collect(configurations: Sequence[Configuration], say: Say, extras: bool = True) -> dict[str, Any]:
+def collect(configurations: Sequence[Configuration], say: Say, quick: bool = False) -> dict[str, Any]:
     """Measure everything; a configuration that fails gives rows with their reason.
 
-    say: told what is measured next; extras: the bar of 100 cells, the friction layer, friction, gap queries, set-up,
-    frames, other ways to the force and the start of the main case.
+    say: told what is measured next. Further rows: other ways to the force, and unless `quick` the bar of 100 cells, the
+    friction layer, friction, gap queries, set-up, frames and the start of the main case; compile times unless `quick`.
     """
     rows: list[dict[str, Any]] = []
     compiled: dict[tuple[str, str, str], dict[str, Any]] = {}
@@ -43,7 +43,7 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
         new = found["rows"] if "rows" in found else at.failed(found.get("failed", "no answer"))
         for row in new:
             key = (at.kind, at.law, row["contact"])
-            if row["ok"] and key not in compiled:
+            if row["ok"] and key not in compiled and not quick:
                 say(f"compile {' '.join(key)}")
                 compiled[key] = compile_seconds(*key, at)
             row |= compiled.get(key, {})
@@ -51,9 +51,13 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
     for row in rows:
         _scale(row, rows)
     report: dict[str, Any] = {"machine": machine(), "rows": rows}
-    if extras and configurations:
-        arch = configurations[0].arch
-        threads = list(dict.fromkeys(at.threads for at in configurations))
+    if not configurations:
+        return report
+    arch = configurations[0].arch
+    threads = list(dict.fromkeys(at.threads for at in configurations))
+    size = min(alternatives.LARGEST, max(at.size for at in configurations))
+    report["alternatives"] = other_ways(size, threads, arch, say)
+    if not quick:
         say(f"bar of {small.BAR_CELLS} cells")
         report["bar"] = [_ok({"threads": n}, run_worker("bar", {"arch": arch, "threads": n})) for n in threads]
         say("friction layer")
@@ -61,16 +65,13 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
         for task, text in TASKS.items():
             say(text)
             report[task] = [_ok({"threads": n}, run_worker(task, {"arch": arch, "threads": n})) for n in threads]
-        report["alternatives"] = other_ways(
-            min(alternatives.LARGEST, max(at.size for at in configurations)), threads, arch, say
-        )
         say("start of cube-impact")
         report["start"] = [_ok({"threads": n}, start_seconds(arch, n)) for n in threads[-1:]]
     return report
 
 
 def other_ways(size: int, threads: Sequence[int], arch: str, say: Say) -> list[dict[str, Any]]:
-    """Return the rows of bench/alternatives.py for every number of threads, from a process with an empty kernel cache."""
+    """Return what bench/alternatives.py finds for every number of threads, with an empty kernel cache."""
     rows = []
     for count in threads:
         say(f"other ways to the internal force, {size}^3, {count} threads")

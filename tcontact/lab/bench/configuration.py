@@ -21,9 +21,9 @@ class Configuration:
     """Task of one process: a cube of size^3 hexes (six tets or two prisms for each), with and without contact in turns.
 
     kind: of KINDS, hex8 = boxes along the axes, hex8-turned = boxes turned about one, hex8-skew = parallelepipeds,
-    hex8-distorted = inner nodes moved, hex8-reduced = one-point hexes, hex8-mean-dilatation = one volume change per hex; contacts: of "none", "normal" and "full" (removal of the massless
-    contact on one face); threads: CPU threads; steps: per batch, None = chosen; seconds: time budget; batches: at least
-    so many of each kind of work.
+    hex8-distorted = inner nodes moved, hex8-reduced = one-point hexes, hex8-mean-dilatation = one volume change per
+    hex; contacts: of "none", "normal" and "full" (removal of the massless contact on one face); threads: CPU threads;
+    steps: per batch, None = chosen; seconds: time budget; batches: at least so many of each kind of work.
     """
 
     kind: str

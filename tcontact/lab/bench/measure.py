@@ -38,9 +38,8 @@ class WholeStep:
         self._options: dict[str, Any] = {"threads": configuration.threads, "arch": configuration.arch}
         few = self._run(blocks.block(configuration.kind, configuration.law, configuration.size, contact))
         if steps is None:
-            steps = int(
-                np.clip(WEIGHT[configuration.element] * BATCH / configuration.cells, 10, max(10, 3 * configuration.size))
-            )
+            fast = WEIGHT[configuration.element] * BATCH / configuration.cells
+            steps = int(np.clip(fast, 10, max(10, 3 * configuration.size)))
         self.scene: Scene = replace(few.scene, duration=(steps - 0.5) * few.dt)
         self.dt = few.dt
 

@@ -25,8 +25,8 @@ FRAMES_SIZE, FRAMES, STEPS, ROUNDS = 32, 100, 600, 3
 def setup(arch: str, threads: int) -> dict[str, Any]:
     """Return CPU seconds and memory from the mesh to the end of the first step of a cube with contact on a face.
 
-    The kernels are compiled before. `peak_over_arrays`: growth of the resident memory of the process up to its peak over
-    the arrays of the run, nan where the system does not tell.
+    The kernels are compiled before. `peak_over_arrays`: growth of the resident memory of the process up to its peak,
+    over the arrays of the run; nan where the system does not tell.
     """
     runtime.start(arch, threads)
     load = timing.load()
@@ -111,7 +111,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
 def _setup(row: Mapping[str, Any]) -> str:
     return (
         f"{row['cells']} hexes, {row['cpu_s']:.1f} CPU seconds ({row['wall_s']:.1f} s) from the mesh to the first step,"
-        f" {1e-6 * row['array_bytes']:.0f} MB of arrays, at its peak {float(row['peak_over_arrays']):.1f} times as much;"
+        f" {1e-6 * row['array_bytes']:.0f} MB of arrays, at the peak {float(row['peak_over_arrays']):.1f} times that;"
         f" energy error {row['energy_error']:.1e}"
     )
 
