@@ -84,7 +84,7 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, write the files, print the table; return 1 if a configuration failed."""
-    from ..lab.bench import alternatives, pairs, static_solvers, table
+    from ..lab.bench import pairs, static_solvers, table
     from ..lab.bench.collect import collect, machine, other_ways, pairs_of_bodies
 
     _check(arguments)
@@ -107,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0 if all(row["ok"] for row in rows) else 1
     if arguments.alternatives:
         found = other_ways(sizes[0], threads, arguments.arch, lambda text: print(f"  {text}", flush=True))
-        rows = alternatives.rows_of(found)
+        rows = table.rows_of(found)
         write_json(out / "alternatives.json", {"machine": machine(), "rows": found})
         table.write_csv(out / "alternatives.csv", rows)
         print(*table.lines({"machine": machine(), "rows": [], "alternatives": found}), sep="\n")
@@ -127,12 +127,12 @@ def run(arguments: argparse.Namespace) -> int:
     write_json(out / "bench.json", report)
     table.write_csv(out / "bench.csv", report["rows"])
     if report.get("alternatives"):
-        table.write_csv(out / "alternatives.csv", alternatives.rows_of(report["alternatives"]))
+        table.write_csv(out / "alternatives.csv", table.rows_of(report["alternatives"]))
     drawn = chart.draw(out / "bench.png", report)
     print(*table.lines(report), sep="\n")
     print(f"\nfiles in {out}" + ("" if drawn else " (no chart: nothing was measured)"))
     others = [row for part, found in report.items() if part not in ("machine", "rows") for row in found]
-    others += alternatives.rows_of(report.get("alternatives", []))
+    others += table.rows_of(report.get("alternatives", []))
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
 
 

@@ -126,7 +126,7 @@ def lines(found: Sequence[dict[str, Any]]) -> list[str]:
     for part in found:
         if not part["ok"]:
             text.append(f"other ways to the force, {part['threads']} threads: FAILED: {part['reason']}")
-    rows = rows_of(found)
+    rows = [row for part in found if part["ok"] for row in part["rows"]]
     if rows:
         text += ["internal force at random displacements, beside what could be used instead, in the same rounds"]
         text += columns([_cells(row) for row in rows])
@@ -136,16 +136,11 @@ def lines(found: Sequence[dict[str, Any]]) -> list[str]:
             "x ours       time over that of tcontact, round by round",
             "differs      largest difference to the force of tcontact over its largest value",
             "MB           held between calls, and at the peak of one; Taichi's own is in neither",
-            "ready s      until the first force, beyond a call: compilation with an empty kernel cache, shape functions,",
-            "             assembly of the matrix",
+            "ready s      until the first force, beyond a call: compilation with an empty kernel cache, shape",
+            "             functions, assembly of the matrix",
             *(f"{name:<12} {METHODS[name][2]}" for name in dict.fromkeys(row["method"] for row in rows)),
         ]
     return text
-
-
-def rows_of(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the rows of all thread counts."""
-    return [row for part in found if part["ok"] for row in part["rows"]]
 
 
 def _cells(row: dict[str, Any]) -> dict[str, str]:

@@ -47,6 +47,11 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     return [*found, "", *MEANING.splitlines(), *([""] if others else []), *others]
 
 
+def rows_of(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows of all parts that have some."""
+    return [row for part in parts if part["ok"] for row in part["rows"]]
+
+
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write one line per row; what is nested takes columns name.part."""
     flat = [_flat(row) for row in rows]

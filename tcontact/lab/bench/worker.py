@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...results.report import plain
-from . import layer, queries
+from . import alternatives, layer, queries
 from .configuration import Configuration
 
 
@@ -22,7 +22,7 @@ def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
         from .measure import measure
 
         return measure(Configuration.from_dict(options))
-    from . import alternatives, pairs, rubbing, small, waiting
+    from . import pairs, rubbing, small, waiting
 
     tasks: dict[str, Callable[..., dict[str, Any]]] = {
         "compilation": small.compilation,
