@@ -41,10 +41,17 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     for row in report.get("bar", ()):
         found += ["", _bar(row) if row["ok"] else f"bar-impact, {row['threads']} threads: FAILED: {row['reason']}"]
     found += layer.lines(report.get("layer", []))
-    found += rubbing.lines(report.get("rubbing", []))
-    found += queries.lines(report.get("queries", []))
-    found += waiting.lines(report)
+    found += further(report)
     return [*found, "", *MEANING.splitlines(), *([""] if others else []), *others]
+
+
+def further(report: Mapping[str, Any]) -> list[str]:
+    """Return friction, gap queries, and what is no step, as text."""
+    return [
+        *rubbing.lines(report.get("rubbing", [])),
+        *queries.lines(report.get("queries", [])),
+        *waiting.lines(report),
+    ]
 
 
 def rows_of(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
