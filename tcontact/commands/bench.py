@@ -15,10 +15,18 @@ from . import options, words
 from .doctor import cores
 from .folder import writable
 
-QUICK: dict[str, Any] = {"laws": ["neo-hookean"], "sizes": [8], "threads": [1], "seconds": 1.0}
+QUICK: dict[str, Any] = {
+    "kinds": ["hex8", "tet4"],
+    "laws": ["neo-hookean"],
+    "sizes": [8],
+    "threads": [1],
+    "contact": ["none", "normal"],
+    "seconds": 1.0,
+}
 ONLY = {
     "--solvers": "only compares both removals of linear hex8 cubes on the CPU: leave it out",
     "--pairs": "only measures neo-Hookean hex8 cubes with full removal on the CPU: leave it out",
+    "--alternatives": "only measures the force of its own cells and laws on the CPU: leave it out",
 }
 
 
@@ -28,7 +36,8 @@ def add(subparsers: Any) -> None:
         "bench",
         help="measure what a step costs on this machine",
         description="Time the whole explicit step, a process per configuration, beside the plain kernel, the copy"
-        " bandwidth and an assembled matrix. Leaves bench.json, bench.csv and bench.png in a folder.",
+        " bandwidth; then friction, gap queries, set-up, frames, start, and the force beside FElupe and a SciPy matrix"
+        " where they are installed (pip install felupe). Leaves bench.json, bench.csv, alternatives.csv and bench.png.",
     )
     lists: dict[str, tuple[Callable[[str], Any], str]] = {
         "kinds": (_among(KINDS), "kinds of cells"),
@@ -49,7 +58,10 @@ def add(subparsers: Any) -> None:
     options.add(parser, "--arch")
     options.add(parser, "--out", default=Path("runs/bench"), help="(default: runs/bench)")
     parser.add_argument(
-        "--quick", action="store_true", help="8^3 cells, one law, one thread, a minute unless given: a look only"
+        "--quick",
+        action="store_true",
+        help="a look within a minute: hex8 and tet4, neo-Hookean, 8^3, one thread, no full removal unless given;"
+        " no compile times, and beside the steps the other ways to the force alone",
     )
     parser.add_argument(
         "--solvers",
@@ -61,13 +73,19 @@ def add(subparsers: Any) -> None:
         action="store_true",
         help="only measure two cubes in contact: search, coupling and solve, for one of --sizes; leaves pairs.json",
     )
+    parser.add_argument(
+        "--alternatives",
+        action="store_true",
+        help="only compare the internal force with FElupe, a SciPy matrix and the plain kernel, for one of --sizes;"
+        " leaves alternatives.json and alternatives.csv",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, write the files, print the table; return 1 if a configuration failed."""
     from ..lab.bench import pairs, static_solvers, table
-    from ..lab.bench.collect import collect, pairs_of_bodies
+    from ..lab.bench.collect import collect, machine, other_ways, pairs_of_bodies
 
     _check(arguments)
     for name, value in (_defaults() | (QUICK if arguments.quick else {})).items():
@@ -87,6 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
         write_json(out / "pairs.json", {"rows": rows})
         print(*pairs.lines(rows), sep="\n")
         return 0 if all(row["ok"] for row in rows) else 1
+    if arguments.alternatives:
+        found = other_ways(sizes[0], threads, arguments.arch, lambda text: print(f"  {text}", flush=True))
+        rows = table.rows_of(found)
+        write_json(out / "alternatives.json", {"machine": machine(), "rows": found})
+        table.write_csv(out / "alternatives.csv", rows)
+        print(*table.lines({"machine": machine(), "rows": [], "alternatives": found}), sep="\n")
+        return 0 if all(row["ok"] for row in [*found, *rows]) else 1
     configurations = grid(
         arguments.kinds,
         arguments.laws,
@@ -98,13 +123,16 @@ def run(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         batches=3 if arguments.quick else 5,
     )
-    report = collect(configurations, lambda text: print(f"  {text}", flush=True), extras=not arguments.quick)
+    report = collect(configurations, lambda text: print(f"  {text}", flush=True), quick=arguments.quick)
     write_json(out / "bench.json", report)
     table.write_csv(out / "bench.csv", report["rows"])
+    if report.get("alternatives"):
+        table.write_csv(out / "alternatives.csv", table.rows_of(report["alternatives"]))
     drawn = chart.draw(out / "bench.png", report)
     print(*table.lines(report), sep="\n")
     print(f"\nfiles in {out}" + ("" if drawn else " (no chart: nothing was measured)"))
-    others = [row for part in ("bar", "layer", "rubbing", "queries", "start") for row in report.get(part, ())]
+    others = [row for part, found in report.items() if part not in ("machine", "rows") for row in found]
+    others += table.rows_of(report.get("alternatives", []))
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
 
 
@@ -124,13 +152,14 @@ def _defaults() -> dict[str, Any]:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would be ignored. Raises `InputError`."""
-    if arguments.solvers and arguments.pairs:
-        raise InputError("--pairs", True, "--solvers measures something else: give one of them")
-    alone = "--solvers" if arguments.solvers else "--pairs" if arguments.pairs else ""
+    asked = [name for name in ONLY if getattr(arguments, name.removeprefix("--"))]
+    if len(asked) > 1:
+        raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")
+    alone = asked[0] if asked else ""
     for name in ("kinds", "laws", "contact", "steps", "seconds", "arch") if alone else ():
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name}", getattr(arguments, name), f"{alone} {ONLY[alone]}")
-    one = {"--solvers": ("sizes", "threads"), "--pairs": ("sizes",)}.get(alone, ())
+    one = {"": (), "--solvers": ("sizes", "threads")}.get(alone, ("sizes",))
     for name in one or (("threads",) if arguments.arch == "cuda" else ()):
         if len(getattr(arguments, name) or ()) > 1:
             reason = alone or "--arch cuda"

@@ -2,6 +2,7 @@
 
 How it works. `configuration` names what is measured (cells, law, size, contact), `worker` runs one in a fresh
 process, `measure` times rounds of steps beside `plain_step`, the obvious kernel with atomics, and `accuracy` and
-`reference` compare the forces with numpy and run the same scene for its energy error. `collect`, `table` and `chart`
+`reference` compare the forces with numpy and run the same scene for its energy error. `alternatives` times the force
+beside what a user could take instead, `waiting` what is no step. `collect`, `table` and `chart`
 put it together: compile time is a column of its own, and what fails gets a row.
 """

@@ -12,10 +12,12 @@ from ...scene.contact_models import MasslessContact
 from ...scene.obstacles import Plane
 from ...scene.scene import Scene
 
-AFFINE = ("hex8", "hex8-mean-dilatation")
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
-SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.1], [0.0, -0.1, 0.9]])
+SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.0], [0.1, -0.1, 0.9]])  # planes z = constant stay such
+TURNED = np.array([[0.96, 0.28, 0.0], [-0.28, 0.96, 0.0], [0.0, 0.0, 1.0]])
+# shape of the cells by kind: another one may have other kernels
+FORMS = {"hex8": np.eye(3), "hex8-mean-dilatation": np.eye(3), "hex8-skew": SKEW, "hex8-turned": TURNED}
 YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
 
@@ -32,6 +34,8 @@ def block(kind: str, law: str, size: int, contact: str = "none", duration: float
     """
     cells, formulation = _element(kind)
     mesh = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
+    if kind in ("hex8-skew", "hex8-turned"):
+        mesh = Mesh(mesh.nodes @ FORMS[kind], mesh.cells, cells, face_sets=mesh.face_sets)
     if kind == "hex8-distorted":
         mesh = Mesh(_moved(mesh.nodes, size), mesh.cells, cells, face_sets=mesh.face_sets)
     touching = contact != "none"
@@ -61,16 +65,16 @@ def _velocity(nodes: np.ndarray) -> np.ndarray:
 
 
 def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
-    """Return a cube of shaken or (AFFINE) skew cells, shaken by 0.15 of a cell, and random displacements [n, 3] [m].
+    """Return a cube of cells in the form of their kind (FORMS), or shaken by 0.15 of a cell, and random displacements.
 
-    AFFINE kinds are timed on parallelepipeds, whose kernel is another one.
+    Displacements [n, 3] [m]. Kinds of a form are timed on boxes or parallelepipeds, whose kernels are other ones.
     """
     random = np.random.default_rng(seed)
     h = LENGTH / size
     cells, formulation = _element(kind)
     box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
-    nodes = box.nodes @ SKEW
-    if kind not in AFFINE:
+    nodes = box.nodes @ FORMS.get(kind, SKEW)
+    if kind not in FORMS:
         nodes = nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
     body = Body(Mesh(nodes, box.cells, cells), material(law), name="shaken", formulation=formulation)
     return Scene([body], duration=1.0), 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)

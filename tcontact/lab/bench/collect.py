@@ -9,23 +9,31 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 from ...results.report import versions
-from . import small, timing
+from . import alternatives, small, timing, waiting
 from .configuration import Configuration
 
 LONGEST = 3600.0  # [s] that a process may take
 NUMPY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+TASKS = {
+    "rubbing": "friction of sliding nodes",
+    "queries": "gap queries",
+    "setup": f"set-up of {waiting.SETUP_SIZE}^3 cells",
+    "frames": f"{waiting.FRAMES} frames of a run",
+}
 Say = Callable[[str], None]
 
 
-def collect(configurations: Sequence[Configuration], say: Say, extras: bool = True) -> dict[str, Any]:
+def collect(configurations: Sequence[Configuration], say: Say, quick: bool = False) -> dict[str, Any]:
     """Measure everything; a configuration that fails gives rows with their reason.
 
-    say: told what is measured next; extras: the bar of 100 cells, the friction layer, friction, gap queries and the
-    start-up of the main case.
+    say: told what is measured next. Further rows: other ways to the force, and unless `quick` the bar of 100 cells, the
+    friction layer, friction, gap queries, set-up, frames and the start of the main case; compile times unless `quick`.
     """
     rows: list[dict[str, Any]] = []
     compiled: dict[tuple[str, str, str], dict[str, Any]] = {}
@@ -35,7 +43,7 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
         new = found["rows"] if "rows" in found else at.failed(found.get("failed", "no answer"))
         for row in new:
             key = (at.kind, at.law, row["contact"])
-            if row["ok"] and key not in compiled:
+            if row["ok"] and key not in compiled and not quick:
                 say(f"compile {' '.join(key)}")
                 compiled[key] = compile_seconds(*key, at)
             row |= compiled.get(key, {})
@@ -43,19 +51,34 @@ def collect(configurations: Sequence[Configuration], say: Say, extras: bool = Tr
     for row in rows:
         _scale(row, rows)
     report: dict[str, Any] = {"machine": machine(), "rows": rows}
-    if extras and configurations:
-        arch = configurations[0].arch
-        threads = list(dict.fromkeys(at.threads for at in configurations))
+    if not configurations:
+        return report
+    arch = configurations[0].arch
+    threads = list(dict.fromkeys(at.threads for at in configurations))
+    size = min(alternatives.LARGEST, max(at.size for at in configurations))
+    report["alternatives"] = other_ways(size, threads, arch, say)
+    if not quick:
         say(f"bar of {small.BAR_CELLS} cells")
         report["bar"] = [_ok({"threads": n}, run_worker("bar", {"arch": arch, "threads": n})) for n in threads]
         say("friction layer")
         report["layer"] = [_ok({"threads": n}, run_worker("layer", {"arch": arch, "threads": n})) for n in threads]
-        for task, text in (("rubbing", "friction of sliding nodes"), ("queries", "gap queries")):
+        for task, text in TASKS.items():
             say(text)
             report[task] = [_ok({"threads": n}, run_worker(task, {"arch": arch, "threads": n})) for n in threads]
-        say("import and first step of cube-impact")
+        say("start of cube-impact")
         report["start"] = [_ok({"threads": n}, start_seconds(arch, n)) for n in threads[-1:]]
     return report
+
+
+def other_ways(size: int, threads: Sequence[int], arch: str, say: Say) -> list[dict[str, Any]]:
+    """Return what bench/alternatives.py finds for every number of threads, with an empty kernel cache."""
+    rows = []
+    for count in threads:
+        say(f"other ways to the internal force, {size}^3, {count} threads")
+        with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
+            found = run_worker("alternatives", {"arch": arch, "threads": count, "size": size}, cache)
+        rows.append(_ok({"threads": count}, found))
+    return rows
 
 
 def pairs_of_bodies(size: int, threads: Sequence[int], arch: str, say: Say) -> list[dict[str, Any]]:
@@ -82,15 +105,29 @@ def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dic
 
 
 def start_seconds(arch: str, threads: int) -> dict[str, Any]:
-    """Return cold_s and warm_s of import and first step of cube-impact in new interpreters."""
+    """Return seconds with an empty kernel cache ("cold") and then with a full one ("warm"), in new interpreters.
+
+    cold_s, warm_s: import and first step of cube-impact; run_cold_s, run_cold_cpu_s, ..: its default run from the shell
+    to the last file, CPU seconds of the whole process beside it.
+    """
     result: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
-        for name in ("cold_s", "warm_s"):
-            done = _python(["-c", small.FIRST_STEP.format(arch=arch, threads=threads)], threads, cache)
+    with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as folder:
+        for name in ("cold", "warm"):
+            code = small.FIRST_STEP.format(arch=arch, threads=threads)
+            done = _python(["-c", code], threads, f"{folder}/first")
             if done.returncode != 0:
                 return {"failed": _last_line(done.stderr)}
             seconds, steps, error = done.stdout.split()
-            result |= {name: float(seconds), "steps": int(steps), "energy_error": float(error)}
+            result |= {f"{name}_s": float(seconds), "steps": int(steps), "energy_error": float(error)}
+            words = ["run", "cube-impact", "--arch", arch, "--threads", str(threads), "--out", f"{folder}/{name}"]
+            before, begin = os.times(), perf_counter()
+            done = _python(["-m", "tcontact", *words], threads, f"{folder}/run")
+            after = os.times()
+            if done.returncode != 0:
+                return {"failed": _last_line(done.stderr)}
+            result[f"run_{name}_s"] = perf_counter() - begin
+            spent = (getattr(after, part) - getattr(before, part) for part in ("children_user", "children_system"))
+            result[f"run_{name}_cpu_s"] = sum(spent)
     return result
 
 
@@ -131,7 +168,18 @@ def machine() -> dict[str, Any]:
         name = next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
         pass
-    return {"processor": name, "cores": cores, "load": timing.load(), "versions": versions()}
+    return {"processor": name, "cores": cores, "load": timing.load(), "versions": _versions()}
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of a run and those of what it is compared with."""
+    found = versions()
+    for name in ("scipy", "felupe"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
 
 
 def _scale(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:

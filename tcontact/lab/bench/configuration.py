@@ -10,7 +10,8 @@ from ...mesh.elements import ELEMENTS, FORMULATIONS
 from ...scene import materials
 
 UNCOMPARED = ("tet4-node-averaged",)  # takes several passes over the cells, and the plain step that it needs has one
-KINDS = ("hex8-distorted", *(name for name in FORMULATIONS if name not in UNCOMPARED))
+SHAPES = ("hex8-skew", "hex8-turned", "hex8-distorted")  # hex8 is timed on boxes along the axes
+KINDS = (*SHAPES, *(name for name in FORMULATIONS if name not in UNCOMPARED))
 LAWS = tuple(materials.LAWS)
 CONTACTS = ("none", "normal", "full")
 
@@ -19,10 +20,10 @@ CONTACTS = ("none", "normal", "full")
 class Configuration:
     """Task of one process: a cube of size^3 hexes (six tets or two prisms for each), with and without contact in turns.
 
-    kind: of KINDS, hex8-distorted = inner nodes moved (no parallelepipeds), hex8-reduced = one-point hexes,
-    hex8-mean-dilatation = one volume change per hex; contacts: of "none", "normal" and "full" (removal of the massless
-    contact on one face); threads: CPU threads; steps: per batch, None = chosen; seconds: time budget; batches: at least
-    so many of each kind of work.
+    kind: of KINDS, hex8 = boxes along the axes, hex8-turned = boxes turned about one, hex8-skew = parallelepipeds,
+    hex8-distorted = inner nodes moved, hex8-reduced = one-point hexes, hex8-mean-dilatation = one volume change per
+    hex; contacts: of "none", "normal" and "full" (removal of the massless contact on one face); threads: CPU threads;
+    steps: per batch, None = chosen; seconds: time budget; batches: at least so many of each kind of work.
     """
 
     kind: str
@@ -34,6 +35,11 @@ class Configuration:
     steps: int | None = None
     seconds: float = 10.0
     batches: int = 5
+
+    @property
+    def element(self) -> str:
+        """Name of the element, whatever the shape of its cells."""
+        return "hex8" if self.kind in SHAPES else self.kind
 
     @property
     def cells(self) -> int:

@@ -68,8 +68,12 @@ class PlainStep:
 
     def step(self) -> None:
         """Do one step."""
-        self._add_force(self.connectivity, self.position, self.parameters, self.u, self.force)
+        self.add_force()
         self._update(self.force, self.mass, self.dt, self.u, self.v)
+
+    def add_force(self) -> None:
+        """Add dW/du at u to the force."""
+        self._add_force(self.connectivity, self.position, self.parameters, self.u, self.force)
 
     def size_in_bytes(self) -> int:
         """Return the bytes of its arrays."""

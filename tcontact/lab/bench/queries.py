@@ -1,4 +1,4 @@
-"""Gap queries: an obstacle sampled from a closed surface of ten thousand triangles against the exact shape."""
+"""Gap queries: an obstacle sampled from a closed surface of five thousand triangles against the exact shape."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...scene.scene import Scene
 from . import blocks, timing
 
 RADIUS, CELLS, POINTS, ROUNDS = 0.5, 64, 200_000, 7
-RINGS = 72  # rings of triangles, 2 (RINGS - 1) RINGS triangles in all
+RINGS = 51  # rings of triangles, 2 (RINGS - 1) RINGS triangles in all
 
 
 def queries(arch: str, threads: int) -> dict[str, Any]:

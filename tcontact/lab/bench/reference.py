@@ -120,9 +120,15 @@ def force(
     return result, energy
 
 
-def cell_stiffness(kind: str, lame: Sequence[float], corners: np.ndarray) -> np.ndarray:
-    """Return K [3 corners, 3 corners] [N/m] of a linear elastic cell with the given corners [corners, 3]."""
-    count = corners.size
-    cell = np.arange(len(corners))[None]
-    columns = [force(kind, "linear", lame, corners, cell, unit.reshape(-1, 3))[0].ravel() for unit in np.eye(count)]
-    return np.stack(columns, axis=1)
+def stiffness(kind: str, lame: Sequence[float], nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return K [m, 3 corners, 3 corners] [N/m] of linear elastic cells [m, corners] that use all their Gauss points."""
+    slopes, weights = shape_slopes(kind)
+    lam, mu = lame
+    a = np.einsum("ekc,pkj->epcj", nodes[cells], slopes)
+    gradients = np.einsum("pkj,epjc->epkc", slopes, np.linalg.inv(a))
+    volume = weights * np.linalg.det(a)
+    pairs = np.einsum("ep,epkc,epld->ekcld", volume, gradients, gradients, optimize=True)  # int G_kc G_ld dV
+    shear = np.einsum("ekclc->ekl", pairs)
+    result = lam * pairs + mu * np.swapaxes(pairs, 2, 4)
+    result += mu * shear[:, :, None, :, None] * np.eye(3)[:, None, :]
+    return result.reshape(len(cells), cells.shape[1] * 3, -1)

@@ -73,7 +73,4 @@ def _row(
         row["ledger_host_share"] = spread(1.0 - (taken["kernel"] + looks) / step)
     elif contact != "none":
         row["contact_share"] = spread(1.0 - free / step)
-    if "scipy" in taken:
-        row["scipy_rate"] = spread(cells / taken["scipy"])
-        row["ratio_to_scipy"] = spread(taken["scipy"] / step)
     return row

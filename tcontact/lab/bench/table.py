@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ...device.atomic_file import unlinked
-from . import layer, queries, rubbing
+from . import alternatives, layer, queries, rubbing, waiting
+from .columns import columns
 
 MEANING = """\
 Mcell/s      million cell updates a second of the whole step: force, update, contact, history; median [quartiles]
@@ -27,44 +28,35 @@ err E        largest energy error of the timed run"""
 def lines(report: Mapping[str, Any]) -> list[str]:
     """Return everything that a terminal shows."""
     rows = report["rows"]
+    others = alternatives.lines(report.get("alternatives", []))
     found = [_machine(report["machine"], rows), ""]
+    if not rows:
+        return [*found, *others]
     found += columns([_cells(row) for row in rows])
     found += [_failure(row) for row in rows if not row["ok"]]
     shares = [row for row in rows if row["ok"] and row.get("parts_s")]
     if shares:
         found += ["", "where the time of a step goes, in us; the timers add to the small parts"]
         found += columns([_parts(row) for row in shares])
-    found += _matrix(rows)
     for row in report.get("bar", ()):
         found += ["", _bar(row) if row["ok"] else f"bar-impact, {row['threads']} threads: FAILED: {row['reason']}"]
     found += layer.lines(report.get("layer", []))
-    found += rubbing.lines(report.get("rubbing", []))
-    found += queries.lines(report.get("queries", []))
-    for row in report.get("start", ()):
-        text = f"import and first step of cube-impact, {row['threads']} threads: "
-        text += (
-            f"{row['cold_s']:.1f} s with an empty kernel cache, {row['warm_s']:.1f} s with a filled one"
-            if row["ok"]
-            else f"FAILED: {row['reason']}"
-        )
-        found.append(text)
-    return [*found, "", *MEANING.splitlines()]
+    found += further(report)
+    return [*found, "", *MEANING.splitlines(), *([""] if others else []), *others]
 
 
-def columns(rows: Sequence[Mapping[str, str]]) -> list[str]:
-    """Return rows of named texts as aligned columns, words to the left, figures to the right."""
-    if not rows:
-        return []
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    widths = [max(len(name), *(len(row.get(name, "")) for row in rows)) for name in names]
-    table = [dict(zip(names, names, strict=True)), *rows]
+def further(report: Mapping[str, Any]) -> list[str]:
+    """Return friction, gap queries, and what is no step, as text."""
     return [
-        "  ".join(
-            f"{row.get(name, ''):<{width}}" if name in ("kind", "law", "contact") else f"{row.get(name, ''):>{width}}"
-            for name, width in zip(names, widths, strict=True)
-        ).rstrip()
-        for row in table
+        *rubbing.lines(report.get("rubbing", [])),
+        *queries.lines(report.get("queries", [])),
+        *waiting.lines(report),
     ]
+
+
+def rows_of(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows of all parts that have some."""
+    return [row for part in parts if part["ok"] for row in part["rows"]]
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -121,18 +113,6 @@ def _machine(machine: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> s
         text += f"\nNOTE: a loaded machine (load up to {max(loads):.1f} above our threads): rates are too low, and with"
         text += " several threads ratios are off too"
     return text
-
-
-def _matrix(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    found = [
-        f"  {_name(row)}: K u {1e-6 * row['scipy_rate']['median']:.3g} Mcell/s on one thread,"
-        f" {row['scipy_bytes_per_cell']:.0f} B/cell; our step {row['ratio_to_scipy']['median']:.2f} times as fast with"
-        f" {row['bytes_per_cell'] / row['scipy_bytes_per_cell']:.3f} of its memory"
-        f" (forces differ by {row['scipy_error']:.1e}, err E {row['energy_error']:.1e})"
-        for row in rows
-        if row["ok"] and row["contact"] == "none" and "scipy_rate" in row
-    ]
-    return ["", "assembled SciPy CSR matrix", *found] if found else []
 
 
 def _bar(row: Mapping[str, Any]) -> str:

@@ -11,17 +11,18 @@ from collections.abc import Callable
 from typing import Any
 
 from ...results.report import plain
-from . import layer, queries
+from . import alternatives, layer, queries
 from .configuration import Configuration
 
 
 def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return what the named task finds: measure, compilation, bar, layer, rubbing, queries or pairs."""
+    """Return what the named task finds: measure, compilation, bar, layer, rubbing, queries,
+    setup, frames, alternatives or pairs."""
     if task == "measure":
         from .measure import measure
 
         return measure(Configuration.from_dict(options))
-    from . import pairs, rubbing, small
+    from . import pairs, rubbing, small, waiting
 
     tasks: dict[str, Callable[..., dict[str, Any]]] = {
         "compilation": small.compilation,
@@ -30,6 +31,9 @@ def perform(task: str, options: dict[str, Any]) -> dict[str, Any]:
         "rubbing": rubbing.rubbing,
         "queries": queries.queries,
         "pairs": pairs.pairs,
+        "setup": waiting.setup,
+        "frames": waiting.frames,
+        "alternatives": alternatives.alternatives,
     }
     return tasks[task](**options)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .rows import Report, Row
 
-BENCH = "bench --kinds hex8,hex8-distorted,hex8-reduced,tet4 --laws neo-hookean --sizes 16,32"
+BENCH = "bench --kinds hex8,hex8-turned,hex8-skew,hex8-distorted,hex8-reduced,tet4 --laws neo-hookean --sizes 16,32"
 METHODS = "massless-normal,massless-penalty-10,penalty-1,penalty-10,impulse"
 STUDY = f"study bar-impact --steps .9,.45 --methods {METHODS}"
 HARD_CASES = (

@@ -89,6 +89,39 @@ def _cost(reports: Reports) -> list[str]:
     return found
 
 
+def _others(reports: Reports) -> list[str]:
+    """Return the internal force beside other ways to it."""
+    report = reports(register.BENCH)
+    found = [f"{_processor(report)}; {_versions(report)}.", ""]
+    found += [
+        "| cells, law | threads | method | million cells/s | time over ours | difference of the forces |"
+        " MB held, peak | ready after [s] |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for part in report["alternatives"]:
+        for row in part["rows"] if part["ok"] else ():
+            name = f"`{row['kind']}` {row['size']}^3, {row['law']} | {row['threads']} | {row['method']}"
+            if "rate" not in row:
+                found.append(f"| {name} | {row['reason']} | | | | |")
+                continue
+            cells = (
+                f"{1e-6 * row['rate']['median']:.3g}",
+                f"{row['times_ours']['median']:.2f}",
+                short_exponents(f"{row['force_error']:.0e}"),
+                f"{1e-6 * row['held_bytes']:.1f}, {1e-6 * row['peak_bytes']:.1f}",
+                f"{row['ready_s']:.1f}",
+            )
+            found.append(f"| {name} | {' | '.join(cells)} |")
+    return found
+
+
+def _waits(reports: Reports) -> list[str]:
+    """Return what is no step, and friction and gap queries, as the bench prints them."""
+    from ..bench import table
+
+    return [f"- {line}" for line in table.further(reports(register.BENCH))]
+
+
 def _hard(reports: Reports) -> list[str]:
     """Return the verdicts of some hard cases, as the study prints them."""
     return ["```text", *(line.rstrip() for line in hard_table.lines(reports(register.HARD))), "```"]
@@ -123,6 +156,8 @@ TABLES = {
     "hard-cases": Table(_hard),
     "implicit": Table(lambda reports: rows(register.IMPLICIT_RUNS, reports)),
     "cost": Table(_cost, repeats=False),
+    "others": Table(_others, repeats=False),
+    "waits": Table(_waits, repeats=False),
     "short": Table(lambda reports: rows([row for row in register.RUNS if row.short], reports)),
     "speed": Table(_speed, repeats=False),
 }
