@@ -232,12 +232,13 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                         first_row = 3 * (body.segments[at + ROW] + start)
                         for i in range(3 * corners * width):
                             body.rows[first_row + i] = 0.0
-                for k in ti.static(range(corners)):
-                    for lane in ti.static(range(width)):
+                force = [[answer[0][c][k] for c in range(3)] for k in range(corners)]
+                for lane in range(width):
+                    for k in ti.static(range(corners)):
                         row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
                         old = [body.rows[row + c] for c in range(3)]
                         for c in ti.static(range(3)):
-                            body.rows[row + c] = old[c] + answer[0][c][k][lane]
+                            body.rows[row + c] = old[c] + force[k][c][lane]
         answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
         if ti.static(plastic):
             return answer + [work.sum(), heat.sum(), released.sum(), hottest.max(), longest.max()]
