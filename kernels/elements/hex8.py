@@ -24,7 +24,7 @@ import taichi as ti
 from ..language import tensor3
 from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate
-from .hex8_modes import hex_corner_forces, hex_gradients, hex_modes
+from .hex8_modes import four_gradients, hex_corner_forces, hex_modes
 from .hex8_shapes import ANY, BOX, PARALLELEPIPED
 from .points import cross, dot, geometry, of_shape, plus
 from .record import CellFunctions
@@ -44,29 +44,40 @@ def hex_mode_forces(
     moments = [[zero for _ in range(7)] for _ in range(3)]
     energy = zero
     change = zero + 1e300
-    r1 = half[0]
-    for line in range(4):
-        r2 = half[1] * (2.0 * (line & 1) - 1.0)
-        r3 = half[2] * (2.0 * (line >> 1) - 1.0)
-        g = [hex_gradients(modes[c], r1, r2, r3) for c in range(3)]
+    r1, r2 = half[0], half[1]
+    rise = [[zero for _ in range(4)] for _ in range(3)]
+    for level in range(2):
+        r3 = half[2] * (2.0 * level - 1.0)
+        g = [four_gradients(modes[c], r1, r2, r3) for c in range(3)]
         maps = shape.maps(data, r1, r2, r3)
-        side, first_point = line & 1, 4 * (line >> 1)  # points in the order of the corners they stand next to
-        low = point_answer([g[c][0] for c in range(3)], maps[0], parameters, law, memory, first_point + 3 * side, shape)
-        high = point_answer([g[c][1] for c in range(3)], maps[1], parameters, law, memory, first_point + 1 + side, shape)
-        energy += low[1] + high[1]
-        change = ti.min(change, ti.min(low[2], high[2]))
+        p = [
+            point_answer([g[c][k] for c in range(3)], maps[k], parameters, law, memory, 4 * level + k, shape)
+            for k in range(4)
+        ]
+        energy += (p[0][1] + p[1][1]) + (p[2][1] + p[3][1])
+        change = ti.min(change, ti.min(ti.min(p[0][2], p[1][2]), ti.min(p[2][2], p[3][2])))
         for c in ti.static(range(3)):
-            first = high[0][c][0] + low[0][c][0]
-            second, slope2 = high[0][c][1] + low[0][c][1], (high[0][c][1] - low[0][c][1]) * r1
-            third, slope3 = high[0][c][2] + low[0][c][2], (high[0][c][2] - low[0][c][2]) * r1
-            twist = first * r2 + slope2
+            low, high = p[0][0][c][0] + p[1][0][c][0], p[3][0][c][0] + p[2][0][c][0]
+            left, right = p[0][0][c][1] + p[3][0][c][1], p[1][0][c][1] + p[2][0][c][1]
+            a, b = p[0][0][c][2] + p[1][0][c][2], p[3][0][c][2] + p[2][0][c][2]
+            da, db = p[1][0][c][2] - p[0][0][c][2], p[2][0][c][2] - p[3][0][c][2]
+            first, second = high + low, right + left
+            twist = (high - low) * r2 + (right - left) * r1
             moments[c][0] += first
             moments[c][1] += second
-            moments[c][2] += third
             moments[c][3] += twist
-            moments[c][4] += first * r3 + slope3
-            moments[c][5] += second * r3 + third * r2
-            moments[c][6] += twist * r3 + slope3 * r2
+            moments[c][4] += first * r3
+            moments[c][5] += second * r3
+            moments[c][6] += twist * r3
+            rise[c][0] += a + b
+            rise[c][1] += da + db
+            rise[c][2] += b - a
+            rise[c][3] += db - da
+    for c in ti.static(range(3)):
+        moments[c][2] = rise[c][0]
+        moments[c][4] += rise[c][1] * r1
+        moments[c][5] += rise[c][2] * r2
+        moments[c][6] += rise[c][3] * (r1 * r2)
     if ti.static(shape.even):
         energy *= shape.volume(data)
     return [shape.forces(data, share, moments), share * energy, change]

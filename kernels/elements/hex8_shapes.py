@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..language import tensor3
-from .hex8_modes import GAUSS, hex_gradients, hex_modes
+from .hex8_modes import GAUSS, four_gradients, hex_modes
 
 
 class CellShape(NamedTuple):
@@ -55,8 +55,8 @@ def unit_coordinates(data):
 
 @ti.func
 def maps_of_points(data, r1, r2, r3):
-    a = [hex_gradients(data[c], r1, r2, r3) for c in range(3)]
-    return [cofactors([a[c][0] for c in range(3)]), cofactors([a[c][1] for c in range(3)])]
+    a = [four_gradients(data[c], r1, r2, r3) for c in range(3)]
+    return [cofactors([a[c][k] for c in range(3)]) for k in range(4)]
 
 
 @ti.func
@@ -108,7 +108,7 @@ def edges_of_cell(x):
 
 @ti.func
 def same_maps(data, r1, r2, r3):
-    return [data, data]
+    return [data, data, data, data]
 
 
 @ti.func
