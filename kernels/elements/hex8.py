@@ -1,16 +1,11 @@
 """Hexahedra: corner forces, energy and smallest det F - 1 of one cell from its corners.
 
-Trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With s_j = +-1 a corner's r_j, the modes
-(8 times the trilinear coefficients)
-
-    c1 = sum s1 u,  c2, c3;  c12 = sum s1 s2 u,  c13, c23;  c123 = sum s1 s2 s3 u
-
-give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3; A = 8 dX/dr likewise, D = det A, and
+Trilinear, 2x2x2 Gauss points at +-1/sqrt 3, VTK corner order. With the modes of `hex8_modes` G = 8 du/dr,
+A = 8 dX/dr likewise, D = det A, and
 
     H = G A^-1 = G (cof A)^t / D,    dW_cell/dG = 1/512 P cof A,
 
-and the corner forces follow by the transposed sums (`points`).
-(Hughes, The Finite Element Method, ch. 3; Flanagan and Belytschko 1981 for the modes.)
+which boxes and parallelepipeds simplify (`hex8_shapes`); the corner forces follow by the transposed sums.
 
 The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123 of its corners, s_m = dD/dx_m:
 
@@ -24,77 +19,74 @@ import taichi as ti
 from ..language import tensor3
 from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate
-from .hex8_modes import four_gradients, hex_corner_forces, hex_modes
+from .hex8_modes import hex_corner_forces, hex_gradients, hex_modes, hex_plane
 from .hex8_shapes import ANY, BOX, PARALLELEPIPED
 from .points import cross, dot, geometry, of_shape, plus
 from .record import CellFunctions
 
+
 @ti.func
-def hex_mode_forces(
-    x, mode_u, share, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()
-):
+def hex_mode_forces(x, mode_u, share, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
     """Return [dW/d(mode of u) as [component][mode], energy, smallest det F - 1] from the corners x and the modes of u.
 
     Forces and energy are multiplied by 512 share. shape: of the cell (hex8_shapes.py).
     The loop takes two points at a time: unrolled, the code outgrows the instruction cache and the compile time doubles.
     """
-    data = shape.of_cell(x)
+    data = shape.of_cell(x)  # data[1] is D of a cell of an even shape
     modes, half = shape.modes(data, mode_u), shape.coordinates(data)
-    zero = mode_u[0][0] * 0.0
+    zero = x[0][0] * 0.0
     moments = [[zero for _ in range(7)] for _ in range(3)]
     energy = zero
     change = zero + 1e300
-    r1, r2 = half[0], half[1]
-    rise = [[zero for _ in range(4)] for _ in range(3)]
+    r1 = half[0]
+    rise = [[zero for _ in range(2)] for _ in range(3)]
     for level in range(2):
         r3 = half[2] * (2.0 * level - 1.0)
-        g = [four_gradients(modes[c], r1, r2, r3) for c in range(3)]
-        maps = shape.maps(data, r1, r2, r3)
-        p = [
-            point_answer([g[c][k] for c in range(3)], maps[k], parameters, law, memory, 4 * level + k, shape)
-            for k in range(4)
-        ]
-        energy += (p[0][1] + p[1][1]) + (p[2][1] + p[3][1])
-        change = ti.min(change, ti.min(ti.min(p[0][2], p[1][2]), ti.min(p[2][2], p[3][2])))
+        plane = [hex_plane(modes[c], r1, r3) for c in range(3)]
+        layer = shape.level(data, r1, r3)
+        sums = [[zero for _ in range(3)] for _ in range(3)]
+        for side in range(2):
+            r2 = half[1] * (2.0 * side - 1.0)
+            g = [hex_gradients(plane[c], modes[c], r1, r2) for c in range(3)]
+            maps = shape.maps(data, layer, r1, r2)
+            point = 4 * level  # points in the order of the corners they stand next to
+            low = point_answer([g[c][0] for c in range(3)], maps[0], parameters, law, memory, point + 3 * side, shape)
+            high = point_answer([g[c][1] for c in range(3)], maps[1], parameters, law, memory, point + 1 + side, shape)
+            energy += low[1] + high[1]
+            change = ti.min(change, ti.min(low[2], high[2]))
+            for c in ti.static(range(3)):
+                first = high[0][c][0] + low[0][c][0]
+                third, slope = high[0][c][2] + low[0][c][2], high[0][c][2] - low[0][c][2]
+                sums[c][0] += first
+                sums[c][1] += high[0][c][1] + low[0][c][1]
+                sums[c][2] += first * r2 + (high[0][c][1] - low[0][c][1]) * r1
+                moments[c][2] += third
+                moments[c][5] += third * r2
+                rise[c][0] += slope
+                rise[c][1] += slope * r2
         for c in ti.static(range(3)):
-            low, high = p[0][0][c][0] + p[1][0][c][0], p[3][0][c][0] + p[2][0][c][0]
-            left, right = p[0][0][c][1] + p[3][0][c][1], p[1][0][c][1] + p[2][0][c][1]
-            a, b = p[0][0][c][2] + p[1][0][c][2], p[3][0][c][2] + p[2][0][c][2]
-            da, db = p[1][0][c][2] - p[0][0][c][2], p[2][0][c][2] - p[3][0][c][2]
-            first, second = high + low, right + left
-            twist = (high - low) * r2 + (right - left) * r1
-            moments[c][0] += first
-            moments[c][1] += second
-            moments[c][3] += twist
-            moments[c][4] += first * r3
-            moments[c][5] += second * r3
-            moments[c][6] += twist * r3
-            rise[c][0] += a + b
-            rise[c][1] += da + db
-            rise[c][2] += b - a
-            rise[c][3] += db - da
+            moments[c][0] += sums[c][0]
+            moments[c][1] += sums[c][1]
+            moments[c][3] += sums[c][2]
+            moments[c][4] += sums[c][0] * r3
+            moments[c][5] += sums[c][1] * r3
+            moments[c][6] += sums[c][2] * r3
     for c in ti.static(range(3)):
-        moments[c][2] = rise[c][0]
-        moments[c][4] += rise[c][1] * r1
-        moments[c][5] += rise[c][2] * r2
-        moments[c][6] += rise[c][3] * (r1 * r2)
+        moments[c][4] += rise[c][0] * r1
+        moments[c][6] += rise[c][1] * r1
     if ti.static(shape.even):
-        energy *= shape.volume(data)
+        energy *= data[1]
     return [shape.forces(data, share, moments), share * energy, change]
 
 
 @ti.func
-def point_answer(
-    g, mapped, parameters, law: ti.template(), memory: ti.template(), point, shape: ti.template()
-):
+def point_answer(g, mapped, parameters, law: ti.template(), memory: ti.template(), point, shape: ti.template()):
     """Return [Q, energy, det F - 1] of one Gauss point of weight 1 (hex8_shapes.py)."""
-    volume = shape.volume(mapped)
-    answer = respond(law, shape.pull(g, mapped), parameters, memory, point, volume)
-    q = shape.push(answer[0], mapped)
+    answer = respond(law, shape.pull(g, mapped), parameters, memory, point, mapped[1])
     if ti.static(shape.even):
-        return [q, answer[1], answer[2]]
+        return [shape.push(answer[0], mapped), answer[1], answer[2]]
     else:
-        return [q, volume * answer[1], answer[2]]
+        return [shape.push(answer[0], mapped), mapped[1] * answer[1], answer[2]]
 
 
 @ti.func

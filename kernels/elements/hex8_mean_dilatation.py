@@ -39,10 +39,7 @@ def along(slopes, modes):
 def with_pressure(points, weight, modulus, reference, slopes, change):
     """Return [corner forces, energy, smallest det F - 1] of the points and the pressure by the change of D together."""
     pressure = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
-    mode_f = [
-        [points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]]
-        for c in range(3)
-    ]
+    mode_f = [[points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]] for c in range(3)]
     energy = points[1] + 0.5 * pressure * change
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 
@@ -51,10 +48,7 @@ def with_pressure(points, weight, modulus, reference, slopes, change):
 def with_law(points, weight, volume, reference, slopes):
     """Return what `with_pressure` returns, with the pressure and energy of the cell [U', U, U''] from its law."""
     pressure = weight * ((1.0 / 64.0) * volume[0])
-    mode_f = [
-        [points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]]
-        for c in range(3)
-    ]
+    mode_f = [[points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]] for c in range(3)]
     energy = points[1] + weight * ((1.0 / 64.0) * reference) * volume[1]
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 

@@ -44,21 +44,15 @@ def hex_corner_forces(m):
 
 
 @ti.func
-def hex_gradients(c, r1, r2, r3):
-    """Return G of one component at the points (-r1, r2, r3) and (r1, r2, r3), each [direction]."""
-    first = c[0] + c[3] * r2 + (c[4] + c[6] * r2) * r3
-    second, slope2 = c[1] + c[5] * r3, (c[3] + c[6] * r3) * r1
-    third, slope3 = c[2] + c[5] * r2, (c[4] + c[6] * r2) * r1
-    return [[first, second - slope2, third - slope3], [first, second + slope2, third + slope3]]
+def hex_plane(c, r1, r3):
+    """Return of one component, at a level r3, what `hex_gradients` needs: G_1 and its slope along r2, G_2 at -+r1."""
+    first, slope, second = c[0] + c[4] * r3, c[3] + c[6] * r3, c[1] + c[5] * r3
+    twist = slope * r1
+    return [first, slope, second - twist, second + twist]
 
 
 @ti.func
-def four_gradients(c, r1, r2, r3):
-    """Return G of one component at the four points (-+r1, -+r2, r3) in the order of the corners, each [direction]."""
-    first, slope = c[0] + c[4] * r3, c[3] + c[6] * r3
-    slope1, slope2 = slope * r2, slope * r1
-    second = c[1] + c[5] * r3
-    low1, high1, low2, high2 = first - slope1, first + slope1, second - slope2, second + slope2
-    across, along, both = c[5] * r2, c[4] * r1, c[6] * (r1 * r2)
-    a, b, da, db = c[2] - across, c[2] + across, along - both, along + both
-    return [[low1, low2, a - da], [low1, high2, a + da], [high1, high2, b + db], [high1, low2, b - db]]
+def hex_gradients(plane, c, r1, r2):
+    """Return G of one component at (-r1, r2) and (r1, r2) of the level of `plane`, each [direction]."""
+    first, third, slope = plane[0] + plane[1] * r2, c[2] + c[5] * r2, (c[4] + c[6] * r2) * r1
+    return [[first, plane[2], third - slope], [first, plane[3], third + slope]]

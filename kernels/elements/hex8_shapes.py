@@ -1,12 +1,14 @@
-"""Shapes of hexahedra: how displacements of a cell become H at its points, and the stresses forces on its modes.
+"""Shapes of hexahedra: how displacements of a cell become H at its points, and stresses there forces on its modes.
 
-Each shape is a `CellShape`. With the modes of `hex8_modes` and the coordinates r of the points, +-1/sqrt 3:
+Each shape is a `CellShape`. With modes, G and A as in `hex8_modes` and `hex8`, D = det A and the coordinates r of the
+points, +-1/sqrt 3:
 
     any cell          H = G (cof A)^t / D,     dW/dG = P cof A,     A of each point
     parallelepiped    H = G B^t,               dW/dG = D P B,       B = cof A / D of the cell
-    box (A diagonal)  the modes c_1/a_1, c_12/(a_1 a_2), .. are those of H itself in the coordinates a_1 r_1, ..
+    box (A diagonal)  the modes c1/a1, c12/(a1 a2), .. c123/D are those of H itself in the coordinates a1 r1, ..
 
-In a box P therefore gives D times the forces on these modes, and the points need no products of matrices.
+In a box the points need no products of matrices: the forces on the modes c are those that P gives on the modes of H,
+times D/a1, D/(a1 a2), .. 1. Edges of parallelepipeds are those at the first corner.
 """
 
 from typing import Any, NamedTuple
@@ -14,28 +16,28 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..language import tensor3
-from .hex8_modes import GAUSS, four_gradients, hex_modes
+from .hex8_modes import GAUSS, hex_gradients, hex_modes, hex_plane
 
 
 class CellShape(NamedTuple):
-    """Functions of a shape of cells.
+    """Functions of the cells of a shape.
 
-    of_cell(x) -> data from the corners x[c][k]; modes(data, modes of u) -> the modes that `pull` understands;
-    coordinates(data) -> [r1, r2, r3] of the point where all are positive; maps(data, r1, r2, r3) -> data of the points
-    at (-r1, r2, r3) and (r1, r2, r3); pull(g, map) -> H; push(P, map) -> Q, whose moments are the forces on the modes
-    but for forces(data, share, moments), times 512 share; volume(map) -> D, even: D is the same at all points, and Q
-    and the energies are summed without it.
+    of_cell(x) -> data from the corners x[c][k]; modes(data, modes of u) -> the modes that give g by `hex_gradients` in
+    coordinates(data) -> [r1, r2, r3] of the point where all are positive; level(data, r1, r3) -> data of the points at
+    r3; maps(data, level, r1, r2) -> those of the points at (-r1, r2) and (r1, r2) there; pull(g, map) -> H;
+    push(P, map) -> Q, whose sums over the points, forces(data, share, sums), are 512 share times the forces on the
+    modes of u; map[1] is D; even: it is the same at all points, and Q and the energies are summed without it.
     """
 
     of_cell: Any
     modes: Any
     coordinates: Any
+    level: Any
     maps: Any
     pull: Any
     push: Any
-    volume: Any
     forces: Any
-    even: bool = True
+    even: bool
 
 
 @ti.func
@@ -54,9 +56,14 @@ def unit_coordinates(data):
 
 
 @ti.func
-def maps_of_points(data, r1, r2, r3):
-    a = [four_gradients(data[c], r1, r2, r3) for c in range(3)]
-    return [cofactors([a[c][k] for c in range(3)]) for k in range(4)]
+def planes(data, r1, r3):
+    return [hex_plane(data[c], r1, r3) for c in range(3)]
+
+
+@ti.func
+def maps_of_points(data, level, r1, r2):
+    a = [hex_gradients(level[c], data[c], r1, r2) for c in range(3)]
+    return [cofactors([a[c][0] for c in range(3)]), cofactors([a[c][1] for c in range(3)])]
 
 
 @ti.func
@@ -72,13 +79,8 @@ def pull_any(g, mapped):
 
 
 @ti.func
-def push_any(p, mapped):
+def push(p, mapped):
     return tensor3.product(p, mapped[0])
-
-
-@ti.func
-def volume_of_map(mapped):
-    return mapped[1]
 
 
 @ti.func
@@ -90,10 +92,10 @@ ANY = CellShape(
     modes_of_cell,
     same_modes,
     unit_coordinates,
+    planes,
     maps_of_points,
     pull_any,
-    push_any,
-    volume_of_map,
+    push,
     equal_shares,
     even=False,
 )
@@ -107,8 +109,13 @@ def edges_of_cell(x):
 
 
 @ti.func
-def same_maps(data, r1, r2, r3):
-    return [data, data, data, data]
+def no_level(data, r1, r3):
+    return data
+
+
+@ti.func
+def same_maps(data, level, r1, r2):
+    return [data, data]
 
 
 @ti.func
@@ -125,17 +132,18 @@ PARALLELEPIPED = CellShape(
     edges_of_cell,
     same_modes,
     unit_coordinates,
+    no_level,
     same_maps,
     pull_affine,
-    push_any,
-    volume_of_map,
+    push,
     shares_of_volume,
+    even=True,
 )
 
 
 @ti.func
 def lengths_of_cell(x):
-    """Return [a, 1/a, D] of a box, a the diagonal of A."""
+    """Return [a, D, 1/a, 1/D] of a box, a the diagonal of A."""
     a = [4.0 * (x[c][k] - x[c][0]) for c, k in ((0, 1), (1, 3), (2, 4))]
     volume = a[0] * a[1] * a[2]
     inverse = 1.0 / volume
@@ -150,7 +158,7 @@ def modes_per_length(data, modes):
 
 
 @ti.func
-def own_coordinates(data):
+def lengths(data):
     return [GAUSS * data[0][0], GAUSS * data[0][1], GAUSS * data[0][2]]
 
 
@@ -169,10 +177,11 @@ def shares_of_faces(data, share, moments):
 BOX = CellShape(
     lengths_of_cell,
     modes_per_length,
-    own_coordinates,
+    lengths,
+    no_level,
     same_maps,
     unchanged,
     unchanged,
-    volume_of_map,
     shares_of_faces,
+    even=True,
 )

@@ -190,6 +190,7 @@ def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
     edges = BY_CORNERS[cells.shape[1]].edges
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
 
+
 _UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(8)])  # corners of a hex8 [8, axis]
 
 

@@ -56,8 +56,8 @@ class PlanBlock:
     """Cells of a body with one element and one material.
 
     own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
-    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-affine" where
-    all cells are parallelepipeds and the kernels make use of that.
+    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-box" if all
+    cells are boxes along the axes, else "-affine" if all are parallelepipeds, where the kernels make use of that.
     """
 
     own: BodyBlock

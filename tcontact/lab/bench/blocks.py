@@ -12,9 +12,10 @@ from ...scene.contact_models import MasslessContact
 from ...scene.obstacles import Plane
 from ...scene.scene import Scene
 
-AFFINE = ("hex8", "hex8-mean-dilatation")
+BOXES = ("hex8", "hex8-mean-dilatation")
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
+STRETCH = np.array([1.0, 1.1, 0.9])
 SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.1], [0.0, -0.1, 0.9]])
 YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
@@ -61,16 +62,16 @@ def _velocity(nodes: np.ndarray) -> np.ndarray:
 
 
 def shaken(kind: str, law: str, size: int, seed: int = 0) -> tuple[Scene, np.ndarray]:
-    """Return a cube of shaken or (AFFINE) skew cells, shaken by 0.15 of a cell, and random displacements [n, 3] [m].
+    """Return a cube of shaken cells or (BOXES) boxes, shaken by 0.15 of a cell, and random displacements [n, 3] [m].
 
-    AFFINE kinds are timed on parallelepipeds, whose kernel is another one.
+    BOXES are timed on boxes along the axes, whose kernel is another one.
     """
     random = np.random.default_rng(seed)
     h = LENGTH / size
     cells, formulation = _element(kind)
     box = box_mesh(size=(LENGTH,) * 3, cells=(size,) * 3, kind=cells)
-    nodes = box.nodes @ SKEW
-    if kind not in AFFINE:
-        nodes = nodes + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
+    nodes = box.nodes * STRETCH
+    if kind not in BOXES:
+        nodes = box.nodes @ SKEW + 0.15 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
     body = Body(Mesh(nodes, box.cells, cells), material(law), name="shaken", formulation=formulation)
     return Scene([body], duration=1.0), 0.05 * h * random.uniform(-1.0, 1.0, box.nodes.shape)
