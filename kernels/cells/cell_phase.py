@@ -252,7 +252,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                             )
                 else:
                     for k in ti.static(range(corners)):
-                        for lane in range(width):
+                        for lane in ti.static(range(width)):
                             add_force(
                                 body, rows_at + k * width + lane, first_row, [force[k][c][lane] for c in range(3)]
                             )
