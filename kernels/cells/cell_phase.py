@@ -102,6 +102,15 @@ def keep_places(body: ti.template(), boundary: ti.template()):
             body.bulk_viscosity[1 + 3 * s + c] = body.u[3 * boundary.nodes[s] + c]
 
 
+@ti.func
+def add_force(body: ti.template(), place, first_row, force):
+    """Add the force (3) of the corner at `place` of `connectivity` to its row."""
+    row = (3 * body.connectivity[place] + first_row) & MASK
+    old = [body.rows[row + c] for c in range(3)]
+    for c in ti.static(range(3)):
+        body.rows[row + c] = old[c] + force[c]
+
+
 def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool):
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
@@ -232,12 +241,21 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                         first_row = 3 * (body.segments[at + ROW] + start)
                         for i in range(3 * corners * width):
                             body.rows[first_row + i] = 0.0
-                for k in ti.static(range(corners)):
-                    for lane in ti.static(range(width)):
-                        row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
-                        old = [body.rows[row + c] for c in range(3)]
-                        for c in ti.static(range(3)):
-                            body.rows[row + c] = old[c] + answer[0][c][k][lane]
+                force = [[answer[0][c][k] for c in range(3)] for k in range(corners)]
+                if ti.static(corners == 8):
+                    # lanes are read by a number of the run, not of the compiler: the vectors stand in aligned memory,
+                    # and so do the registers that a hexahedron spills
+                    for lane in range(width):
+                        for k in ti.static(range(corners)):
+                            add_force(
+                                body, rows_at + k * width + lane, first_row, [force[k][c][lane] for c in range(3)]
+                            )
+                else:
+                    for k in ti.static(range(corners)):
+                        for lane in ti.static(range(width)):
+                            add_force(
+                                body, rows_at + k * width + lane, first_row, [force[k][c][lane] for c in range(3)]
+                            )
         answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
         if ti.static(plastic):
             return answer + [work.sum(), heat.sum(), released.sum(), hottest.max(), longest.max()]

@@ -18,19 +18,14 @@ law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
 import taichi as ti
 
 from ..language.point_memory import recall
-from .hex8 import (
-    affine_gradients,
-    hex_centre,
-    hex_corner_forces,
-    hex_gradients,
-    hex_mode_forces,
-    hex_modes,
-    hex_slopes,
-    hex_viscosity,
-)
+from .hex8 import hex_centre, hex_mode_forces, hex_slopes, hex_viscosity
+from .hex8_modes import hex_corner_forces, hex_modes
 from .hex8_reduced import six
-from .points import with_jacobian
+from .hex8_shapes import ANY, BOX, PARALLELEPIPED
+from .points import of_shape
 from .record import CellFunctions
+
+SHARE = 1.0 / 512.0
 
 
 @ti.func
@@ -43,26 +38,18 @@ def along(slopes, modes):
 @ti.func
 def with_pressure(points, weight, modulus, reference, slopes, change):
     """Return [corner forces, energy, smallest det F - 1] of the points and the pressure by the change of D together."""
-    share = weight * (1.0 / 512.0)
     pressure = weight * ((1.0 / 64.0) * modulus) * (change / reference)  # p dv/dD
-    mode_f = [
-        [share * points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [share * points[0][c][6]]
-        for c in range(3)
-    ]
-    energy = share * points[1] + 0.5 * pressure * change
+    mode_f = [[points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]] for c in range(3)]
+    energy = points[1] + 0.5 * pressure * change
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 
 
 @ti.func
 def with_law(points, weight, volume, reference, slopes):
     """Return what `with_pressure` returns, with the pressure and energy of the cell [U', U, U''] from its law."""
-    share = weight * (1.0 / 512.0)
     pressure = weight * ((1.0 / 64.0) * volume[0])
-    mode_f = [
-        [share * points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [share * points[0][c][6]]
-        for c in range(3)
-    ]
-    energy = share * points[1] + weight * ((1.0 / 64.0) * reference) * volume[1]
+    mode_f = [[points[0][c][m] + pressure * slopes[m][c] for m in range(6)] + [points[0][c][6]] for c in range(3)]
+    energy = points[1] + weight * ((1.0 / 64.0) * reference) * volume[1]
     return [[hex_corner_forces(mode_f[c]) for c in range(3)], energy, points[2]]
 
 
@@ -78,7 +65,7 @@ def mean_state(memory: ti.template()):
 
 
 @ti.func
-def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
+def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
     """Return what `hex8.hex_points` returns."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
     rest = hex_slopes(mode_x)
@@ -88,34 +75,28 @@ def split_force(x, u, weight, parameters, law: ti.template(), memory: ti.templat
         mean = change / rest[0]
         volume = law.plastic.volume(mean, parameters, mean_state(memory))
         within = ti.static(memory._replace(pressure=[volume[0], mean]))
-        points = hex_mode_forces(mode_x, mode_u, parameters, law, within, jacobian_of)
+        points = hex_mode_forces(x, mode_u, weight * SHARE, parameters, law, within, shape)
         return with_law(points, weight, volume, rest[0], now[1])
     else:
         without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
-        points = hex_mode_forces(mode_x, mode_u, without, law, memory, jacobian_of)
+        points = hex_mode_forces(x, mode_u, weight * SHARE, without, law, memory, shape)
         return with_pressure(points, weight, parameters[0], rest[0], now[1], change)
 
 
 @ti.func
-def linear_split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), jacobian_of: ti.template()):
+def linear_split_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
     """Return what `split_force` returns for the linear law."""
     mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
-    points = hex_mode_forces(mode_x, mode_u, [0.0, parameters[1]], law, memory, jacobian_of)
+    points = hex_mode_forces(x, mode_u, weight * SHARE, [0.0, parameters[1]], law, memory, shape)
     rest = hex_slopes(mode_x)
     return with_pressure(points, weight, parameters[0], rest[0], rest[1], along(rest[1], mode_u))
-
-
-mean_force = with_jacobian(split_force, hex_gradients)
-affine_mean_force = with_jacobian(split_force, affine_gradients)
-linear_mean_force = with_jacobian(linear_split_force, hex_gradients)
-affine_linear_mean_force = with_jacobian(linear_split_force, affine_gradients)
 
 
 @ti.func
 def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.template()):
     """Return the forces of a step, with D(x) - D(x - d) accurate to the last digits."""
     mode_x, mode_d = [hex_modes(x[c]) for c in range(3)], [hex_modes(d[c]) for c in range(3)]
-    points = hex_mode_forces(mode_x, mode_d, [0.0, parameters[1]], law, memory, hex_gradients)
+    points = hex_mode_forces(x, mode_d, weight * SHARE, [0.0, parameters[1]], law, memory, ANY)
     now = hex_slopes(mode_x)
     before = hex_slopes([[mode_x[c][m] - mode_d[c][m] for m in range(7)] for c in range(3)])
     change = 0.5 * ((along(now[1], mode_d) + along(before[1], mode_d)) - hex_slopes(mode_d)[0])
@@ -123,9 +104,14 @@ def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.tem
 
 
 FUNCTIONS = {
-    name: CellFunctions(8, force, mean_step_force, hex_viscosity, hex_centre, linear_force, "mean-dilatation")
-    for name, force, linear_force in (
-        ("hex8-mean-dilatation", mean_force, linear_mean_force),
-        ("hex8-mean-dilatation-affine", affine_mean_force, affine_linear_mean_force),
+    "hex8-mean-dilatation" + name: CellFunctions(
+        8,
+        of_shape(split_force, shape),
+        mean_step_force,
+        hex_viscosity,
+        hex_centre,
+        of_shape(linear_split_force, shape),
+        "mean-dilatation",
     )
+    for name, shape in (("", ANY), ("-affine", PARALLELEPIPED), ("-box", BOX))
 }

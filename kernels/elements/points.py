@@ -35,12 +35,12 @@ def point_force(g, shape, parameters, law: ti.template(), memory: ti.template(),
     return [tensor3.product(answer[0], shape[0]), shape[2] * answer[1], answer[2]]
 
 
-def with_jacobian(force, jacobian_of):
-    """Return a force function with its Jacobian function fixed (`hex_gradients` or `affine_gradients`)."""
+def of_shape(force, shape):
+    """Return a force function with its shape of cells fixed (hex8_shapes.py)."""
 
     @ti.func
     def force_of(x, u, weight, parameters, law: ti.template(), memory: ti.template()):
-        return force(x, u, weight, parameters, law, memory, jacobian_of)
+        return force(x, u, weight, parameters, law, memory, shape)
 
     return force_of
 

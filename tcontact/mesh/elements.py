@@ -24,15 +24,17 @@ SLANTED = 2.0**0.5  # edge of a cube over the shortest height of the tetrahedra 
 class Formulation:
     """A way to integrate the forces of a cell.
 
-    integration: description for cells of any shape; affine: the same for parallelepipeds, if the kernels make use of
-    that; small: largest number of cells for which one thread is faster than several: its pass then takes about 0.35 ms,
-    as much as starting other threads for the two loops of a pass and for the contact cells would cost;
+    integration: description for cells of any shape; affine, box: the same for parallelepipeds and for boxes along the
+    axes, if the kernels make use of these; small: largest number of cells for which one thread is faster than several:
+    its pass then takes about 0.35 ms, as much as starting other threads for the two loops of a pass and for the contact
+    cells would cost;
     locks: Poisson's ratio above which the cells are too stiff (locking.py).
     """
 
     integration: str
     small: int
     affine: str | None = None
+    box: str | None = None
     locks: float = 1.0
 
 
@@ -120,6 +122,7 @@ def _hex_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 _EVERY_POINT = "Jacobian of every Gauss point recomputed"
 _ONE_JACOBIAN = "one Jacobian per cell, recomputed"
+_THREE_EDGES = "boxes along the axes, their edges recomputed"
 _ONE_CHANGE = ", one volume change per cell"
 
 HEX8 = Element(
@@ -135,9 +138,11 @@ HEX8 = Element(
     spans=((((1, 2, 5, 6), (0, 3, 4, 7)), ((2, 3, 6, 7), (0, 1, 4, 5)), ((4, 5, 6, 7), (0, 1, 2, 3))),),
     in_box=((0, 1, 2, 3, 4, 5, 6, 7),),
     formulations={
-        "full": Formulation(_EVERY_POINT, 4096, _ONE_JACOBIAN, locks=0.45),
+        "full": Formulation(_EVERY_POINT, 4096, _ONE_JACOBIAN, _THREE_EDGES, locks=0.45),
         "reduced": Formulation("mean gradient recomputed", 8192),
-        "mean-dilatation": Formulation(_EVERY_POINT + _ONE_CHANGE, 4096, _ONE_JACOBIAN + _ONE_CHANGE),
+        "mean-dilatation": Formulation(
+            _EVERY_POINT + _ONE_CHANGE, 4096, _ONE_JACOBIAN + _ONE_CHANGE, _THREE_EDGES + _ONE_CHANGE
+        ),
     },
     vtk=12,
     xdmf=("Hexahedron", 9),

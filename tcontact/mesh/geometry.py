@@ -191,6 +191,9 @@ def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
     return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
 
 
+_UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(8)])  # corners of a hex8 [8, axis]
+
+
 def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
     """Return whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then constant."""
     for first in range(0, len(cells), _CHUNK):
@@ -206,6 +209,21 @@ def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
             axis=1,
         )
         if (np.abs(away).max(axis=(1, 2)) > 1e-11 * np.abs(edges).max(axis=(1, 2))).any():
+            return False
+    return True
+
+
+def boxes(nodes: FloatArray, cells: IntArray) -> bool:
+    """Return whether every hex8 is a box along the axes, in the order of its corners: its Jacobian is then diagonal.
+
+    Its corners are those of the box to 1e-13 of its shortest edge.
+    """
+    for first in range(0, len(cells), _CHUNK):
+        x = nodes[cells[first : first + _CHUNK]]
+        low, high = x[:, 0], np.stack([x[:, 1, 0], x[:, 3, 1], x[:, 4, 2]], axis=1)
+        shortest = (high - low).min(axis=1)
+        away = np.abs(x - np.where(_UPPER, high[:, None], low[:, None])).max(axis=(1, 2))
+        if not (away <= 1e-13 * shortest).all():
             return False
     return True
 

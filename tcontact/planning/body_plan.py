@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..mesh.elements import FORMULATIONS
-from ..mesh.geometry import parallelepipeds
+from ..mesh.geometry import boxes, parallelepipeds
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
@@ -56,8 +56,8 @@ class PlanBlock:
     """Cells of a body with one element and one material.
 
     own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
-    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-affine" where
-    all cells are parallelepipeds and the kernels make use of that.
+    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-box" if all
+    cells are boxes along the axes, else "-affine" if all are parallelepipeds, where the kernels make use of that.
     """
 
     own: BodyBlock
@@ -152,10 +152,8 @@ class BodyPlan:
         for own in self.body.blocks:
             last = first + len(own.cells)
             cells = self.cells[first:last, : own.cells.shape[1]]
-            differ = FORMULATIONS[own.element].affine is not None
-            variant = own.element + "-affine" if differ and parallelepipeds(self.reference, cells) else own.element
             contact = touching[(touching >= first) & (touching < last)] - first
-            found.append(PlanBlock(own, first, cells, contact, variant))
+            found.append(PlanBlock(own, first, cells, contact, _variant(own.element, self.reference, cells)))
             first = last
         return tuple(found)
 
@@ -203,3 +201,12 @@ class BodyPlan:
         if self.viscosity is not None:
             names.append("bulk-viscosity")
         return tuple(names)
+
+
+def _variant(element: str, nodes: np.ndarray, cells: np.ndarray) -> str:
+    """Return the name of an element in the kernels, for the shape that all these cells have."""
+    if FORMULATIONS[element].affine is None:
+        return element
+    if boxes(nodes, cells):
+        return element + "-box"
+    return element + "-affine" if parallelepipeds(nodes, cells) else element

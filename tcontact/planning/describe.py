@@ -97,7 +97,8 @@ def _body(plan: Plan, body: BodyPlan) -> str:
 def _block(block: PlanBlock) -> str:
     """Return the law of a block and how its forces are integrated."""
     way = FORMULATIONS[block.own.element]
-    return f"{block.own.material.law} ({way.integration if block.variant == block.own.element else way.affine})"
+    ways = {"": way.integration, "-affine": way.affine, "-box": way.box}
+    return f"{block.own.material.law} ({ways[block.variant.removeprefix(block.own.element)]})"
 
 
 def _named(block: PlanBlock) -> str:

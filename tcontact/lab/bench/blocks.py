@@ -15,9 +15,10 @@ from ...scene.scene import Scene
 LENGTH = 0.1  # [m]
 SPEED = 10 / 3.6  # [m/s]
 SKEW = np.array([[1.0, 0.1, 0.0], [0.2, 1.1, 0.0], [0.1, -0.1, 0.9]])  # planes z = constant stay such
+STRETCH = np.diag([1.0, 1.1, 0.9])
 TURNED = np.array([[0.96, 0.28, 0.0], [-0.28, 0.96, 0.0], [0.0, 0.0, 1.0]])
 # shape of the cells by kind: another one may have other kernels
-FORMS = {"hex8": np.eye(3), "hex8-mean-dilatation": np.eye(3), "hex8-skew": SKEW, "hex8-turned": TURNED}
+FORMS = {"hex8": STRETCH, "hex8-mean-dilatation": STRETCH, "hex8-skew": SKEW, "hex8-turned": TURNED}
 YOUNG, POISSON, DENSITY = 1e7, 0.3, 1000.0  # [Pa], [-], [kg/m^3]
 
 
