@@ -41,12 +41,13 @@ from ..lanes import (
     MEMORY,
     ROW,
     SEGMENT,
+    SHAPE,
     STEP,
     VISCOSITY,
     WIDTH,
 )
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
-from ..language.vectors import MASK
+from ..language.vectors import MASK, load
 from ..materials import LAWS
 from .node_averages import averages_of
 
@@ -119,6 +120,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     pack_memory = points * size * width
     lane_numbers = list(range(width))
     viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
+    stored = elements.FUNCTIONS[kind].stored
 
     @ti.func
     def answer_of(
@@ -130,12 +132,33 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
         weight: ti.template(),
         parameters: ti.template(),
         memory: ti.template(),
+        shape: ti.template(),
     ):
         if ti.static(averaged):
             averages = averages_of(body, segment, pack, corners, width)
             return force_of(x, y, weight, parameters, law_of, memory, averages)
+        elif ti.static(stored):
+            return force_of(shape, y, weight, parameters, law_of, memory)
         else:
             return force_of(x, y, weight, parameters, law_of, memory)
+
+    @ti.func
+    def scatter(body: ti.template(), at, pack, base, own, force: ti.template()):
+        """Add the corner forces of the cells of a pack, component by component of every corner, to their rows."""
+        start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
+        rows_at, first_row = start, base
+        if ti.static(cornered):
+            if own == 1:
+                rows_at = body.connectivity.shape[0] - COUNTING
+                first_row = 3 * (body.segments[at + ROW] + start)
+                for i in range(3 * corners * width):
+                    body.rows[first_row + i] = 0.0
+        for k in ti.static(range(corners)):
+            for lane in ti.static(range(width)):
+                row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
+                old = [body.rows[row + c] for c in range(3)]
+                for c in ti.static(range(3)):
+                    body.rows[row + c] = old[c] + force[c * corners + k][lane]
 
     @ti.func
     def block_phase(body: ti.template(), base, own, first, end, commit):
@@ -151,7 +174,9 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
             parameters = constants_of(body, material, law_of)
-            for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
+            first_pack, end_pack = body.segments[at + FIRST_PACK], body.segments[at + END_PACK]
+            delayed = [zero + 0.0 for _ in range(3 * corners if stored else 0)]  # corner forces of the pack before
+            for pack in range(first_pack, end_pack):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
                 x = [[corner[k][c] for k in range(corners)] for c in range(3)]
@@ -165,7 +190,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     if size
                     else None
                 )
-                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory)
+                shape_at = body.segments[at + SHAPE] + pack * (stored * width)
+                shape = [load(body.position, shape_at + i * width, width) for i in range(stored)]
+                if ti.static(stored):
+                    scatter(body, at, ti.max(pack - 1, first_pack), base, own, delayed)
+                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory, shape)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
@@ -225,19 +254,14 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                             body.cell_sums[held[lane]] = pressure[lane]
                     for c, k in ti.static(ti.ndrange(3, corners)):
                         answer[0][c][k] += density * added[0][c][k]
-                rows_at, first_row = start, base
-                if ti.static(cornered):
-                    if own == 1:
-                        rows_at = body.connectivity.shape[0] - COUNTING
-                        first_row = 3 * (body.segments[at + ROW] + start)
-                        for i in range(3 * corners * width):
-                            body.rows[first_row + i] = 0.0
-                for k in ti.static(range(corners)):
-                    for lane in ti.static(range(width)):
-                        row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
-                        old = [body.rows[row + c] for c in range(3)]
-                        for c in ti.static(range(3)):
-                            body.rows[row + c] = old[c] + answer[0][c][k][lane]
+                force = [answer[0][c][k] for c in range(3) for k in range(corners)]
+                if ti.static(stored):
+                    for i in ti.static(range(3 * corners)):
+                        delayed[i] = force[i]
+                else:
+                    scatter(body, at, pack, base, own, force)
+            if ti.static(stored):
+                scatter(body, at, end_pack - 1, base, own, delayed)
         answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
         if ti.static(plastic):
             return answer + [work.sum(), heat.sum(), released.sum(), hottest.max(), longest.max()]

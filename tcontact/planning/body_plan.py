@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..mesh.elements import FORMULATIONS
-from ..mesh.geometry import parallelepipeds
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, FrictionTable, RegularizedCoulomb
 from ..scene.periodic import Images
+from .cell_shapes import variant
 from .contact_graph import ContactGraph, residual_receivers
 from .rigid import RigidPlan
 
@@ -56,8 +56,8 @@ class PlanBlock:
     """Cells of a body with one element and one material.
 
     own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
-    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-affine" where
-    all cells are parallelepipeds and the kernels make use of that.
+    contact cells among those of the body, numbered as its own cells; variant: name of the element in the kernels
+    (cell_shapes.py).
     """
 
     own: BodyBlock
@@ -152,10 +152,8 @@ class BodyPlan:
         for own in self.body.blocks:
             last = first + len(own.cells)
             cells = self.cells[first:last, : own.cells.shape[1]]
-            differ = FORMULATIONS[own.element].affine is not None
-            variant = own.element + "-affine" if differ and parallelepipeds(self.reference, cells) else own.element
             contact = touching[(touching >= first) & (touching < last)] - first
-            found.append(PlanBlock(own, first, cells, contact, variant))
+            found.append(PlanBlock(own, first, cells, contact, variant(own.element, self.reference, cells)))
             first = last
         return tuple(found)
 
