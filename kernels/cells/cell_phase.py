@@ -4,6 +4,11 @@ A pack holds one cell per lane. Its corners are gathered into vectors over the l
 on vectors, and the corner forces are scattered lane by lane, without atomics, into the force rows of their chunk. The
 vectors are explicit SIMD values (KEEP_VECTORS, compile_options.py) and do not depend on a loop vectoriser.
 
+The forces of cells with one point are scattered when the next pack has been gathered, so that the processor overlaps
+the scatter of one pack with the arithmetic of the next, whose results wait for each other. Elements with several points
+loop over them, and gain nothing by it. The first scatter of a segment adds zeros. Cells with stored shapes read these
+numbers instead of positions; the loads stand before the scatter, which hides their latency.
+
 In chunks of contact cells each corner of each cell has its own force row (`corner_rows` lists those of a boundary
 node), so that the static solve can read the corner forces; the node phase sums them from there. These rows stand in the
 order of the corners: in the scatter the whole numbers at the end of `connectivity` take the place of the nodes.
@@ -120,7 +125,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     pack_memory = points * size * width
     lane_numbers = list(range(width))
     viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
-    stored = elements.FUNCTIONS[kind].stored
+    stored, delays = elements.FUNCTIONS[kind].stored, points == 1
 
     @ti.func
     def answer_of(
@@ -153,6 +158,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                 first_row = 3 * (body.segments[at + ROW] + start)
                 for i in range(3 * corners * width):
                     body.rows[first_row + i] = 0.0
+        rows_at = rows_at & MASK
         for k in ti.static(range(corners)):
             for lane in ti.static(range(width)):
                 row = (3 * body.connectivity[rows_at + k * width + lane] + first_row) & MASK
@@ -175,7 +181,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
             parameters = constants_of(body, material, law_of)
             first_pack, end_pack = body.segments[at + FIRST_PACK], body.segments[at + END_PACK]
-            delayed = [zero + 0.0 for _ in range(3 * corners if stored else 0)]  # corner forces of the pack before
+            delayed = [zero + 0.0 for _ in range(3 * corners if delays else 0)]  # corner forces of the pack before
             for pack in range(first_pack, end_pack):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
@@ -192,7 +198,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                 )
                 shape_at = body.segments[at + SHAPE] + pack * (stored * width)
                 shape = [load(body.position, shape_at + i * width, width) for i in range(stored)]
-                if ti.static(stored):
+                if ti.static(delays):
                     scatter(body, at, ti.max(pack - 1, first_pack), base, own, delayed)
                 answer = answer_of(body, segment, pack, x, y, weight, parameters, memory, shape)
                 energy += answer[1]
@@ -255,12 +261,12 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     for c, k in ti.static(ti.ndrange(3, corners)):
                         answer[0][c][k] += density * added[0][c][k]
                 force = [answer[0][c][k] for c in range(3) for k in range(corners)]
-                if ti.static(stored):
+                if ti.static(delays):
                     for i in ti.static(range(3 * corners)):
                         delayed[i] = force[i]
                 else:
                     scatter(body, at, pack, base, own, force)
-            if ti.static(stored):
+            if ti.static(delays):
                 scatter(body, at, end_pack - 1, base, own, delayed)
         answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
         if ti.static(plastic):

@@ -302,7 +302,7 @@ def slab_order(
 
 
 def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Return an order of cells [m, corners], sorted by their lowest nodes, in which the lanes of a pack share few nodes.
+    """Return an order of cells [m, corners], sorted by their lowest nodes, that keeps equal nodes of a pack apart.
 
     Cells with the same lowest node, such as those that a hexahedron is cut into, are taken in turns with those of the
     WIDTH - 1 next lowest nodes: additions to one force row, which wait for each other, stand further apart.
