@@ -9,9 +9,10 @@ WIDTH = 8  # lanes of a pack
 COUNTING = 8 * WIDTH  # whole numbers from 0 that end `connectivity` if there are contact cells (cell_phase.py)
 # numbers of a segment, the packs of one block of cells in one chunk: first and end pack in the block; end of its cells
 # (pack * width + lane); start of pack 0 in `connectivity`; start of its material in `params`; force row of place 0 of
-# `connectivity`, for contact cells; its first lane among the lanes of all blocks; start of pack 0 in `memory`
-SEGMENT = 8
-FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY = range(SEGMENT)
+# `connectivity`, for contact cells; its first lane among the lanes of all blocks; start of pack 0 in `memory`, and of
+# its stored shapes in `position`
+SEGMENT = 9
+FIRST_PACK, END_PACK, END_CELL, CONNECTIVITY, MATERIAL, ROW, LANE, MEMORY, SHAPE = range(SEGMENT)
 # numbers of a contact block, the contact cells of one block: first and end cell among all contact cells; start of its
 # nodes in `cell_nodes`, of the gradients and of the weights of its quadrature points in `shape_gradients`; number of
 # points per cell; start of its material in `params`; start of its cell 0 in `memory`; number of its kind of cells; its

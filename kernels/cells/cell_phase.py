@@ -4,6 +4,11 @@ A pack holds one cell per lane. Its corners are gathered into vectors over the l
 on vectors, and the corner forces are scattered lane by lane, without atomics, into the force rows of their chunk. The
 vectors are explicit SIMD values (KEEP_VECTORS, compile_options.py) and do not depend on a loop vectoriser.
 
+The forces of cells with one point are scattered when the next pack has been gathered, so that the processor overlaps
+the scatter of one pack with the arithmetic of the next, whose results wait for each other. Elements with several points
+loop over them, and gain nothing by it. The first scatter of a segment adds zeros. Cells with stored shapes read these
+numbers instead of positions; the loads stand before the scatter, which hides their latency.
+
 In chunks of contact cells each corner of each cell has its own force row (`corner_rows` lists those of a boundary
 node), so that the static solve can read the corner forces; the node phase sums them from there. These rows stand in the
 order of the corners: in the scatter the whole numbers at the end of `connectivity` take the place of the nodes.
@@ -41,12 +46,13 @@ from ..lanes import (
     MEMORY,
     ROW,
     SEGMENT,
+    SHAPE,
     STEP,
     VISCOSITY,
     WIDTH,
 )
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
-from ..language.vectors import MASK
+from ..language.vectors import MASK, load
 from ..materials import LAWS
 from .node_averages import averages_of
 
@@ -128,6 +134,8 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     pack_memory = points * size * width
     lane_numbers = list(range(width))
     viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
+    stored, delays = elements.FUNCTIONS[kind].stored, points == 1
+    spills = corners == 8 and points > 1
 
     @ti.func
     def answer_of(
@@ -139,12 +147,40 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
         weight: ti.template(),
         parameters: ti.template(),
         memory: ti.template(),
+        shape: ti.template(),
     ):
         if ti.static(averaged):
             averages = averages_of(body, segment, pack, corners, width)
             return force_of(x, y, weight, parameters, law_of, memory, averages)
+        elif ti.static(stored):
+            return force_of(shape, y, weight, parameters, law_of, memory)
         else:
             return force_of(x, y, weight, parameters, law_of, memory)
+
+    @ti.func
+    def scatter(body: ti.template(), at, pack, base, own, force: ti.template()):
+        """Add the corner forces of the cells of a pack, component by component of every corner, to their rows."""
+        start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
+        rows_at, first_row = start, base
+        if ti.static(cornered):
+            if own == 1:
+                rows_at = body.connectivity.shape[0] - COUNTING
+                first_row = 3 * (body.segments[at + ROW] + start)
+                for i in range(3 * corners * width):
+                    body.rows[first_row + i] = 0.0
+        rows_at = rows_at & MASK
+        if ti.static(spills):
+            # lanes are read by a number of the run, not of the compiler: the vectors stand in aligned memory, and so do
+            # the registers that a hexahedron spills
+            for lane in range(width):
+                for k in ti.static(range(corners)):
+                    own_force = [force[c * corners + k][lane] for c in range(3)]
+                    add_force(body, rows_at + k * width + lane, first_row, own_force)
+        else:
+            for k in ti.static(range(corners)):
+                for lane in ti.static(range(width)):
+                    own_force = [force[c * corners + k][lane] for c in range(3)]
+                    add_force(body, rows_at + k * width + lane, first_row, own_force)
 
     @ti.func
     def block_phase(body: ti.template(), base, own, first, end, commit):
@@ -160,7 +196,9 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
             parameters = constants_of(body, material, law_of)
-            for pack in range(body.segments[at + FIRST_PACK], body.segments[at + END_PACK]):
+            first_pack, end_pack = body.segments[at + FIRST_PACK], body.segments[at + END_PACK]
+            delayed = [zero + 0.0 for _ in range(3 * corners if delays else 0)]  # corner forces of the pack before
+            for pack in range(first_pack, end_pack):
                 start = body.segments[at + CONNECTIVITY] + pack * (corners * width)
                 corner = [gather(body, start + k * width, width) for k in range(corners)]
                 x = [[corner[k][c] for k in range(corners)] for c in range(3)]
@@ -174,7 +212,11 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                     if size
                     else None
                 )
-                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory)
+                shape_at = body.segments[at + SHAPE] + pack * (stored * width)
+                shape = [load(body.position, shape_at + i * width, width) for i in range(stored)]
+                if ti.static(delays):
+                    scatter(body, at, ti.max(pack - 1, first_pack), base, own, delayed)
+                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory, shape)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
@@ -234,28 +276,14 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                             body.cell_sums[held[lane]] = pressure[lane]
                     for c, k in ti.static(ti.ndrange(3, corners)):
                         answer[0][c][k] += density * added[0][c][k]
-                rows_at, first_row = start, base
-                if ti.static(cornered):
-                    if own == 1:
-                        rows_at = body.connectivity.shape[0] - COUNTING
-                        first_row = 3 * (body.segments[at + ROW] + start)
-                        for i in range(3 * corners * width):
-                            body.rows[first_row + i] = 0.0
-                force = [[answer[0][c][k] for c in range(3)] for k in range(corners)]
-                if ti.static(corners == 8):
-                    # lanes are read by a number of the run, not of the compiler: the vectors stand in aligned memory,
-                    # and so do the registers that a hexahedron spills
-                    for lane in range(width):
-                        for k in ti.static(range(corners)):
-                            add_force(
-                                body, rows_at + k * width + lane, first_row, [force[k][c][lane] for c in range(3)]
-                            )
+                force = [answer[0][c][k] for c in range(3) for k in range(corners)]
+                if ti.static(delays):
+                    for i in ti.static(range(3 * corners)):
+                        delayed[i] = force[i]
                 else:
-                    for k in ti.static(range(corners)):
-                        for lane in ti.static(range(width)):
-                            add_force(
-                                body, rows_at + k * width + lane, first_row, [force[k][c][lane] for c in range(3)]
-                            )
+                    scatter(body, at, pack, base, own, force)
+            if ti.static(delays):
+                scatter(body, at, end_pack - 1, base, own, delayed)
         answer = [energy.sum(), change.min(), hourglass.sum(), power.sum(), fastest.max()]
         if ti.static(plastic):
             return answer + [work.sum(), heat.sum(), released.sum(), hottest.max(), longest.max()]

@@ -28,12 +28,14 @@ commits is dissipated ("hourglass_work" of the history).
 
 import taichi as ti
 
+from ..language import tensor3
 from ..language.point_memory import RELEASED, recall, respond
 from .hex8 import hex_corner_forces, hex_modes, hex_slopes, hex_viscosity
 from .points import dot
 from .record import CellFunctions
 
 HOURGLASS = 0.05
+STORED = 10  # of a parallelepiped: s_m/D and D
 SOFTEST = 0.01  # of the hourglass stiffness in plastic flow; 1e-4 leaves static solves unconverged
 
 
@@ -73,6 +75,35 @@ def reduced_force(x, u, weight, parameters, law: ti.template(), memory: ti.templ
         for c in range(3)
     ]
     force = [hex_corner_forces(mode_f[c]) for c in range(3)]
+    return [force, share * (d * answer[1] + hourglass), answer[2], share * hourglass]
+
+
+@ti.func
+def affine_reduced_force(shape, u, weight, parameters, law: ti.template(), memory: ti.template()):
+    """Return what `reduced_force` returns for a parallelepiped, whose modes 12, 13, 23, 123 and their slopes are 0.
+
+    shape: s_m/D as [component][m], then D.
+    """
+    over, d = [[shape[3 * c + m] for m in range(3)] for c in range(3)], shape[9]
+    mode_u = [hex_modes(u[c]) for c in range(3)]
+    h = tensor3.product_transposed([[mode_u[c][m] for m in range(3)] for c in range(3)], over)
+    softening = stiffness_ratio(law, parameters, memory)  # before the point stores its new state
+    answer = respond(law, h, parameters, memory, 0, d)
+    kappa = HOURGLASS * law.modulus(parameters) * d * tensor3.dot(over, over)
+    q = [[mode_u[c][3 + a] for a in range(4)] for c in range(3)]
+    hourglass = 0.5 * kappa * (four(q[0], q[0]) + (four(q[1], q[1]) + four(q[2], q[2])))
+    kappa *= softening
+    if ti.static(memory and law.plastic):
+        softer = softened(law, answer[3], parameters)
+        memory.tally[RELEASED] = memory.tally[RELEASED] + (softening - softer) * hourglass
+        hourglass *= softer
+    share = weight * (1.0 / 64.0)
+    scale, kept = share * d, share * kappa
+    stress = tensor3.product(answer[0], over)
+    force = [
+        hex_corner_forces([scale * stress[c][m] for m in range(3)] + [kept * q[c][a] for a in range(4)])
+        for c in range(3)
+    ]
     return [force, share * (d * answer[1] + hourglass), answer[2], share * hourglass]
 
 
@@ -120,8 +151,10 @@ def hex_mean(x, u):
     return mean_gradient([hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)])[2]
 
 
+REDUCED = CellFunctions(
+    8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1, share=1.0 / 64.0
+)
 FUNCTIONS = {
-    "hex8-reduced": CellFunctions(
-        8, reduced_force, reduced_force, hex_viscosity, hex_mean, tangent="reduced", points=1, share=1.0 / 64.0
-    ),
+    "hex8-reduced": REDUCED,
+    "hex8-reduced-affine": REDUCED._replace(force=affine_reduced_force, stored=STORED),
 }

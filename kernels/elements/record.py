@@ -17,6 +17,8 @@ class CellFunctions(NamedTuple):
     (reduced_tangent.py). points: number of points that call the law, in the order of
     tcontact/planning/lumped_mass.py. averaged: the volume change V (J - 1), which volume(x, u) returns (for the linear
     law linear_volume), is averaged at nodes, and force has `averages_of` (cells/node_averages.py) as its last argument.
+    stored: count of numbers that describe the cell at rest (tcontact/planning/cell_shapes.py), which force takes in
+    place of x, as a list; 0 if it takes x.
     """
 
     corners: int
@@ -29,5 +31,6 @@ class CellFunctions(NamedTuple):
     points: int = 8
     share: float = 1.0 / 512.0
     averaged: bool = False
+    stored: int = 0
     volume: Any = None
     linear_volume: Any = None

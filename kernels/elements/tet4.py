@@ -1,11 +1,18 @@
-"""Linear tetrahedra: one point of weight 1/6, differences to corner 0 (Hughes, The Finite Element Method, ch. 3)."""
+"""Linear tetrahedra: one point of weight 1/6, differences to corner 0 (Hughes, The Finite Element Method, ch. 3).
+
+"tet4-stored" has A^-t of every cell, row by row, and D behind it in an array, so that the positions of the corners need
+not be gathered and A not be inverted in every step: H = G A^-1, dW/dG = D P A^-t.
+"""
 
 import taichi as ti
 
 from ..language import tensor3
+from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate
 from .points import dot, geometry, point_force
 from .record import CellFunctions
+
+STORED = 10  # A^-t and D
 
 
 @ti.func
@@ -28,6 +35,18 @@ def tet_force(x, u, weight, parameters, law: ti.template(), memory: ti.template(
     answer = point_force(g, geometry(a), parameters, law, memory, 0)
     share = weight * (1.0 / 6.0)
     force = [tet_corner_forces([share * answer[0][c][j] for j in range(3)]) for c in range(3)]
+    return [force, share * answer[1], answer[2]]
+
+
+@ti.func
+def stored_tet_force(shape, u, weight, parameters, law: ti.template(), memory: ti.template()):
+    """Return what `tet_force` returns; shape: A^-t and D of the cell."""
+    inverse, d = [[shape[3 * c + j] for j in range(3)] for c in range(3)], shape[9]
+    g = [tet_derivatives(u[c]) for c in range(3)]
+    answer = respond(law, tensor3.product_transposed(g, inverse), parameters, memory, 0, d)
+    share = weight * (1.0 / 6.0) * d
+    stress = tensor3.product(answer[0], inverse)
+    force = [tet_corner_forces([share * stress[c][j] for j in range(3)]) for c in range(3)]
     return [force, share * answer[1], answer[2]]
 
 
@@ -63,4 +82,5 @@ def tet_centre(x, u):
     return tensor3.product_transposed([tet_derivatives(u[c]) for c in range(3)], shape[1])
 
 
-FUNCTIONS = {"tet4": CellFunctions(4, tet_force, tet_force, tet_viscosity, tet_centre, points=1, share=1.0 / 6.0)}
+TET4 = CellFunctions(4, tet_force, tet_force, tet_viscosity, tet_centre, points=1, share=1.0 / 6.0)
+FUNCTIONS = {"tet4": TET4, "tet4-stored": TET4._replace(force=stored_tet_force, stored=STORED)}

@@ -16,8 +16,9 @@ class Body(NamedTuple):
 
     u, v [n, 3] [m, m/s]; connectivity, chunk_table, segments: packed cells (cell_phase.py); corner_rows: force rows of
     contact cells at each boundary node; node_info [n]: chunks and boundary number of a node (lanes.py); position [n, 3]
-    [m] at rest; mass [n] [kg]; params: lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact
-    force; node_sums, cell_sums: columns.py; memory [pack, point, number, lane]: state of the quadrature points
+    [m] at rest, behind it the stored shapes [pack, number, lane] of cells (elements/record.py); mass [n] [kg]; params:
+    lanes.py; rows: force rows [.., 3]; special_force [s, 3]: internal less contact force; node_sums, cell_sums:
+    columns.py; memory [pack, point, number, lane]: state of the quadrature points
     (point_memory.py); volume_lists, volumes: of cells whose volume change is averaged at nodes (node_volumes.py);
     bulk_viscosity: of metals in contact cells: their first lane, displacements [s, 3] of the massless nodes at the last
     time level, rate of every lane over the step times the density (viscous_tangent.py).

@@ -13,7 +13,14 @@ from ..device.launch import Prepared
 from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_columns, group_size, raw_places
 from ..planning.domain import Domain
-from ..planning.domain_packs import corner_lists, massless_count, material_numbers, material_places, pack_domain
+from ..planning.domain_packs import (
+    corner_lists,
+    massless_count,
+    material_numbers,
+    material_places,
+    pack_domain,
+    positions_and_shapes,
+)
 from ..planning.measured import COMBINE
 from ..planning.node_volumes import volume_arrays
 from ..planning.packing import chunks_for
@@ -44,7 +51,7 @@ class InternalForce:
         self.table = arrays.put(packs.chunk_table)
         self.segments = arrays.put(packs.segments)
         self.info = arrays.put(packs.with_boundary(domain.boundary))
-        self.reference = arrays.put(domain.reference)
+        self.reference = arrays.put(positions_and_shapes(domain, packs))
         self.mass = arrays.put(domain.lumped)
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(domain.boundary))

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import runtime
 
+CACHE_LINE = 64  # bytes
 Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dimensional
 
 
@@ -18,11 +19,20 @@ def put(values: np.ndarray) -> Array:
     if flat.size == 0:
         flat = np.zeros(1, dtype=dtype)  # kernels never see an empty array
     if runtime.arch() != "cuda":
-        return flat
+        return _aligned(flat)
     ti = runtime.load()
     device = ti.ndarray(ti.f64 if dtype is np.float64 else ti.i32, flat.size)
     device.from_numpy(flat)
     return device
+
+
+def _aligned(values: np.ndarray) -> np.ndarray:
+    """Return a copy of a flat array that starts on a cache line, so that vectors of lanes do not cross two of them."""
+    room = np.empty(values.nbytes + CACHE_LINE, dtype=np.uint8)
+    first = -room.ctypes.data % CACHE_LINE
+    result = room[first : first + values.nbytes].view(values.dtype)
+    result[:] = values
+    return result
 
 
 def zeros(count: int) -> Array:

@@ -139,7 +139,7 @@ HEX8 = Element(
     in_box=((0, 1, 2, 3, 4, 5, 6, 7),),
     formulations={
         "full": Formulation(_EVERY_POINT, 4096, _ONE_JACOBIAN, _THREE_EDGES, locks=0.45),
-        "reduced": Formulation("mean gradient recomputed", 8192),
+        "reduced": Formulation("mean gradient recomputed", 8192, "one stored Jacobian per cell"),
         "mean-dilatation": Formulation(
             _EVERY_POINT + _ONE_CHANGE, 4096, _ONE_JACOBIAN + _ONE_CHANGE, _THREE_EDGES + _ONE_CHANGE
         ),

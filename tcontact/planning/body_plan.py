@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..mesh.elements import FORMULATIONS
-from ..mesh.geometry import boxes, parallelepipeds
 from ..scene.body import Body
 from ..scene.cell_blocks import BodyBlock
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.friction_models import Coulomb, FrictionLayer, FrictionTable, RegularizedCoulomb
 from ..scene.periodic import Images
+from .cell_shapes import variant
 from .contact_graph import ContactGraph, residual_receivers
 from .rigid import RigidPlan
 
@@ -56,8 +56,8 @@ class PlanBlock:
     """Cells of a body with one element and one material.
 
     own: the same in the body; first: number of its first cell in the plan; cells [m, corners]: nodes; contact [c]: its
-    contact cells among those of the body, numbered as its own cells; variant: name of the element, with "-box" if all
-    cells are boxes along the axes, else "-affine" if all are parallelepipeds, where the kernels make use of that.
+    contact cells among those of the body, numbered as its own cells; variant: name of the element in the kernels
+    (cell_shapes.py).
     """
 
     own: BodyBlock
@@ -153,7 +153,7 @@ class BodyPlan:
             last = first + len(own.cells)
             cells = self.cells[first:last, : own.cells.shape[1]]
             contact = touching[(touching >= first) & (touching < last)] - first
-            found.append(PlanBlock(own, first, cells, contact, _variant(own.element, self.reference, cells)))
+            found.append(PlanBlock(own, first, cells, contact, variant(own.element, self.reference, cells)))
             first = last
         return tuple(found)
 
@@ -201,12 +201,3 @@ class BodyPlan:
         if self.viscosity is not None:
             names.append("bulk-viscosity")
         return tuple(names)
-
-
-def _variant(element: str, nodes: np.ndarray, cells: np.ndarray) -> str:
-    """Return the name of an element in the kernels, for the shape that all these cells have."""
-    if FORMULATIONS[element].affine is None:
-        return element
-    if boxes(nodes, cells):
-        return element + "-box"
-    return element + "-affine" if parallelepipeds(nodes, cells) else element

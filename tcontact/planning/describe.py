@@ -97,7 +97,7 @@ def _body(plan: Plan, body: BodyPlan) -> str:
 def _block(block: PlanBlock) -> str:
     """Return the law of a block and how its forces are integrated."""
     way = FORMULATIONS[block.own.element]
-    ways = {"": way.integration, "-affine": way.affine, "-box": way.box}
+    ways = {"": way.integration, "-stored": way.integration, "-affine": way.affine, "-box": way.box}
     return f"{block.own.material.law} ({ways[block.variant.removeprefix(block.own.element)]})"
 
 

@@ -7,9 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..kernels import lanes
+from .cell_shapes import NUMBERS, STORED, shapes
 from .domain import CellBlock, Domain
 from .lumped_mass import corner_masses
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
+
+CHUNK = 1 << 11  # packs whose shapes are computed at once
 
 
 def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, str], int] | None = None) -> CellPacks:
@@ -26,6 +29,7 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, s
             place,
             len(block.contact),
             kept.get(block.kind, 0),
+            STORED.get(block.variant, 0),
         )
         for place, block in zip(material_places(domain), domain.blocks, strict=True)
     ]
@@ -84,3 +88,27 @@ def corner_lists(domain: Domain, packs: CellPacks) -> np.ndarray:
     order = np.argsort(owner, kind="stable")
     starts = np.searchsorted(owner[order], np.arange(len(domain.boundary) + 1))
     return np.concatenate([starts + len(starts), packs.corners[order]])
+
+
+def positions_and_shapes(domain: Domain, packs: CellPacks) -> np.ndarray:
+    """Return the positions of the nodes, and behind them the stored shapes [pack, number, lane] of the cells."""
+    points = domain.reference
+    if packs.shapes == 0:
+        return points
+    result = np.zeros(int(packs.shape_places[-1]))
+    result[: points.size] = points.ravel()
+    for number, block in enumerate(domain.blocks):
+        ordinary = block.cells[: len(block.cells) - len(block.contact)]
+        for cells, part in ((ordinary, number), (block.contact_cells, number + len(domain.blocks))):
+            if block.variant in STORED and len(cells):
+                _store_shapes(result[packs.shape_places[part] : packs.shape_places[part + 1]], points, cells)
+    return result
+
+
+def _store_shapes(target: np.ndarray, points: np.ndarray, cells: np.ndarray) -> None:
+    """Store the shapes of the cells of a block, the last of which fills up the last pack."""
+    packs = target.reshape(-1, NUMBERS, WIDTH)
+    for first in range(0, len(packs), CHUNK):
+        pack = packs[first : first + CHUNK]
+        own = np.minimum(np.arange(first * WIDTH, (first + len(pack)) * WIDTH), len(cells) - 1)
+        pack[:] = shapes(points[cells[own]]).reshape(-1, WIDTH, NUMBERS).swapaxes(1, 2)

@@ -24,6 +24,7 @@ from ..mesh.geometry import grid_planes
 __all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
 
 IntArray = NDArray[np.int32]
+MAXIMUM_STORED = 1 << 30  # as many places has an array that whole vectors are read from (kernels/language/vectors.py)
 MAXIMUM_BOUNDARY = 1 << 31 - 2 * CHUNK_BITS  # boundary nodes of a domain are fewer: their bits in node_info
 
 
@@ -33,7 +34,7 @@ class Block:
 
     cells [m, corners]: nodes, the contact cells last; width: lanes of a pack; kind: number of the element and law among
     those that the kernel is compiled for; material: place of its constants in `params`; contact: number of contact
-    cells; memory: numbers of state of all quadrature points of a cell.
+    cells; memory: numbers of state of all quadrature points of a cell; shape: stored numbers of its shape.
     """
 
     cells: NDArray[np.integer]
@@ -42,6 +43,7 @@ class Block:
     material: int = MATERIALS
     contact: int = 0
     memory: int = 0
+    shape: int = 0
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ class CellPacks:
     row_count: number of rows (3 force components each); lanes: lanes of all packs; corner_rows: rows of corners;
     corners: row of every corner of the contact cells, block by block; memory: numbers of state of all quadrature
     points; memory_places [2 blocks + 1]: where those of the ordinary cells of each block begin, then those of its
-    contact cells.
+    contact cells; shapes: numbers behind the positions of the nodes, for the stored shapes of all cells;
+    shape_places: as memory_places, from the first position on.
     """
 
     connectivity: IntArray
@@ -71,12 +74,14 @@ class CellPacks:
     corners: NDArray[np.int64]
     memory: int
     memory_places: NDArray[np.int64]
+    shapes: int
+    shape_places: NDArray[np.int64]
 
     @property
     def nbytes(self) -> int:
-        """Bytes of these cells: index arrays and force rows."""
+        """Bytes of these cells: index arrays, force rows and stored shapes."""
         arrays = (self.connectivity, self.chunk_table, self.segments, self.node_info)
-        return sum(array.nbytes for array in arrays) + 24 * self.row_count
+        return sum(array.nbytes for array in arrays) + 24 * self.row_count + 8 * self.shapes
 
     @property
     def first_corner_row(self) -> int:
@@ -136,10 +141,15 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     places = np.concatenate([[0], np.cumsum([part.size for part in parts])])
     lanes = np.concatenate([[0], np.cumsum([part.shape[0] * part.shape[1] for part in parts])])
 
-    sizes = [
-        part.shape[0] * part.shape[1] * block.memory for part, block in zip(parts, [*blocks, *blocks], strict=True)
-    ]
-    memory = np.concatenate([[0], np.cumsum(sizes)])
+    both = [*blocks, *blocks]
+    memory = _places([part.shape[0] * part.shape[1] * block.memory for part, block in zip(parts, both, strict=True)])
+    shapes = _places([part.shape[0] * part.shape[1] * block.shape for part, block in zip(parts, both, strict=True)])
+    shape_places = shapes + -(-3 * node_count // WIDTH) * WIDTH
+    if shapes[-1] and shape_places[-1] > MAXIMUM_STORED:
+        remedy = (
+            f"bodies that step together have at most {MAXIMUM_STORED} numbers for positions and shapes: coarsen them"
+        )
+        raise InputError("cells", int(shape_places[-1]), remedy)
 
     spans = _shared_out(ordinary, chunks)
     first = np.full(node_count, chunks, dtype=np.int32)
@@ -183,6 +193,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
                             own,
                             lanes[number + shift],
                             memory[number + shift],
+                            shape_places[number + shift] if block.shape else 0,
                         )
                         segments.append((start, end, cells, *where))
             table += [len(segments), int(row_bases[chunk]), owns]
@@ -204,7 +215,14 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         corners=np.concatenate(corners),
         memory=int(memory[-1]),
         memory_places=memory,
+        shapes=int(shape_places[-1]) - 3 * node_count if shapes[-1] else 0,
+        shape_places=shape_places,
     )
+
+
+def _places(sizes: list[int]) -> NDArray[np.int64]:
+    """Return where each of several parts begins that stand one after the other, and their end."""
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
 
 
 def _check(block: Block, node_count: int) -> None:
@@ -281,6 +299,20 @@ def slab_order(
     rank[node_order] = np.arange(count)
     renumbered = rank[np.asarray(cells)]
     return node_order, np.lexsort((renumbered.sum(axis=1), renumbered.min(axis=1)))
+
+
+def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return an order of cells [m, corners], sorted by their lowest nodes, that keeps equal nodes of a pack apart.
+
+    Cells with the same lowest node, such as those that a hexahedron is cut into, are taken in turns with those of the
+    WIDTH - 1 next lowest nodes: additions to one force row, which wait for each other, stand further apart.
+    """
+    lowest = np.asarray(cells).min(axis=1)
+    first = np.flatnonzero(np.diff(lowest, prepend=-1))  # of each group of cells with one lowest node
+    sizes = np.diff(first, append=len(lowest))
+    group = np.repeat(np.arange(len(first)), sizes)
+    turn = np.arange(len(lowest)) - np.repeat(first, sizes)
+    return np.lexsort((group, turn, group // WIDTH))
 
 
 def _shares(coordinate: NDArray[np.float64], slabs: int) -> NDArray[np.int64]:
