@@ -27,6 +27,7 @@ from ..contact.friction import (
     STEP,
     WORK,
     friction_force,
+    friction_from,
     node_place,
     tangents,
 )
@@ -177,12 +178,25 @@ def measure_slip(
 
 
 @ti.func
+def shift_of(system: ti.template(), k, block: ti.template()):
+    """Return the shift of the friction of node k in the last sweep, 0 before the first (`coulomb_force`)."""
+    return system.response[block * system.stiffness.shape[0] + k]
+
+
+@ti.func
+def set_shift(system: ti.template(), k, block: ti.template(), shift):
+    """Keep the shift of the friction of node k for the next sweep."""
+    system.response[block * system.stiffness.shape[0] + k] = shift
+
+
+@ti.func
 def solve_single_row(
     contact: ti.template(), rows: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()
 ):
     """Solve the contact problem of a node with one row; return increment, active mask and violation [m].
 
-    d: increment with the forces of the last sweep. Normal and tangential force are iterated in turn, which converges
+    d: increment with the forces of the last sweep, whose shift of friction is the first guess of the next one, as in
+    the rounds here. Normal and tangential force are iterated in turn, which converges
     where mu |coupling| < compliance. Elsewhere the pressing force is bisected between a value that leaves an overlap
     and one that opens the contact.
     """
@@ -202,6 +216,9 @@ def solve_single_row(
         slip = across @ vector_of(rows, k, rows.at.slip) + there @ d
         steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
         low, high = 0.0, 0.0
+        shift = 0.0
+        if ti.static(not contact.options.coupled):
+            shift = shift_of(system, k, block)
         for turn in range(ti.select(steep, SEARCH, ROUNDS)):
             if turn < ROUNDS:
                 pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / compliance)
@@ -210,7 +227,8 @@ def solve_single_row(
             else:
                 pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
             limit = friction_limit(contact, rows, k, k, pressing)
-            friction = friction_force(contact.options.friction, mobility, slip + pressing * coupling, limit, scale)
+            there_now = slip + pressing * coupling
+            friction, shift = friction_from(contact.options.friction, mobility, there_now, limit, scale, shift)
             after = gap + coupling.dot(friction) + compliance * pressing
             off = violated(after, pressing)
             if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):
@@ -219,6 +237,8 @@ def solve_single_row(
                 low = pressing
             else:
                 high = pressing
+        if ti.static(not contact.options.coupled):
+            set_shift(system, k, block, shift)
     else:
         pressing = 0.0
         friction = ti.Vector([0.0, 0.0])

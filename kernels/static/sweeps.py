@@ -41,7 +41,7 @@ from .control import (
 )
 from .massless_node import basis_of, entries, settle, square
 from .neighbours import neighbour_forces
-from .sliding import update_with_friction
+from .sliding import set_shift, update_with_friction
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
 INTERVAL = 10.0  # sweeps between two checks of their progress
@@ -166,8 +166,11 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
 
 @ti.func
 def clear(contact: ti.template(), system: ti.template(), island):
-    """Set d and the vectors kept for the acceleration to 0 in an island."""
+    """Set d and the vectors kept for the acceleration to 0 in an island, with friction the shifts of its rows too."""
     stride = system.stiffness.shape[0]
+    if ti.static(contact.options.static_friction):
+        for k in range(first_node(contact, island), first_node(contact, island + 1)):
+            set_shift(system, k, contact.options.block, 0.0)
     for component in range(ti.static(INCREMENTS * contact.options.block)):
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
             system.increment[component * stride + k] = 0.0
