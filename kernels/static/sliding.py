@@ -148,6 +148,17 @@ def sliding_work_node(
 
 
 @ti.func
+def friction_cap(contact: ti.template(), rows: ti.template(), k, r):
+    """Return the largest friction force [N] that row r of node k transmits whatever its pressing force."""
+    cap = 1e300
+    if ti.static(rows.at.shear_limit >= 0):
+        cap = number_of(rows, r, rows.at.shear_limit)
+    if ti.static(contact.options.layered):
+        cap = ti.min(cap, contact.friction[node_place(k, LIMIT)])
+    return cap
+
+
+@ti.func
 def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
     """Return the largest friction force [N] that row r of node k can transmit."""
     limit = friction_cone(rows, r, pressing)
@@ -178,25 +189,12 @@ def measure_slip(
 
 
 @ti.func
-def shift_of(system: ti.template(), k, block: ti.template()):
-    """Return the shift of the friction of node k in the last sweep, 0 before the first (`coulomb_force`)."""
-    return system.response[block * system.stiffness.shape[0] + k]
-
-
-@ti.func
-def set_shift(system: ti.template(), k, block: ti.template(), shift):
-    """Keep the shift of the friction of node k for the next sweep."""
-    system.response[block * system.stiffness.shape[0] + k] = shift
-
-
-@ti.func
 def solve_single_row(
     contact: ti.template(), rows: ti.template(), system: ti.template(), k, d, flexible, b, scale, block: ti.template()
 ):
     """Solve the contact problem of a node with one row; return increment, active mask and violation [m].
 
-    d: increment with the forces of the last sweep, whose shift of friction is the first guess of the next one, as in
-    the rounds here. Normal and tangential force are iterated in turn, which converges
+    d: increment with the forces of the last sweep. Normal and tangential force are iterated in turn, which converges
     where mu |coupling| < compliance. Elsewhere the pressing force is bisected between a value that leaves an overlap
     and one that opens the contact.
     """
@@ -217,8 +215,6 @@ def solve_single_row(
         steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
         low, high = 0.0, 0.0
         shift = 0.0
-        if ti.static(not contact.options.coupled):
-            shift = shift_of(system, k, block)
         for turn in range(ti.select(steep, SEARCH, ROUNDS)):
             if turn < ROUNDS:
                 pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / compliance)
@@ -237,8 +233,6 @@ def solve_single_row(
                 low = pressing
             else:
                 high = pressing
-        if ti.static(not contact.options.coupled):
-            set_shift(system, k, block, shift)
     else:
         pressing = 0.0
         friction = ti.Vector([0.0, 0.0])
