@@ -1,6 +1,6 @@
 """Sweeps with Coulomb friction where contact nodes have one row each: the nodes of a pack at once, one per lane.
 
-    d = free + lambda D^-1 n + D^-1 T^t t,   g + n.d + e lambda = 0 or lambda = 0,   t against the slip, |t| <= c(lambda)
+    d = free + lambda D^-1 n + D^-1 T^t t,   g + n.d + e lambda = 0 or lambda = 0,   t against slip, |t| <= c(lambda)
 
 free = D^-1 (r_k - sum_j K_kj d_j); T: the tangents in the massless components. This is the problem that `sliding.py`
 solves for a single node, with what stays the same in all sweeps of a linear problem computed once, by `begin_rubbing`,
