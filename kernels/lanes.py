@@ -41,5 +41,5 @@ FREE, MASSLESS, CHUNK_COUNT, STEP, MATERIALS = 10, 11, 12, 13, 14
 VISCOSITY, LAME = -6, -2
 # numbers of an island (islands.py): its first contact node, pack, node without rows and contact block
 ISLAND = 4
-SWEEP_LANES = 4  # contact nodes of one colour that a sweep updates at once
+SWEEP_LANES = 8  # contact nodes of one colour that a sweep updates at once
 MAXIMUM_ROWS = 256  # time levels in one launch of a small domain

@@ -1,6 +1,6 @@
-"""Table of places: where the data of MPRGP stand in `System.response` (static/node_basis.py, static/mprgp.py).
+"""Tables of places in `System.response`: of MPRGP (static/node_basis.py, static/mprgp.py), of sweeps with friction.
 
-Host and kernels share the table. A solve by sweeps needs only the components before these.
+Host and kernels share the tables. A solve by sweeps without friction needs only the components before these.
 """
 
 from typing import NamedTuple
@@ -61,3 +61,30 @@ def places(block: int) -> Places:
 
 
 PLACES = {block: places(block) for block in (1, 3)}
+
+
+class Rubbing(NamedTuple):
+    """First component of each number of sweeps with friction where a node has one row (static/rubbing.py).
+
+    response: D^-1 n; across: T in the massless components, row by row; turned: D^-1 T^t, column by column; mobility:
+    entries 11, 12, 22 of T D^-1 T^t; coupling: T D^-1 n; slip: before the sweeps; friction: of the last sweep;
+    compliance: n D^-1 n + e; coefficient; cap: largest friction whatever the pressing force; pressing: of the last
+    sweep; shift: that of its friction (contact/friction.py); end: number of components.
+    """
+
+    response: int = 0
+    across: int = 3
+    turned: int = 9
+    mobility: int = 15
+    coupling: int = 18
+    slip: int = 20
+    friction: int = 22
+    compliance: int = 24
+    coefficient: int = 25
+    cap: int = 26
+    pressing: int = 27
+    shift: int = 28
+    end: int = 29
+
+
+RUBBING = Rubbing()

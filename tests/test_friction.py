@@ -87,6 +87,46 @@ def test_no_pressure_no_force_and_no_mobility_no_loss():
     assert found == pytest.approx(np.array([[-0.5, 0], [-5e-10, 0], [-1.0, 0]]), rel=1e-12)
 
 
+def resisting_in_lanes(mobilities, slips, most, start):
+    """Coulomb friction [m, 2] of many nodes by the kernel of the sweeps, several at once."""
+    import taichi as ti
+
+    from tcontact.device import arrays
+    from tcontact.kernels.lanes import SWEEP_LANES as LANES
+    from tcontact.kernels.language.arguments import ARRAY
+    from tcontact.kernels.language.compile_options import KEEP_VECTORS, compiled_with
+    from tcontact.kernels.language.vectors import load, store
+    from tcontact.kernels.static.rubbing import coulomb_lanes
+
+    count = -(-len(most) // LANES) * LANES
+
+    @ti.kernel
+    def evaluate(data: ARRAY, out: ARRAY):
+        ti.loop_config(serialize=True)
+        for pack in range(count // LANES):
+            part = [load(data, i * count + pack * LANES, LANES) for i in range(7)]
+            found = coulomb_lanes(part[0:3], part[3:5], part[5], part[6], part[5] >= 0.0)
+            store(out, pack * LANES, found[0], LANES)
+            store(out, count + pack * LANES, found[1], LANES)
+
+    rows = [mobilities[:, 0, 0], mobilities[:, 0, 1], mobilities[:, 1, 1], *slips.T, most, start]
+    data = np.array([np.concatenate([row, np.zeros(count - len(most))]) for row in rows])
+    found = arrays.zeros(2 * count)
+    compiled_with(evaluate, **KEEP_VECTORS)(arrays.put(data), found)
+    return arrays.get(found).reshape(2, count)[:, : len(most)].T.copy()
+
+
+def test_force_in_lanes_is_that_of_single_nodes_wherever_the_search_starts():
+    mobilities, slips, most = random_nodes()
+    most[::20] = 0.0
+    mobilities[5::40, 1] = mobilities[5::40, :, 1] = 0.0  # a support holds the other direction
+    wanted = resisting("coulomb", mobilities, slips, most, 1.0)
+    for start in (0.0, 0.3):
+        guess = start * np.linalg.norm(slips, axis=1) / np.maximum(most, 1e-300)
+        found = resisting_in_lanes(mobilities, slips, most, guess)
+        assert (np.abs(found - wanted).max(axis=1) <= 1e-9 * most).all()
+
+
 def test_regularised_force_is_against_the_slip_and_as_large_as_its_law_says():
     mobilities, slips, most = random_nodes()
     scale = 0.02

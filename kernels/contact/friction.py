@@ -61,57 +61,106 @@ def shifted(mobility, slip, shift):
 
 
 @ti.func
-def strength(law: ti.template(), slip, scale):
-    """Return the ratio phi of c that a slip of this size mobilises."""
+def mobilised(slip, scale):
+    """Return the ratio phi of c that a slip of this size mobilises by the regularised law."""
     result = 1.0
-    if ti.static(law == "regularized"):
-        z = slip / scale
-        if z < 1.0:
-            result = z * (2.0 - z)
+    z = slip / scale
+    if z < 1.0:
+        result = z * (2.0 - z)
     return result
+
+
+@ti.func
+def coulomb_force(mobility, slip, limit, start):
+    """Return the friction force t [2] of Coulomb's law and its shift a; start: a to begin with, 0 where none is known.
+
+    With n = w (W + a)^-1 s* and w = det(W + a) the force has the size |n|/w. It falls with a: safeguarded Newton of
+    w/|n| = 1/c, which is nearly linear in a.
+    """
+    a, b, c = mobility[0, 0], mobility[0, 1], mobility[1, 1]
+    trace, determinant = a + c, a * c - b * b
+    along = ti.Vector([c * slip[0] - b * slip[1], a * slip[1] - b * slip[0]])
+    force = ti.Vector([0.0, 0.0])
+    sticks = False
+    if determinant > SINGULAR * trace * trace:
+        force = along / (0.0 - determinant)
+        sticks = along.norm_sqr() <= (limit * determinant) ** 2
+    else:
+        determinant = 0.0
+        force = shifted(mobility, slip, 0.0)
+        left = slip + mobility @ force  # not zero where no force can stop the slip
+        sticks = force.norm() <= limit and left.norm() <= STOPPED * slip.norm()
+    shift = 0.0
+    if not sticks:
+        low, high = 0.0, slip.norm() / limit
+        # exact where the mobility is the same in all directions; never 0, since there a singular mobility hides the
+        # slip that no force can stop
+        shift = ti.max(1e-2 * STOPPED * high, high - 0.5 * trace)
+        if start > 0.0 and start < high:
+            shift = start
+        whole = 1.0
+        for _ in range(ROUNDS):
+            whole = determinant + shift * (trace + shift)
+            along = ti.Vector([(c + shift) * slip[0] - b * slip[1], (a + shift) * slip[1] - b * slip[0]])
+            square = along.norm_sqr()
+            size, allowed = ti.sqrt(square), limit * whole
+            if ti.abs(size - allowed) <= 1e-14 * allowed:
+                break
+            if size > allowed:
+                low = shift
+            else:
+                high = shift
+            curvature = (c + shift) * along[0] ** 2 - 2.0 * b * along[0] * along[1] + (a + shift) * along[1] ** 2
+            trial = shift + square * (size / limit - whole) / ti.max(curvature, 1e-300)
+            if not (trial > low and trial < high):
+                trial = 0.5 * (low + high)
+            shift = trial
+        force = along / (0.0 - whole)
+    return force, shift
+
+
+@ti.func
+def regularized_force(mobility, slip, limit, scale):
+    """Return the friction force t [2] of the regularised law."""
+    # |t(a)| - c phi(a |t(a)|) falls with a: bisection
+    low, high = 0.0, slip.norm() / limit
+    size = shifted(mobility, slip, high).norm()
+    while size > limit * mobilised(high * size, scale):
+        high = 2.0 * high
+        size = shifted(mobility, slip, high).norm()
+    shift = high
+    force = ti.Vector([0.0, 0.0])
+    for _ in range(ROUNDS):
+        force = shifted(mobility, slip, shift)
+        size = force.norm()
+        allowed = limit * mobilised(shift * size, scale)
+        if ti.abs(size - allowed) <= 1e-14 * limit:
+            break
+        if size > allowed:
+            low = shift
+        else:
+            high = shift
+        shift = 0.5 * (low + high)
+    return force
 
 
 @ti.func
 def friction_force(law: ti.template(), mobility, slip, limit, scale):
     """Return the friction force t [2]; limit: c; scale: e, the slip that fully mobilises the regularised law."""
-    force = ti.Vector([0.0, 0.0])
-    if limit > 0.0:
-        sticks = False
-        if ti.static(law == "coulomb"):
-            force = shifted(mobility, slip, 0.0)
-            left = slip + mobility @ force  # not zero where no force can stop the slip
-            sticks = force.norm() <= limit and left.norm() <= STOPPED * slip.norm()
-        if not sticks:
-            # |t(a)| - c phi(a |t(a)|) falls with a: safeguarded Newton of 1/|t| - 1/c, which is nearly linear in a
-            low, high = 0.0, slip.norm() / limit
-            if ti.static(law == "regularized"):
-                size = shifted(mobility, slip, high).norm()
-                while size > limit * strength(law, high * size, scale):
-                    high = 2.0 * high
-                    size = shifted(mobility, slip, high).norm()
-            shift = high
-            if ti.static(law == "coulomb"):  # exact where the mobility is the same in all directions; never 0, since
-                # there a singular mobility hides the slip that no force can stop
-                shift = ti.max(1e-2 * STOPPED * high, high - 0.5 * (mobility[0, 0] + mobility[1, 1]))
-            for _ in range(ROUNDS):
-                force = shifted(mobility, slip, shift)
-                size = force.norm()
-                allowed = limit * strength(law, shift * size, scale)
-                if ti.abs(size - allowed) <= 1e-14 * limit:
-                    break
-                if size > allowed:
-                    low = shift
-                else:
-                    high = shift
-                trial = 0.5 * (low + high)
-                if ti.static(law == "coulomb"):
-                    back = shifted(mobility, force, shift)  # -d|t|^2/da / 2 = t.(W + a)^-1 t
-                    slope = 0.0 - force.dot(back)
-                    newton = shift + size * size * (size / limit - 1.0) / ti.max(slope, 1e-300)
-                    if newton > low and newton < high:
-                        trial = newton
-                shift = trial
+    force, _shift = friction_from(law, mobility, slip, limit, scale, 0.0)
     return force
+
+
+@ti.func
+def friction_from(law: ti.template(), mobility, slip, limit, scale, start):
+    """Return the friction force t [2] and its shift a, of the regularised law 0; start: see `coulomb_force`."""
+    force, shift = ti.Vector([0.0, 0.0]), 0.0
+    if limit > 0.0:
+        if ti.static(law == "coulomb"):
+            force, shift = coulomb_force(mobility, slip, limit, start)
+        else:
+            force = regularized_force(mobility, slip, limit, scale)
+    return force, shift
 
 
 @ti.func

@@ -236,6 +236,11 @@ class ContactOptions(NamedTuple):
         return bool(self.friction) and self.block > 1
 
     @property
+    def rubs_in_lanes(self) -> bool:
+        """Return whether sweeps solve the friction of several nodes at once: with one row each, by Coulomb's law."""
+        return self.static_friction and self.slots == 1 and self.friction == "coulomb" and not self.coupled
+
+    @property
     def row_places(self) -> RowPlaces:
         """Return the places of the numbers of a constraint row; numbers that no kernel reads have none."""
         friction, solved = self.friction != "", self.static_friction

@@ -27,6 +27,7 @@ from ..contact.friction import (
     STEP,
     WORK,
     friction_force,
+    friction_from,
     node_place,
     tangents,
 )
@@ -147,6 +148,17 @@ def sliding_work_node(
 
 
 @ti.func
+def friction_cap(contact: ti.template(), rows: ti.template(), k, r):
+    """Return the largest friction force [N] that row r of node k transmits whatever its pressing force."""
+    cap = 1e300
+    if ti.static(rows.at.shear_limit >= 0):
+        cap = number_of(rows, r, rows.at.shear_limit)
+    if ti.static(contact.options.layered):
+        cap = ti.min(cap, contact.friction[node_place(k, LIMIT)])
+    return cap
+
+
+@ti.func
 def friction_limit(contact: ti.template(), rows: ti.template(), k, r, pressing):
     """Return the largest friction force [N] that row r of node k can transmit."""
     limit = friction_cone(rows, r, pressing)
@@ -202,6 +214,7 @@ def solve_single_row(
         slip = across @ vector_of(rows, k, rows.at.slip) + there @ d
         steep = gap < 0.0 and number_of(rows, k, rows.at.coefficient) * coupling.norm() >= compliance
         low, high = 0.0, 0.0
+        shift = 0.0
         for turn in range(ti.select(steep, SEARCH, ROUNDS)):
             if turn < ROUNDS:
                 pressing = ti.max(0.0, (0.0 - gap - coupling.dot(friction)) / compliance)
@@ -210,7 +223,8 @@ def solve_single_row(
             else:
                 pressing = 2.0 * ti.max(pressing, (0.0 - gap) / compliance)
             limit = friction_limit(contact, rows, k, k, pressing)
-            friction = friction_force(contact.options.friction, mobility, slip + pressing * coupling, limit, scale)
+            there_now = slip + pressing * coupling
+            friction, shift = friction_from(contact.options.friction, mobility, there_now, limit, scale, shift)
             after = gap + coupling.dot(friction) + compliance * pressing
             off = violated(after, pressing)
             if turn >= ROUNDS - 1 and off <= CLOSED * ti.abs(gap):

@@ -41,6 +41,7 @@ from .control import (
 )
 from .massless_node import basis_of, entries, settle, square
 from .neighbours import neighbour_forces
+from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
 
 STALLED = 0.7  # a sweep that leaves more than this ratio of a residual at rounding level is the last one
@@ -149,6 +150,8 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
         count = system.pack_start[pack + 1] - first
         if ti.static(slots == 1 and not contact.options.static_friction):
             defect = ti.max(defect, update_pack(contact, system, first, count, rest, relaxation, block))
+        elif ti.static(contact.options.rubs_in_lanes):
+            defect = ti.max(defect, rub_pack(contact, system, first, count, rest, block))
         else:  # the solve of such a node is too long to be compiled for lanes
             for i in ti.static(range(block)):
                 own = load(system.right, first + i * stride, LANES) - rest[i]
@@ -217,6 +220,8 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
     clear(contact, system, island)
     if ti.static(contact.options.slots == 1 and not contact.options.static_friction):
         prepare(contact, system, island, contact.options.block)
+    if ti.static(contact.options.rubs_in_lanes):
+        begin_rubbing(contact, rows, system, island, contact.options.block)
     minimum, aim, accepted = goals(stats, settings, island)
     done, residual, stalled = 0.0, 1e300, 0
     relaxation = settings[its + RELAXATION]
@@ -248,6 +253,8 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
             backward = 1 - backward
         if residual > STALLED * before and residual <= stats[at + ROUNDING]:
             stalled = 1
+    if ti.static(contact.options.rubs_in_lanes):
+        end_rubbing(contact, rows, system, island)
     stats[at + SWEEPS] = stats[at + SWEEPS] + done
     if settings[its + LINEAR] == 1.0:
         stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual

@@ -9,12 +9,11 @@ import numpy as np
 from ..cells.internal_force import InternalForce
 from ..device import arrays
 from ..kernels.lanes import SWEEP_LANES, WIDTH
-from ..kernels.node_places import PLACES
 from ..mesh.geometry import shortest_edge
 from ..planning.body_plan import BodyPlan
 from ..planning.domain import Domain
 from ..planning.islands import Island
-from ..planning.static_solver import MAXIMUM_POISSON, projected
+from ..planning.static_solver import MAXIMUM_POISSON, projected, response_components
 from ..planning.sweep_order import SweepOrder
 from ..scene.contact_models import MasslessContact
 from ..scene.scene import Scene
@@ -64,9 +63,7 @@ class StaticSolve:
         self.tolerance = TOLERANCE if model.tolerance is None else model.tolerance
         self.coupled = bool(domain.pairs)
         self.projected = self.coupled or projected(scene, domain.bodies)
-        components = PLACES[block].coupled_end if self.coupled else PLACES[block].end
-        if self.coupled and slots > 1:
-            components = PLACES[block].several_end
+        components = response_components(scene, block, slots, self.coupled, self.projected)
         room = len(contact.nodes) + SWEEP_LANES - 1
         pairs = contact_blocks(domain, force) | {
             "start": graph.pair_start,
@@ -89,7 +86,7 @@ class StaticSolve:
             "right": arrays.zeros(room * block),
             "gaps": arrays.zeros(room * slots),
             "normals": arrays.zeros(room * slots * block),
-            "response": arrays.zeros(room * (components if self.projected else block + 1)),
+            "response": arrays.zeros(room * components),
             "increment": arrays.zeros(3 * room * block),
             "settings": arrays.put(np.stack([self._settings(scene, domain, island) for island in islands])),
             "stats": self.stats,

@@ -19,7 +19,6 @@ from ..kernels.lanes import (
     SPRING_HEAD,
     SPRING_NUMBERS,
 )
-from ..kernels.node_places import PLACES
 from ..kernels.rigid_places import HEAD, POSE, RECORD
 from ..mesh.elements import FORMULATIONS
 from ..mesh.geometry import spanned_heights
@@ -35,7 +34,7 @@ from .measured import raw_groups
 from .node_volumes import volume_arrays
 from .packing import CellPacks
 from .springs import planned_ends, spring_rates
-from .static_solver import projected, static_solver
+from .static_solver import projected, response_components, static_solver
 from .sweep_order import sweep_order
 
 REAL, WHOLE = 8, 4  # bytes of a number
@@ -207,10 +206,9 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
             graph, block = contact.graph, contact.block
             order = sweep_order(graph, block)  # padded to lanes
             size += count * REAL * (3 * block + 1 + 3 * block + block * block + slots * (1 + block) + 2)
-            if projected(plan.scene, domain.bodies):
-                places = PLACES[block]
-                components = (places.several_end if slots > 1 else places.coupled_end) if domain.pairs else places.end
-                size += count * REAL * (components - block - 1)
+            solver = bool(domain.pairs) or projected(plan.scene, domain.bodies)
+            components = response_components(plan.scene, block, slots, bool(domain.pairs), solver)
+            size += count * REAL * (components - block - 1)
             size += len(domain.residual_receivers[1]) * WHOLE
             size += order.column.size * (WHOLE + REAL * block * block) + len(graph.column) * 3 * WHOLE
             size += len(graph.pair_nodes) * (4 * WHOLE + REAL * block * block) + len(graph.entry_pairs) * WHOLE

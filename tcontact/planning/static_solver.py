@@ -16,8 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
+from ..kernels.node_places import PLACES, RUBBING
 from ..scene.cell_blocks import AVERAGED, ROUNDING
 from ..scene.contact_models import MasslessContact
+from ..scene.friction_models import law_of
 from ..scene.scene import Scene
 from .body_plan import BodyPlan
 
@@ -89,6 +91,18 @@ def projected(scene: Scene, bodies: Iterable[BodyPlan]) -> bool:
     """Return whether MPRGP places the massless nodes of bodies that share a domain: they all have one solver."""
     massless = [body for body in bodies if body.contact is not None and body.contact.graph is not None]
     return any(static_solver(scene, body).projected for body in massless)
+
+
+def response_components(scene: Scene, block: int, slots: int, coupled: bool, projects: bool) -> int:
+    """Return the components of a contact node in `System.response` (kernels/node_places.py).
+
+    block: its massless components; slots: its rows; coupled: its body is in a pair; projects: MPRGP solves.
+    """
+    if projects:
+        places = PLACES[block]
+        return (places.several_end if slots > 1 else places.coupled_end) if coupled else places.end
+    in_lanes = block > 1 and slots == 1 and law_of(scene.friction) == "coulomb"
+    return RUBBING.end if in_lanes else block + 1
 
 
 def _hindrance(scene: Scene, block: int, paired: bool) -> str:
