@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kernels import lanes
 from .domain import CellBlock, Domain
-from .lumped_mass import corner_masses
+from .lumped_mass import masses_in_parts
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 
@@ -52,8 +52,8 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
     numbers: list[float] = []
     if viscosity is not None:
         own = block.own.own
-        masses = corner_masses(own.kind, block.body.body.mesh.nodes[own.cells], material.density)
-        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        parts = masses_in_parts(own.kind, block.body.body.mesh.nodes, own.cells, material.density)
+        uneven = max(float((masses.mean(axis=1) / masses.min(axis=1)).max()) for _, masses in parts)
         speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
         numbers += [speed, square, material.density, uneven]
     if domain.dissipates:

@@ -42,10 +42,10 @@ from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
 from .describe import describe
 from .domain import Domain, domains_of
-from .lumped_mass import body_masses, node_areas
+from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
 from .node_volumes import body_volumes
-from .packing import slab_order
+from .packing import inverse, renumbered, slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts
@@ -171,9 +171,8 @@ def plan(scene: Scene) -> Plan:
 def _plan_body(scene: Scene, index: int) -> BodyPlan:
     body, label = scene.bodies[index], scene.label(index)
     mesh = body.mesh
-    masses = body_masses(body)
-    lumped = np.zeros(mesh.node_count)
-    np.add.at(lumped, mesh.cells, masses)
+    masses = NodeMasses(body)
+    lumped = masses.total
     can_touch = scene.can_touch(index)
     facing = None
     if can_touch and scene.obstacles:
@@ -186,8 +185,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         for number, block in enumerate(body.blocks):
             rank[block.numbers] = number
         cell_order = cell_order[np.argsort(rank[cell_order], kind="stable")]
-    place = np.empty(mesh.node_count, dtype=np.int64)
-    place[node_order] = np.arange(mesh.node_count)
+    place = inverse(node_order)
     driven = np.isfinite(body.prescribed)
     free = ~driven & ~body.tied[:, None]
     tensors: dict[str, np.ndarray] = {"nodes": np.zeros(0, dtype=np.int64), "values": np.zeros((0, 3, 3))}
@@ -198,9 +196,9 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         if len(massless.nodes):
             check_clusters(body, massless)
             massless = massless if body.images is None else massless.masters(body.images)
-            moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
+            moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
-    cells = place[mesh.cells[cell_order]]
+    cells = renumbered(place, mesh.cells, cell_order)
     first = np.zeros(0, dtype=np.int64)
     if can_touch:
         contact = _plan_contact(body, massless, place, cells, cell_order, _cell_viscosity(scene))
@@ -244,7 +242,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         support_rows=rows,
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
-        driven=_driven(body)[node_order[boundary]][rows, axes],
+        driven=_driven(body, node_order[boundary[rows]], axes),
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
@@ -254,14 +252,14 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     )
 
 
-def _driven(body: Body) -> np.ndarray:
-    """Return for every component [n, 3] the number of the axis that drives it, -1 without a function of time."""
+def _driven(body: Body, nodes: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return for components [r] of the nodes the number of the axis that drives them, -1 without a function of time."""
     starts, count = {}, 0
     for support in body.driven:
         starts[id(support)] = count
         count += len(support.axes)
     numbers = [starts[id(support)] + motion.number if support.varies else -1 for support, motion in body.motions[1]]
-    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0], nan=-1.0).astype(int)]
+    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0][nodes, axes], nan=-1.0).astype(int)]
 
 
 def _cell_viscosity(scene: Scene) -> float:
