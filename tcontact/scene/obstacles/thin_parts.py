@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from .interpolation import interpolate
-from .nearest import nearest_points, pieces_of
+from .nearest import TriangleTree, pieces_of
 
 MAXIMUM_NODES = 2**26  # maximum number of nodes of a grid
 PIECE = 1.0  # longest edge of the pieces whose centres are checked, in spacings
@@ -66,10 +66,10 @@ def inner_balls(
     on its other side, or one at its own point for a ball that is not held there.
     """
     radius, opposite = np.full(len(points), largest), np.zeros(len(points), dtype=np.int64)
-    active = np.arange(len(points))
+    active, tree = np.arange(len(points)), TriangleTree(corners)
     for _ in range(ROUNDS):
         centres = points[active] - radius[active, None] * normals[active]
-        found, owner = nearest_points(corners, centres, 2.0 * largest)
+        found, owner = tree.nearest(centres, largest)
         apart = points[active] - found
         depth = np.einsum("ni,ni->n", apart, normals[active])
         inside = np.linalg.norm(found - centres, axis=1) < radius[active] * (1.0 - 1e-6)
