@@ -194,7 +194,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
                         segments.append((start, end, cells, *where))
             table += [len(segments), int(row_bases[chunk]), owns]
     corners = [
-        own + places[len(blocks) + number] + _corner_places(block.contact, part.shape[2], part.shape[1])
+        own + places[len(blocks) + number] + _corner_places(block.contact, block.width, block.cells.shape[1])
         for number, (block, part) in enumerate(zip(blocks, contact_parts, strict=True))
     ]
     return CellPacks(
