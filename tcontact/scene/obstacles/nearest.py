@@ -16,7 +16,7 @@ import numpy as np
 GROUP = 8  # members of a group
 FEW = 24  # groups at the top of the tree
 BLOCKS = (9, 6, 3)  # bits of the key that positions of a block differ in, for which groups are chosen together
-AT_ONCE = 1 << 15  # pairs of positions and groups at once: temporaries stay in cache
+AT_ONCE = 1 << 16  # pairs of positions and groups at once: temporaries stay in cache
 SLACK = 1e-12  # rounding of a distance, over the size of the surface
 CELLS = 2**20  # of the curve along an axis
 SPREAD = (  # shifts and masks that put two zeros before every bit
