@@ -60,8 +60,8 @@ def test_heights_of_a_prism():
         for length, wanted in ((2.0, 2.0), (7.0, 2.4)):
             ends = [np.roll(bottom, turn, axis=0) + np.array([0.0, 0.0, z]) for z in (0.0, length)]
             corners = np.concatenate(ends)
-            assert shortest_heights("wedge6", corners[None]) == pytest.approx([wanted], rel=1e-13)
-            assert spanned_heights("wedge6", corners[None])[0] >= wanted * (1.0 - 1e-13)
+            assert shortest_heights("wedge6", corners, np.arange(6)[None]) == pytest.approx([wanted], rel=1e-13)
+            assert spanned_heights("wedge6", corners, np.arange(6)[None])[0] >= wanted * (1.0 - 1e-13)
 
 
 ABAQUS = """*NODE

@@ -62,7 +62,7 @@ class _Part:
         self.block, self._packs = block, packs.lanes // WIDTH
         self._size = len(LAWS[block.material.law].state)
         self._averages = _Averages(body, block) if block.formulation == AVERAGED else None
-        self._cells = arrays.put(packs.connectivity)
+        self._cells = arrays.share(packs.connectivity)
         self._parameters = arrays.put(np.array(shown_parameters(block)))
         self._memory = arrays.zeros(packs.lanes * self._size)
         self._averaged = arrays.zeros(0 if self._averages is None else rows * packs.lanes * AVERAGES)

@@ -41,7 +41,7 @@ class CellViscosity:
             if len(block.contact):
                 assert contact is not None
                 corners = block.contact_cells
-                eta = contact.viscosity * element.spacing * shortest_heights(element.kind, domain.reference[corners])
+                eta = contact.viscosity * element.spacing * shortest_heights(element.kind, domain.reference, corners)
                 eta /= block.material.wave_speed
                 lanes[count : count + len(eta)] = eta
                 count += -(-len(eta) // width) * width

@@ -47,12 +47,12 @@ class InternalForce:
         self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()), kept)
         self.chunks = packs.chunks
         self.gravity, self.pulled = domain.gravity, domain.pulled  # pulled: the loads set it in every step
-        self.connectivity = arrays.put(packs.connectivity)
+        self.connectivity = arrays.share(packs.connectivity)
         self.table = arrays.put(packs.chunk_table)
         self.segments = arrays.put(packs.segments)
-        self.info = arrays.put(packs.with_boundary(domain.boundary))
-        self.reference = arrays.put(positions_and_shapes(domain, packs))
-        self.mass = arrays.put(domain.lumped)
+        self.info = arrays.share(packs.with_boundary(domain.boundary))
+        self.reference = arrays.share(positions_and_shapes(domain, packs))
+        self.mass = arrays.share(domain.lumped)
         self.rows = arrays.zeros(3 * packs.row_count)
         self.special_force = arrays.zeros(3 * len(domain.boundary))
         self.node_sums = arrays.zeros(packs.chunks * NODE_SUMS)

@@ -30,7 +30,7 @@ class PointState:
     def of_block(self, number: int) -> np.ndarray:
         """Return a copy of the state [cells, points, numbers] of a block, its contact cells last."""
         block, (points, size) = self.domain.blocks[number], self._shapes[number]
-        count, contact = len(block.cells), len(block.contact)
+        count, contact = block.count, len(block.contact)
         places = self.force.packs.memory_places
         memory = np.zeros(0) if self.force.memory is None else arrays.get(self.force.memory)
         parts = []
@@ -45,7 +45,7 @@ class PointState:
         from ..kernels.materials import LAWS
 
         block, (points, size) = self.domain.blocks[number], self._shapes[number]
-        count, contact = len(block.cells), len(block.contact)
+        count, contact = block.count, len(block.contact)
         places, law = self.force.packs.memory_places, LAWS[block.material.law].plastic
         assert law is not None
         found = []
@@ -56,11 +56,7 @@ class PointState:
 
     def cells_of(self, block: CellBlock) -> np.ndarray:
         """Return the cells [m] of the body, in the user's numbering, that a block has, its contact cells last."""
-        own = block.own
-        inside = np.ones(len(own.cells), dtype=bool)
-        inside[own.contact] = False
-        order = np.concatenate([np.flatnonzero(inside), own.contact])
-        return block.body.cell_order[own.first + order]
+        return block.body.cell_order[block.own.first + block.order]
 
     def blocks_of_body(self, number: int) -> tuple[np.ndarray, ...]:
         """Return the state [cells, points, numbers] of every block of a body (`Body.blocks`), cells as in the mesh."""

@@ -44,7 +44,7 @@ class VonMises:
                 numbers[0] = 0.0
             state = arrays.zeros(packs.lanes * len(law.state))
             self._data.append(
-                (arrays.put(packs.connectivity), arrays.put(np.array(numbers)), state, arrays.zeros(packs.lanes))
+                (arrays.share(packs.connectivity), arrays.put(np.array(numbers)), state, arrays.zeros(packs.lanes))
             )
 
     def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:

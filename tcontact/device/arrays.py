@@ -6,38 +6,37 @@ from typing import Any
 
 import numpy as np
 
+from ..base.memory import aligned
 from . import runtime
 
-CACHE_LINE = 64  # bytes
 Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dimensional
 
 
 def put(values: np.ndarray) -> Array:
     """Make a flat array on the device with a copy of the values (float64 or int32)."""
     dtype = np.float64 if np.issubdtype(np.asarray(values).dtype, np.floating) else np.int32
-    flat = np.array(values, dtype=dtype).reshape(-1)
+    flat = np.asarray(values).reshape(-1)
     if flat.size == 0:
-        flat = np.zeros(1, dtype=dtype)  # kernels never see an empty array
+        flat = np.zeros(1)  # kernels never see an empty array
     if runtime.arch() != "cuda":
-        return _aligned(flat)
+        array = aligned(flat.size, dtype)
+        array[:] = flat
+        return array
     ti = runtime.load()
     device = ti.ndarray(ti.f64 if dtype is np.float64 else ti.i32, flat.size)
-    device.from_numpy(flat)
+    device.from_numpy(flat.astype(dtype))
     return device
 
 
-def _aligned(values: np.ndarray) -> np.ndarray:
-    """Return a copy of a flat array that starts on a cache line, so that vectors of lanes do not cross two of them."""
-    room = np.empty(values.nbytes + CACHE_LINE, dtype=np.uint8)
-    first = -room.ctypes.data % CACHE_LINE
-    result = room[first : first + values.nbytes].view(values.dtype)
-    result[:] = values
-    return result
+def share(values: np.ndarray) -> Array:
+    """Make a flat array on the device of values that nobody changes: on the CPU their own memory where it fits."""
+    fits = values.dtype in (np.float64, np.int32) and values.flags.c_contiguous and values.size > 0
+    return values.reshape(-1) if fits and runtime.arch() != "cuda" else put(values)
 
 
 def zeros(count: int) -> Array:
     """Make a flat float64 array of zeros on the device."""
-    return put(np.zeros(max(count, 1)))
+    return put(np.broadcast_to(0.0, max(count, 1)))
 
 
 def get(array: Array) -> np.ndarray:

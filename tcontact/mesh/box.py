@@ -10,7 +10,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.validate import choice, vector, whole
 from .elements import ELEMENTS
-from .geometry import FloatArray, IntArray, surface
+from .geometry import FloatArray, IntArray, Surface, face_keys, skin_of
 from .mesh import Mesh
 
 NODE_LIMIT = 2**31 // 24  # 24 numbers per hex8 must count in 32 bits
@@ -35,11 +35,14 @@ def box_mesh(
         raise InputError("size", size, "give three positive edge lengths in metres")
     counts = _counts(cells)
     lines = [_line(corner[k], edges[k], counts[k]) for k in range(3)]
-    z, y, x = np.meshgrid(lines[2], lines[1], lines[0], indexing="ij")
-    nodes = np.stack([x.reshape(-1), y.reshape(-1), z.reshape(-1)], axis=1)
-    element = ELEMENTS[kind]
-    corners = _hexes(counts)[:, np.array(element.in_box)].reshape(-1, element.corners)
-    return Mesh.trusted(nodes, corners, kind, {}, _sides(corners, kind, counts))
+    nodes = np.empty((counts[2] + 1, counts[1] + 1, counts[0] + 1, 3))
+    for axis in range(3):
+        nodes[..., axis] = lines[axis].reshape(-1, *[1] * axis)
+    corners = _cells(kind, counts)
+    skin, sides = _boundary(corners, kind, counts)
+    mesh = Mesh.trusted(nodes.reshape(-1, 3), corners, kind, {}, sides)
+    mesh.__dict__["_surface"] = skin
+    return mesh
 
 
 def _counts(cells: Any) -> list[int]:
@@ -66,23 +69,33 @@ def _line(start: float, length: float, count: int) -> FloatArray:
     return line
 
 
-def _hexes(counts: list[int]) -> IntArray:
+def _cells(kind: str, counts: list[int]) -> IntArray:
+    """Return the cells [m, corners], hexahedron after hexahedron, each cut alike."""
     nx, ny, nz = counts
     row, layer = nx + 1, (nx + 1) * (ny + 1)
-    k, j, i = np.meshgrid(np.arange(nz), np.arange(ny), np.arange(nx), indexing="ij")
-    first = (i + row * j + layer * k).reshape(-1).astype(np.int64)
+    first = np.arange(nx) + row * np.arange(ny)[:, None] + layer * np.arange(nz)[:, None, None]
     bottom = np.array([0, 1, row + 1, row])
-    return first[:, None] + np.concatenate([bottom, bottom + layer])
+    offsets = np.concatenate([bottom, bottom + layer])[np.array(ELEMENTS[kind].in_box)].reshape(-1)
+    cells = np.empty((first.size, len(offsets)), dtype=np.int64)
+    for place, offset in enumerate(offsets):
+        np.add(first.reshape(-1), offset, out=cells[:, place])
+    return cells.reshape(-1, ELEMENTS[kind].corners)
 
 
-def _sides(cells: IntArray, kind: str, counts: list[int]) -> dict[str, IntArray]:
-    """Return the boundary faces by side, outward."""
-    shape = np.array(counts) + 1
-    faces = surface([(kind, cells)], int(np.prod(shape))).faces
-    sides, left = {}, faces
-    for axis, letter in enumerate("xyz"):
-        place = left // int(np.prod(shape[:axis])) % shape[axis]
-        low, high = (place == 0).all(axis=1), (place == counts[axis]).all(axis=1)
-        sides[letter + "min"], sides[letter + "max"] = left[low], left[high]
-        left = left[~low & ~high]
-    return sides
+def _boundary(cells: IntArray, kind: str, counts: list[int]) -> tuple[Surface, dict[str, IntArray]]:
+    """Return the surface, and its faces by side, outward."""
+    inner = np.zeros(counts[::-1], dtype=bool)  # hexahedra
+    inner[1:-1, 1:-1, 1:-1] = True
+    outer = cells.reshape(inner.size, -1)[~inner.reshape(-1)].reshape(-1, cells.shape[1])
+    table = ELEMENTS[kind].face_table
+    faces, shape = outer[:, table].reshape(-1, table.shape[1]), np.array(counts) + 1
+    place = faces[:, :, None] // np.cumprod([1, *shape[:2]]) % shape
+    at_side = np.concatenate([(place == 0).all(axis=1), (place == counts).all(axis=1)], axis=1)
+    on_side = at_side.any(axis=1)
+    faces, at_side = faces[on_side], at_side[on_side]
+    sides = {
+        letter + end: faces[at_side[:, axis + 3 * (end == "max")]]
+        for axis, letter in enumerate("xyz")
+        for end in ("min", "max")
+    }
+    return skin_of(faces, face_keys(faces, int(np.prod(shape))), faces[:0]), sides

@@ -16,26 +16,72 @@ IntArray = npt.NDArray[np.int64]
 KeyArray = npt.NDArray[np.uint64]
 Blocks = Sequence[tuple[str, IntArray]]  # kind of cells and their nodes [m, corners], as `Mesh.blocks`
 
-_CHUNK = 4096  # cells at a time: temporaries stay in cache and small beside the mesh
+_CHUNK = 1024  # cells at a time: temporaries stay in cache and small beside the mesh
 
 
-def spanned_heights(kind: str, corners: FloatArray, span: int = 0) -> FloatArray:
-    """Return the shortest height [m] of the parallelepiped of a cell (`Element.spans`); corners [m, a, 3] [m]."""
-    axes = np.stack(
-        [
-            corners[:, list(there)].mean(axis=1) - corners[:, list(here)].mean(axis=1)
-            for there, here in ELEMENTS[kind].spans[span]
-        ],
-        axis=1,
-    )
-    areas = np.cross(axes[:, [0, 1, 2]], axes[:, [1, 2, 0]])
-    return np.asarray(np.abs(np.linalg.det(axes)) / np.linalg.norm(areas, axis=2).max(axis=1))
+def chunks_of(count: int, size: int = _CHUNK) -> Iterator[slice]:
+    """Yield the slices of so many rows in portions of at most `size`."""
+    return (slice(start, min(start + size, count)) for start in range(0, count, size))
 
 
-def shortest_heights(kind: str, corners: FloatArray) -> FloatArray:
-    """Return the shortest of all heights [m] of each cell; corners [m, a, 3] [m]."""
+def cells_at(marked: NDArray[np.bool_], cells: NDArray[np.integer]) -> IntArray:
+    """Return the numbers of the cells [m, corners], ascending, that have a marked node; marked [n]."""
+    parts = (part.start + np.flatnonzero(marked.take(cells[part]).any(axis=1)) for part in chunks_of(len(cells)))
+    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+
+def differences(
+    nodes: FloatArray, cells: NDArray[np.integer], operator: FloatArray
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Yield (cells, vectors [k, 3, c]) for chunks of c cells: sums over the corners with weights operator [k, corners].
+
+    The weights of a row add up to 0: the vectors are exact also far from the origin.
+    """
+    for part in chunks_of(len(cells)):
+        x = nodes.take(cells[part].T, axis=0).transpose(0, 2, 1)
+        yield part, (operator @ (x - x[0]).reshape(len(x), -1)).reshape(len(operator), 3, -1)
+
+
+def spanned_heights(kind: str, nodes: FloatArray, cells: NDArray[np.integer], span: int = 0) -> FloatArray:
+    """Return the shortest height [m] of the parallelepiped (`Element.spans`) of each cell [m, corners]."""
+    spans = ELEMENTS[kind].spans[span]
+    operator, heights = np.zeros((3, cells.shape[1])), np.empty(len(cells))
+    for row, (there, here) in zip(operator, spans, strict=True):
+        row[list(there)], row[list(here)] = 1.0 / len(there), -1.0 / len(here)
+    for part, axes in differences(nodes, cells, operator):
+        areas = [_cross(axes[i], axes[(i + 1) % 3]) for i in range(3)]
+        volume = np.abs((axes[2] * areas[0]).sum(axis=0))
+        heights[part] = volume / np.sqrt(np.max([(area * area).sum(axis=0) for area in areas], axis=0))
+    return heights
+
+
+def shortest_heights(kind: str, nodes: FloatArray, cells: NDArray[np.integer]) -> FloatArray:
+    """Return the shortest of all heights [m] of each cell [m, corners]."""
     spans = range(len(ELEMENTS[kind].spans))
-    return reduce(np.minimum, (spanned_heights(kind, corners, span) for span in spans))
+    return reduce(np.minimum, (spanned_heights(kind, nodes, cells, span) for span in spans))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the products a x b of vectors [3, ...]."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _rows_of_jacobians(
+    nodes: FloatArray, cells: NDArray[np.integer], gradient: FloatArray
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Yield (cells, J^T [3, 3, p, c]) of J = dx/dxi: its columns dx/dxi_k first, then their components."""
+    points, corners, _ = gradient.shape
+    operator = np.ascontiguousarray(gradient.transpose(2, 0, 1)).reshape(3 * points, corners)
+    for part, vectors in differences(nodes, cells, operator):
+        yield part, vectors.reshape(3, points, 3, -1).transpose(0, 2, 1, 3)
+
+
+def determinants(
+    nodes: FloatArray, cells: NDArray[np.integer], gradient: FloatArray
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Yield (cells, det dx/dxi [p, c] [m^3]) for chunks of c cells at p points, see `jacobians`."""
+    for part, (a, b, c) in _rows_of_jacobians(nodes, cells, gradient):
+        yield part, (a * _cross(b, c)).sum(axis=0)
 
 
 def jacobians(
@@ -46,25 +92,10 @@ def jacobians(
     det is the determinant of J = dx/dxi [m^3], edges the product of the lengths of its three rows: |det| <= edges, and
     det / edges judges the shape of a cell whatever its size and aspect ratio.
     """
-    points, corners, _ = gradient.shape
-    operator = np.ascontiguousarray(gradient.transpose(0, 2, 1)).reshape(points * 3, corners)
-    axes = [np.ascontiguousarray(nodes[:, k]) for k in range(3)]
-    for start in range(0, len(cells), _CHUNK):
-        part = slice(start, min(start + _CHUNK, len(cells)))
-        ids = np.ascontiguousarray(cells[part].T)
-        x = np.empty((corners, 3, ids.shape[1]))
-        for k, axis in enumerate(axes):
-            x[:, k] = axis[ids]
-        x -= x[0].copy()  # differences: exact also far from the origin
-        a, b, c = np.moveaxis((operator @ x.reshape(corners, -1)).reshape(points, 3, 3, -1), 1, 0)
+    for part, (a, b, c) in _rows_of_jacobians(nodes, cells, gradient):
         with np.errstate(over="ignore", invalid="ignore"):
-            det = (
-                a[:, 0] * (b[:, 1] * c[:, 2] - b[:, 2] * c[:, 1])
-                + a[:, 1] * (b[:, 2] * c[:, 0] - b[:, 0] * c[:, 2])
-                + a[:, 2] * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
-            )
-            lengths = [np.sqrt(np.einsum("pkc,pkc->pc", row, row)) for row in (a, b, c)]
-            edges = lengths[0] * lengths[1] * lengths[2]
+            lengths = [np.sqrt((row * row).sum(axis=0)) for row in (a, b, c)]
+            det, edges = (a * _cross(b, c)).sum(axis=0), lengths[0] * lengths[1] * lengths[2]
         yield part, det, edges
 
 
@@ -72,7 +103,7 @@ def cell_volumes(nodes: FloatArray, cells: IntArray, kind: str) -> FloatArray:
     """Return the volume [m^3] of each cell [m], exact: every kind integrates its Jacobian determinant exactly."""
     volumes = np.empty(len(cells))
     _values, gradients, weights = ELEMENTS[kind].rule
-    for part, det, _ in jacobians(nodes, cells, gradients):
+    for part, det in determinants(nodes, cells, gradients):
         volumes[part] = (weights[:, None] * det).sum(axis=0)
     return volumes
 
@@ -112,17 +143,35 @@ def surface(blocks: Blocks, node_count: int) -> Surface:
 
     parts = [cell_face_keys(cells, kind, node_count) for kind, cells in blocks]
     keys = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    order = np.argsort(keys)
-    ranked = keys[order]
+    del parts
+    ranked = np.sort(keys)
     same = ranked[1:] == ranked[:-1]
-    before, after = np.r_[False, same], np.r_[same, False]
-    single = np.sort(order[~before & ~after])
-    faces = rows(single)
+    single = _places(keys, ranked[~(np.r_[False, same] | np.r_[same, False])])
+    crowded = np.unique(ranked[2:][same[1:] & same[:-1]])
+    places = _places(keys, crowded)
+    third = places[np.unique(keys[places], return_index=True)[1]]
+    return skin_of(rows(single), keys[single], rows(third))
+
+
+def skin_of(faces: IntArray, keys: KeyArray, crowded: IntArray) -> Surface:
+    """Return the surface of its faces [k, 4|3] with their keys [k]; crowded: see `Surface`."""
     faces.flags.writeable = False
-    third = order[1:-1][same[1:] & same[:-1] & ~np.r_[False, same[:-2]]] if len(same) > 1 else order[:0]
-    single_keys = keys[single]
-    rank = np.argsort(single_keys)
-    return Surface(faces, single_keys[rank], rank, rows(third))
+    rank = np.argsort(keys)
+    return Surface(faces, keys[rank], rank, crowded)
+
+
+def _places(keys: KeyArray, wanted: KeyArray) -> IntArray:
+    """Return the places in `keys`, ascending, of all that stand in the sorted `wanted`, a small part of them."""
+    bits = np.uint64(max(10, 3 + len(wanted).bit_length()))  # a table of marks leaves few of them to search for
+    table = np.zeros(1 << int(bits), dtype=bool)
+    table[wanted >> (np.uint64(64) - bits)] = True
+    found = [np.zeros(0, dtype=np.int64)]
+    for part in chunks_of(len(keys), 1 << 16):
+        here = np.flatnonzero(table[keys[part] >> (np.uint64(64) - bits)])
+        own = keys[part][here]
+        place = np.minimum(np.searchsorted(wanted, own), len(wanted) - 1)
+        found.append(part.start + here[wanted[place] == own])
+    return np.concatenate(found)
 
 
 def cracks(skin: Surface, node_count: int) -> IntArray:
@@ -187,8 +236,13 @@ def _node_marks(count: int) -> KeyArray:
 
 def shortest_edge(nodes: FloatArray, cells: IntArray) -> float:
     """Return the length of the shortest edge [m] of the cells [m, corners] of one kind."""
-    edges = BY_CORNERS[cells.shape[1]].edges
-    return min(float(np.linalg.norm(nodes[cells[:, a]] - nodes[cells[:, b]], axis=1).min()) for a, b in edges)
+    shortest = np.inf
+    for part in chunks_of(len(cells)):
+        x = nodes.take(cells[part].T, axis=0)
+        for a, b in BY_CORNERS[cells.shape[1]].edges:
+            square = (x[a] - x[b]) ** 2
+            shortest = min(shortest, float(np.sqrt((square[:, 0] + square[:, 1] + square[:, 2]).min())))
+    return shortest
 
 
 _UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(8)])  # corners of a hex8 [8, axis]
@@ -196,19 +250,13 @@ _UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(
 
 def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
     """Return whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then constant."""
-    for first in range(0, len(cells), _CHUNK):
-        x = nodes[cells[first : first + _CHUNK]]
-        edges = x[:, [1, 3, 4]] - x[:, :1]
-        away = np.stack(
-            [
-                x[:, 2] - x[:, 0] - edges[:, 0] - edges[:, 1],
-                x[:, 5] - x[:, 0] - edges[:, 0] - edges[:, 2],
-                x[:, 7] - x[:, 0] - edges[:, 1] - edges[:, 2],
-                x[:, 6] - x[:, 0] - edges.sum(axis=1),
-            ],
-            axis=1,
-        )
-        if (np.abs(away).max(axis=(1, 2)) > 1e-11 * np.abs(edges).max(axis=(1, 2))).any():
+    operator = np.zeros((7, 8))  # three edges, then the way from where the edges lead to a corner
+    for row, ends in zip(operator, ((1,), (3,), (4,), (2, 1, 3), (5, 1, 4), (7, 3, 4), (6, 1, 3, 4)), strict=True):
+        row[ends[0]], row[list(ends[1:])] = 1.0, -1.0
+    operator[:, 0] = -operator.sum(axis=1)
+    for _, vectors in differences(nodes, cells, operator):
+        sizes = np.abs(vectors).max(axis=1)
+        if (sizes[3:].max(axis=0) > 1e-11 * sizes[:3].max(axis=0)).any():
             return False
     return True
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..kernels.volume_places import CORNERS
+from ..mesh.geometry import cells_at
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def contact_graph(
     """
     slot = np.full(node_count, -1)
     slot[nodes] = np.arange(len(nodes))
-    contact_cells = np.flatnonzero((slot[cells] >= 0).any(axis=1))
+    contact_cells = cells_at(slot >= 0, cells)
     averaged, factors = np.full((1, 1), -1), np.zeros(0)
     if volumes is not None:
         averaged, factors = volumes[0][contact_cells], volumes[1]
@@ -152,8 +153,10 @@ def residual_receivers(
     receivers of one are the other boundary nodes in its cells (they carry its mass), or the nearest one without any.
     """
     row = np.full(len(reference), -1)
+    row[boundary[:count]] = np.arange(count)
+    near = cells_at(row >= 0, cells)
     row[boundary] = np.arange(len(boundary))
-    local = row[cells[(row[cells] >= 0).any(axis=1)]]
+    local = row[cells[near]]
     first, second = np.meshgrid(np.arange(cells.shape[1]), np.arange(cells.shape[1]), indexing="ij")
     pairs = np.stack([local[:, first.ravel()].ravel(), local[:, second.ravel()].ravel()], axis=1)
     pairs = np.unique(pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < count) & (pairs[:, 1] >= count)], axis=0)

@@ -108,7 +108,7 @@ def _springs(domain: Domain) -> str:
     """Return the number of the springs, and whether they shorten the stable step."""
     rate = max(spring_rates(domain).values())
     cells = 1.0 / min(
-        (spanned_heights(block.own.own.kind, domain.reference[block.cells]).min() / block.material.wave_speed)
+        (spanned_heights(block.own.own.kind, domain.reference, block.cells).min() / block.material.wave_speed)
         for block in domain.blocks
     )
     line = f"  springs: {len(domain.springs)}"

@@ -34,14 +34,32 @@ from .static_solver import static_solver
 class CellBlock:
     """Cells of one element and one law with its constants.
 
-    own: these cells in the plan of their body; cells [m, corners]: nodes of the domain, the contact cells last;
-    contact [c]: numbers of these in the contact cells of the domain.
+    own: these cells in the plan of their body; first: number of the first node of the body in the domain; contact [c]:
+    numbers of its contact cells in those of the domain.
     """
 
     body: BodyPlan
     own: PlanBlock
-    cells: np.ndarray
+    first: int
     contact: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Number of its cells."""
+        return len(self.own.cells)
+
+    @property
+    def order(self) -> np.ndarray:
+        """Numbers [m] of its cells in `own`, the contact cells last."""
+        ordinary = np.ones(self.count, dtype=bool)
+        ordinary[self.own.contact] = False
+        return np.concatenate([np.flatnonzero(ordinary), self.own.contact])
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Nodes [m, corners] of its cells in the domain, the contact cells last; not kept, as large meshes are."""
+        cells = self.own.cells.take(self.order, axis=0) if len(self.contact) else self.own.cells
+        return cells + np.int32(self.first) if self.first else cells
 
     @property
     def variant(self) -> str:
@@ -61,7 +79,7 @@ class CellBlock:
     @property
     def contact_cells(self) -> np.ndarray:
         """Nodes [c, corners] of its contact cells."""
-        return self.cells[len(self.cells) - len(self.contact) :]
+        return self.own.cells[self.own.contact] + np.int32(self.first)
 
     @property
     def kind(self) -> tuple[str, str]:
@@ -247,12 +265,8 @@ class Domain:
         found, first = [], 0
         for number, body in enumerate(self.bodies):
             for block in body.blocks:
-                cells = block.cells + self.node_start[number]
-                if len(block.contact):
-                    rest = np.setdiff1d(np.arange(len(cells)), block.contact)
-                    cells = np.concatenate([cells[rest], cells[block.contact]])
                 contact = np.arange(first, first + len(block.contact))
-                found.append(CellBlock(body, block, cells, contact))
+                found.append(CellBlock(body, block, int(self.node_start[number]), contact))
                 first += len(contact)
         return tuple(found)
 
@@ -306,7 +320,7 @@ class Domain:
     @property
     def small(self) -> bool:
         """Return whether one thread takes its steps, many in a launch."""
-        return self._share([len(block.cells) for block in self.blocks]) <= 1.0
+        return self._share([block.count for block in self.blocks]) <= 1.0
 
     @property
     def few_contact_cells(self) -> bool:
@@ -323,7 +337,7 @@ class Domain:
     @property
     def several(self) -> float:
         """Number of cells over the largest number for one thread."""
-        return self._share([len(block.cells) for block in self.blocks])
+        return self._share([block.count for block in self.blocks])
 
     @property
     def viscous_cells(self) -> bool:

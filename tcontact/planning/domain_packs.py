@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..base.memory import aligned
 from ..kernels import lanes
 from .cell_shapes import NUMBERS, STORED, shapes
 from .domain import CellBlock, Domain
-from .lumped_mass import corner_masses
+from .lumped_mass import masses_in_parts
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 CHUNK = 1 << 11  # packs whose shapes are computed at once
@@ -56,8 +57,8 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
     numbers: list[float] = []
     if viscosity is not None:
         own = block.own.own
-        masses = corner_masses(own.kind, block.body.body.mesh.nodes[own.cells], material.density)
-        uneven = float((masses.mean(axis=1) / masses.min(axis=1)).max())
+        parts = masses_in_parts(own.kind, block.body.body.mesh.nodes, own.cells, material.density)
+        uneven = max(float((masses.mean(axis=1) / masses.min(axis=1)).max()) for _, masses in parts)
         speed, square = viscosity.linear * material.wave_speed, viscosity.quadratic**2
         numbers += [speed, square, material.density, uneven]
     if domain.dissipates:
@@ -95,8 +96,9 @@ def positions_and_shapes(domain: Domain, packs: CellPacks) -> np.ndarray:
     points = domain.reference
     if packs.shapes == 0:
         return points
-    result = np.zeros(int(packs.shape_places[-1]))
+    result = aligned(int(packs.shape_places[-1]))
     result[: points.size] = points.ravel()
+    result[points.size :] = 0.0
     for number, block in enumerate(domain.blocks):
         ordinary = block.cells[: len(block.cells) - len(block.contact)]
         for cells, part in ((ordinary, number), (block.contact_cells, number + len(domain.blocks))):

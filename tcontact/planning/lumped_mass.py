@@ -2,52 +2,67 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..mesh.elements import GAUSS, HEX_CORNERS, shape_functions
+from ..mesh.geometry import determinants
 from ..scene.body import Body
 
 QUAD_CORNERS = HEX_CORNERS[:4, :2]  # corners of the reference quadrilateral [-1, 1]^2, in VTK's order
 
 
-def body_masses(body: Body) -> np.ndarray:
-    """Lumped mass of each place in the cells of the mesh of a body [m, corners] [kg]; 0 where one repeats a corner.
+class NodeMasses:
+    """Lumped mass of the nodes of the mesh of a body.
 
-    The share of a node in point masses is divided among its places as its own mass is.
+    own [n] [kg]: that of its cells; total [n] [kg]: with its point masses; nodes of one image each, not of all.
     """
-    masses = _cell_masses(body)
-    if not body.point_masses:
-        return masses
-    cells = body.mesh.cells
-    own, added = np.zeros(body.mesh.node_count), np.zeros(body.mesh.node_count)
-    np.add.at(own, cells, masses)
-    for point in body.point_masses:
-        nodes = body.mesh.nodes_of(point.set)
-        added[nodes] += point.mass / len(nodes)
-    return masses * (1.0 + added / np.where(own > 0.0, own, 1.0))[cells]
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self.own = np.zeros(body.mesh.node_count)
+        for block in body.blocks:
+            for part, masses in masses_in_parts(block.kind, body.mesh.nodes, block.cells, block.material.density):
+                np.add.at(self.own, block.cells[part], masses)
+        self.total = self.own
+        if body.point_masses:
+            self.total = self.own.copy()
+            for point in body.point_masses:
+                nodes = body.mesh.nodes_of(point.set)
+                self.total[nodes] += point.mass / len(nodes)
+
+    def of_cells(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the mass of each place in some cells [k] of the mesh [k, corners] [kg]; 0 where one repeats a corner.
+
+        The share of a node in point masses is divided among its places as its own mass is.
+        """
+        body, mesh = self.body, self.body.mesh
+        masses = np.zeros((len(numbers), mesh.cells.shape[1]))
+        for block in body.blocks:
+            inside = np.ones(len(numbers), dtype=bool)
+            if len(body.blocks) > 1:
+                inside = np.isin(numbers, np.arange(mesh.cell_count)[block.numbers])
+            cells = mesh.cells[numbers[inside], : block.cells.shape[1]]
+            masses[inside, : cells.shape[1]] = corner_masses(block.kind, mesh.nodes, cells, block.material.density)
+        return masses if self.total is self.own else masses * (self.total / self.own)[mesh.cells[numbers]]
 
 
-def _cell_masses(body: Body) -> np.ndarray:
-    blocks, mesh = body.blocks, body.mesh
-    if len(blocks) == 1:
-        return corner_masses(blocks[0].kind, mesh.nodes[mesh.cells], blocks[0].material.density)
-    masses = np.zeros(mesh.cells.shape)
-    for block in blocks:
-        own = corner_masses(block.kind, mesh.nodes[block.cells], block.material.density)
-        masses[block.numbers, : own.shape[1]] = own
-    return masses
-
-
-def corner_masses(kind: str, corners: np.ndarray, density: float) -> np.ndarray:
-    """Lumped mass of each corner of each cell [m, corners] [kg]: density times the integral of N_a.
-
-    corners [m, corners, 3] [m]: positions.
-    """
+def masses_in_parts(
+    kind: str, nodes: np.ndarray, cells: np.ndarray, density: float
+) -> Iterator[tuple[slice, np.ndarray]]:
+    """Yield (cells, lumped mass of each of their corners [c, corners] [kg]): density times the integral of N_a."""
     values, gradients, weights = shape_functions(kind)
-    masses = np.zeros(corners.shape[:2])
-    for value, gradient, weight in zip(values, gradients, weights, strict=True):
-        jacobian = np.linalg.det(np.einsum("mad,ac->mdc", corners, gradient, optimize=True))
-        masses += density * weight * jacobian[:, None] * value
+    shares = density * weights[:, None] * values
+    for part, jacobian in determinants(nodes, cells, gradients):
+        yield part, jacobian.T @ shares
+
+
+def corner_masses(kind: str, nodes: np.ndarray, cells: np.ndarray, density: float) -> np.ndarray:
+    """Lumped mass of each corner of the cells [m, corners] [kg], see `masses_in_parts`."""
+    masses = np.zeros(cells.shape)
+    for part, own in masses_in_parts(kind, nodes, cells, density):
+        masses[part] = own
     return masses
 
 

@@ -95,7 +95,7 @@ def volume_arrays(domain: Domain, packs: CellPacks) -> tuple[np.ndarray, np.ndar
         in_ring.append(close)
         inverses.append(1.0 / own.totals(len(domain.reference))[_masters(domain, node)])
         around += np.split(lane[cells], starts[1:-1])
-        ordinary = len(block.cells) - len(block.contact)
+        ordinary = block.count - len(block.contact)
         outer = np.unique(cells[np.repeat(close, np.diff(starts))])
         outer = outer[outer < ordinary]
         linear = np.full(len(outer), int(block.material.linear))
@@ -155,7 +155,7 @@ def _with_starts(counts: np.ndarray, entries: np.ndarray) -> np.ndarray:
 
 def _first_lanes(domain: Domain) -> dict[int, int]:
     """Return the first lane of the ordinary cells of every block, then of its contact cells; of those that have any."""
-    counts = [len(block.cells) - len(block.contact) for block in domain.blocks]
+    counts = [block.count - len(block.contact) for block in domain.blocks]
     counts += [len(block.contact) for block in domain.blocks]
     padded = [-(-count // WIDTH) * WIDTH for count in counts]
     starts = np.concatenate([[0], np.cumsum(padded)])
@@ -164,7 +164,7 @@ def _first_lanes(domain: Domain) -> dict[int, int]:
 
 def _lanes(domain: Domain, lanes: dict[int, int], number: int, block: CellBlock) -> np.ndarray:
     """Return the lane [m] of every cell of a block."""
-    ordinary = len(block.cells) - len(block.contact)
+    ordinary = block.count - len(block.contact)
     first = np.arange(ordinary) + lanes.get(number, 0)
     return np.concatenate([first, np.arange(len(block.contact)) + lanes.get(number + len(domain.blocks), 0)])
 

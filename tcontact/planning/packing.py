@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.errors import InputError
+from ..base.memory import aligned
 from ..kernels.lanes import CHUNK_BITS, CHUNKS, COUNTING, MATERIALS, MAXIMUM_CHUNKS, WIDTH
-from ..mesh.geometry import grid_planes
+from ..mesh.geometry import chunks_of, grid_planes
 
 __all__ = ["CHUNKS", "WIDTH", "Block", "CellPacks", "pack_blocks", "pack_cells", "slab_order"]
 
@@ -135,15 +136,24 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
         _check(block, node_count)
     if not 1 <= chunks <= MAXIMUM_CHUNKS:
         raise InputError("chunks", chunks, f"use 1 to {MAXIMUM_CHUNKS} ({CHUNK_BITS} bits in node_info)")
-    ordinary = [_padded(block.cells[: len(block.cells) - block.contact], block.width) for block in blocks]
-    contact_parts = [_padded(block.cells[len(block.cells) - block.contact :], block.width) for block in blocks]
-    parts = [*ordinary, *contact_parts]
-    places = np.concatenate([[0], np.cumsum([part.size for part in parts])])
-    lanes = np.concatenate([[0], np.cumsum([part.shape[0] * part.shape[1] for part in parts])])
-
-    both = [*blocks, *blocks]
-    memory = _places([part.shape[0] * part.shape[1] * block.memory for part, block in zip(parts, both, strict=True)])
-    shapes = _places([part.shape[0] * part.shape[1] * block.shape for part, block in zip(parts, both, strict=True)])
+    counts = [len(block.cells) - block.contact for block in blocks] + [block.contact for block in blocks]
+    forms = [
+        (-(-count // block.width), block.cells.shape[1], block.width)
+        for count, block in zip(counts, [*blocks, *blocks], strict=True)
+    ]
+    places = np.concatenate([[0], np.cumsum([np.prod(shape, dtype=np.int64) for shape in forms])])
+    lanes = np.concatenate([[0], np.cumsum([packs * width for packs, _, width in forms])])
+    counting = COUNTING if any(block.contact for block in blocks) else 0
+    connectivity = aligned(places[-1] + counting, np.int32)
+    connectivity[places[-1] :] = np.arange(counting)
+    parts = [connectivity[places[i] : places[i + 1]].reshape(shape) for i, shape in enumerate(forms)]
+    for number, block in enumerate(blocks):
+        _fill(parts[number], block.cells[: counts[number]])
+        _fill(parts[len(blocks) + number], block.cells[counts[number] :])
+    ordinary, contact_parts = parts[: len(blocks)], parts[len(blocks) :]
+    both = list(zip(forms, [*blocks, *blocks], strict=True))
+    memory = _places([packs * width * block.memory for (packs, _, width), block in both])
+    shapes = _places([packs * width * block.shape for (packs, _, width), block in both])
     shape_places = shapes + -(-3 * node_count // WIDTH) * WIDTH
     if shapes[-1] and shape_places[-1] > MAXIMUM_STORED:
         remedy = (
@@ -177,7 +187,7 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
     table: list[int] = []
     segments: list[tuple[int, ...]] = []
     halves = [(spans, 0, bases, 0)]
-    if any(block.contact for block in blocks):
+    if counting:
         halves.append((_shared_out(contact_parts, chunks), len(blocks), np.zeros(chunks, dtype=np.int64), 1))
     for ranges, shift, row_bases, owns in halves:
         for chunk in range(chunks):
@@ -198,12 +208,11 @@ def pack_blocks(blocks: Sequence[Block], node_count: int, kinds: int, chunks: in
                         segments.append((start, end, cells, *where))
             table += [len(segments), int(row_bases[chunk]), owns]
     corners = [
-        own + places[len(blocks) + number] + _corner_places(block.contact, *part.shape[1:])
+        own + places[len(blocks) + number] + _corner_places(block.contact, block.width, block.cells.shape[1])
         for number, (block, part) in enumerate(zip(blocks, contact_parts, strict=True))
     ]
-    counting = np.arange(COUNTING if len(halves) > 1 else 0)
     return CellPacks(
-        connectivity=np.concatenate([*(part.transpose(0, 2, 1).ravel() for part in parts), counting]).astype(np.int32),
+        connectivity=connectivity,
         chunk_table=np.array(table, dtype=np.int32),
         segments=np.array(segments, dtype=np.int32).ravel(),
         node_info=first | (last << CHUNK_BITS),
@@ -236,14 +245,14 @@ def _check(block: Block, node_count: int) -> None:
         raise InputError("width", block.width, "give at least one lane")
 
 
-def _padded(cells: NDArray[np.integer], width: int) -> IntArray:
-    """Return the cells [m, corners] as [packs, width, corners], filled up with the last one."""
-    count, corners = cells.shape
-    packs = -(-count // width)
-    padded = np.empty((packs * width, corners), dtype=np.int32)
-    padded[:count] = cells
-    padded[count:] = cells[-1:]
-    return padded.reshape(packs, width, corners)
+def _fill(packs: IntArray, cells: NDArray[np.integer]) -> None:
+    """Put the cells [m, corners] into packs [packs, corners, lanes], filled up with the last one."""
+    width = packs.shape[2]
+    whole = len(cells) // width
+    packs[:whole] = cells[: whole * width].reshape(whole, width, cells.shape[1]).transpose(0, 2, 1)
+    if whole < len(packs):
+        packs[whole] = cells[-1][:, None]
+        packs[whole, :, : len(cells) - whole * width] = cells[whole * width :].T
 
 
 def _corner_places(count: int, width: int, corners: int) -> NDArray[np.int64]:
@@ -262,7 +271,7 @@ def _shared_out(parts: list[IntArray], chunks: int) -> list[list[tuple[int, int]
     owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     order = np.argsort(np.concatenate(lowest), kind="stable")
     owner = owner[order]
-    work = np.concatenate([[0], np.cumsum(np.array([part.shape[2] for part in parts], dtype=np.int64)[owner])])
+    work = np.concatenate([[0], np.cumsum(np.array([part.shape[1] for part in parts], dtype=np.int64)[owner])])
     bounds = np.searchsorted(work * chunks, work[-1] * np.arange(chunks + 1), side="right") - 1
     before = np.stack([np.concatenate([[0], np.cumsum(owner == number)])[bounds] for number in range(len(parts))])
     return [[(int(row[0]), int(row[1])) for row in zip(start, end, strict=True)] for start, end in pairwise(before.T)]
@@ -295,10 +304,29 @@ def slab_order(
     along = -1 if normal is None else int(np.abs(normal).argmax())
     slow, middle, fast = sorted(range(3), key=lambda axis: (-counts[axis], axis != along, -extent[axis], axis))
     node_order = np.lexsort((points[:, fast], planes[middle], planes[slow]))
-    rank = np.empty(count, dtype=np.int64)
-    rank[node_order] = np.arange(count)
-    renumbered = rank[np.asarray(cells)]
-    return node_order, np.lexsort((renumbered.sum(axis=1), renumbered.min(axis=1)))
+    rank = inverse(node_order)
+    lowest, total = np.empty(len(cells), dtype=np.int32), np.empty(len(cells), dtype=np.int64)
+    for part in chunks_of(len(cells)):
+        numbers = rank.take(cells[part])
+        lowest[part], total[part] = numbers.min(axis=1), numbers.sum(axis=1)
+    return node_order, np.lexsort((total, lowest))
+
+
+def inverse(order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the places [n] of the numbers of a permutation [n]."""
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return place
+
+
+def renumbered(
+    place: NDArray[np.int64], cells: NDArray[np.integer], order: NDArray[np.int64] | None = None
+) -> IntArray:
+    """Return the cells [m, corners] with nodes by their places [n], those of `order` in that order, in 32 bits."""
+    result = np.empty((len(cells if order is None else order), cells.shape[1]), dtype=np.int32)
+    for part in chunks_of(len(result)):
+        result[part] = place.take(cells[part] if order is None else cells.take(order[part], axis=0))
+    return result
 
 
 def lanes_apart(cells: NDArray[np.integer]) -> NDArray[np.int64]:

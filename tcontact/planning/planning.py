@@ -42,10 +42,10 @@ from .body_plan import FRICTION_TERMS, BodyPlan, ContactPlan
 from .contact_graph import contact_graph
 from .describe import describe
 from .domain import Domain, domains_of
-from .lumped_mass import body_masses, node_areas
+from .lumped_mass import NodeMasses, node_areas
 from .measured import Layout, probe_columns
 from .node_volumes import body_volumes
-from .packing import lanes_apart, slab_order
+from .packing import inverse, lanes_apart, renumbered, slab_order
 from .redistribution import redistribute
 from .removal import MasslessNodes, check_clusters, massless_nodes
 from .rigid import RigidPlan, names_of, rigid_parts
@@ -191,9 +191,8 @@ def _by_blocks(body: Body, order: np.ndarray, place: np.ndarray) -> np.ndarray:
 def _plan_body(scene: Scene, index: int) -> BodyPlan:
     body, label = scene.bodies[index], scene.label(index)
     mesh = body.mesh
-    masses = body_masses(body)
-    lumped = np.zeros(mesh.node_count)
-    np.add.at(lumped, mesh.cells, masses)
+    masses = NodeMasses(body)
+    lumped = masses.total
     can_touch = scene.can_touch(index)
     facing = None
     if can_touch and scene.obstacles:
@@ -201,8 +200,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         nearest = min(scene.obstacles, key=lambda obstacle: float(obstacle.gap(start[body.contact_nodes]).min()))
         facing = nearest.normal_at(start.mean(axis=0)[None])[0]
     node_order, cell_order = slab_order(mesh.nodes, mesh.cells, facing)
-    place = np.empty(mesh.node_count, dtype=np.int64)
-    place[node_order] = np.arange(mesh.node_count)
+    place = inverse(node_order)
     cell_order = _by_blocks(body, cell_order, place)
     driven = np.isfinite(body.prescribed)
     free = ~driven & ~body.tied[:, None]
@@ -214,9 +212,9 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         if len(massless.nodes):
             check_clusters(body, massless)
             massless = massless if body.images is None else massless.masters(body.images)
-            moved = redistribute(mesh, masses, massless, free, scene.contact.depth, body.images)
+            moved = redistribute(masses, massless, free, scene.contact.depth)
             tensors = {"nodes": moved.nodes, "values": moved.tensors}
-    cells = place[mesh.cells[cell_order]]
+    cells = renumbered(place, mesh.cells, cell_order)
     first = np.zeros(0, dtype=np.int64)
     if can_touch:
         contact = _plan_contact(body, massless, place, cells, cell_order, _cell_viscosity(scene))
@@ -260,7 +258,7 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
         support_rows=rows,
         support_axes=axes,
         speeds=body.prescribed[node_order[boundary]][rows, axes],
-        driven=_driven(body)[node_order[boundary]][rows, axes],
+        driven=_driven(body, node_order[boundary[rows]], axes),
         contact=contact,
         damping=scene.damping,
         viscosity=scene.viscosity,
@@ -270,14 +268,14 @@ def _plan_body(scene: Scene, index: int) -> BodyPlan:
     )
 
 
-def _driven(body: Body) -> np.ndarray:
-    """Return for every component [n, 3] the number of the axis that drives it, -1 without a function of time."""
+def _driven(body: Body, nodes: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return for components [r] of the nodes the number of the axis that drives them, -1 without a function of time."""
     starts, count = {}, 0
     for support in body.driven:
         starts[id(support)] = count
         count += len(support.axes)
     numbers = [starts[id(support)] + motion.number if support.varies else -1 for support, motion in body.motions[1]]
-    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0], nan=-1.0).astype(int)]
+    return np.array([*numbers, -1])[np.nan_to_num(body.motions[0][nodes, axes], nan=-1.0).astype(int)]
 
 
 def _cell_viscosity(scene: Scene) -> float:

@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..mesh.mesh import Mesh
+from ..mesh.geometry import cells_at
 from ..scene.periodic import Images
+from .lumped_mass import NodeMasses
 from .removal import MasslessNodes
 
 
@@ -43,26 +44,19 @@ class _Transfers:
         return nodes, tensors
 
 
-def redistribute(
-    mesh: Mesh,
-    masses: np.ndarray,
-    massless: MasslessNodes,
-    free: np.ndarray,
-    depth: int = 1,
-    images: Images | None = None,
-) -> Redistribution:
+def redistribute(masses: NodeMasses, massless: MasslessNodes, free: np.ndarray, depth: int = 1) -> Redistribution:
     """Return the mass tensors after the contact nodes have lost their mass to their neighbours.
 
-    masses [m, corners]: lumped mass of the cells [kg]; free [n, 3]: components without support (a supported neighbour
-    receives only if the cell has no free one); depth: equal shares over that many layers of nodes, the first one inside
-    the cell, weights 1/distance inside a layer; images: those of a periodic body, whose masters alone
-    lose and receive mass.
+    masses: those of the body; free [n, 3]: components without support (a supported neighbour receives only if the cell
+    has no free one); depth: equal shares over that many layers of nodes, the first one inside the cell, weights
+    1/distance inside a layer. Of a periodic body the masters alone lose and receive mass.
     """
+    mesh, images = masses.body.mesh, masses.body.images
     slot = np.full(mesh.node_count, -1)
     slot[massless.nodes] = np.arange(len(massless.nodes))
     named = mesh.cells if images is None else images.master[mesh.cells]
-    cells_here = np.flatnonzero((slot[named] >= 0).any(axis=1))
-    cells, share = named[cells_here], masses[cells_here]
+    cells_here = cells_at(slot >= 0, named)
+    cells, share = named[cells_here], masses.of_cells(cells_here)
     cell, corner = np.nonzero(slot[cells] >= 0)  # one row per (cell, corner in K); a repeated corner has no mass
     donor = cells[cell, corner]
     around = cells[cell]  # [rows, corners]
@@ -103,8 +97,7 @@ def redistribute(
                 for direction in massless.basis[index].T[: massless.rank[index]]:
                     transfers.add(nodes, part, np.tile(direction, (len(nodes), 1)))
     receivers, gained = transfers.tensors()
-    lumped = np.zeros(mesh.node_count)
-    np.add.at(lumped, named, masses)
+    lumped = masses.total if images is None else images.total(masses.total)
     removed = np.einsum("kic,kjc->kij", massless.basis, massless.basis)
     kept = (
         np.where((massless.rank == 3)[:, None, None], 0.0, np.eye(3) - removed) * lumped[massless.nodes][:, None, None]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.errors import InputError
+from ..mesh.geometry import cells_at
 from ..scene.body import Body
 from ..scene.contact_models import MasslessContact
 from ..scene.pairs import area_vectors
@@ -199,7 +200,7 @@ def check_clusters(body: Body, massless: MasslessNodes) -> None:
     mesh = body.mesh
     inside = np.zeros(mesh.node_count, dtype=bool)
     inside[massless.nodes] = True
-    cells = mesh.cells[inside[mesh.cells].any(axis=1)]
+    cells = mesh.cells[cells_at(inside, mesh.cells)]
     mine = inside[cells]
     label = np.where(inside, np.arange(mesh.node_count), mesh.node_count)
     while True:  # smallest label wins, through the cells

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene.body import Body
-from .lumped_mass import body_masses
+from .lumped_mass import NodeMasses
 
 FREE = 1e-9  # eigenvalue of the constraints, over the largest, below which a rigid motion is free
 
@@ -21,8 +21,7 @@ def spin(body: Body, velocity: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Return the angular velocity [3] [rad/s] of a body with velocity [n, 3] [m/s] at positions nodes [n, 3] [m]."""
     if (velocity == velocity[:1]).all():
         return np.zeros(3)
-    mass = np.zeros(len(nodes))
-    np.add.at(mass, body.mesh.cells, body_masses(body))
+    mass = NodeMasses(body).total
     arm = nodes - (mass @ nodes) / mass.sum()
     size = float(np.abs(arm).max())
     motions = _rigid_motions(arm / size)

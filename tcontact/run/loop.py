@@ -134,7 +134,7 @@ class Run:
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)
-        found = min(limit.estimate(np.array(arrays.get(domain.u)), **options) for domain, limit in pairs)
+        found = min(limit.estimate(arrays.get(domain.u), **options) for domain, limit in pairs)
         self._elastic = min(limit.elastic for limit in self.limits)
         self._damped = min(limit.damped for limit in self.limits)
         return found

@@ -211,11 +211,8 @@ def _warn_steep(scene: Scene, planned: Plan) -> None:
 
 
 def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the displacement and velocity [n, 3] of every body in the scene."""
-    return (
-        [np.array(body.initial_displacement) for body in scene.bodies],
-        [np.array(body.initial_velocity) for body in scene.bodies],
-    )
+    """Return the displacement and velocity [n, 3] of every body in the scene, read-only."""
+    return [body.initial_displacement for body in scene.bodies], [body.initial_velocity for body in scene.bodies]
 
 
 def _start(scene: Scene, initial: Result | None) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -192,6 +192,8 @@ class Body:
     @cached_property
     def motions(self) -> tuple[np.ndarray, tuple[tuple[Support, Prescribed], ...]]:
         """The motion of every prescribed component: its number [n, 3], NaN where it is free, and the motions."""
+        if not self.supports:
+            return np.broadcast_to(np.nan, (self.mesh.node_count, 3)), ()
         result = np.full((self.mesh.node_count, 3), np.nan)
         found: dict[tuple[Any, ...], int] = {}
         motions: list[tuple[Support, Prescribed]] = []
@@ -227,6 +229,8 @@ class Body:
 
     def _of_motions(self, values: list[float]) -> np.ndarray:
         """Return a value of each motion at its components [n, 3], NaN where they are free."""
+        if np.isnan(values).all():
+            return np.broadcast_to(np.nan, (self.mesh.node_count, 3))
         return np.array([*values, np.nan])[np.nan_to_num(self.motions[0], nan=-1.0).astype(int)]
 
     @cached_property
@@ -254,6 +258,9 @@ class Body:
     def initial_velocity(self) -> np.ndarray:
         """Initial velocity [n, 3] [m/s], supports included."""
         result = self._nodal("Body.velocity", self.velocity)
+        if not self.supports and not result.flags.writeable:
+            return result
+        result = np.array(result)
         fixed = np.isfinite(self.prescribed)
         result[fixed] = self.prescribed[fixed]
         if self.images is not None:
@@ -267,6 +274,9 @@ class Body:
         """Initial displacement [n, 3] [m], supports included."""
         result = self._nodal("Body.displacement", (0.0, 0.0, 0.0) if self.displacement is None else self.displacement)
         given = self.given_displacement
+        if np.isnan(given[:1]).all() and given.strides[0] == 0 and not result.flags.writeable:
+            return result
+        result = np.array(result)
         result[np.isfinite(given)] = given[np.isfinite(given)]
         if self.images is not None:
             tolerance = MATCH * self.mesh.shortest_edge
@@ -277,10 +287,12 @@ class Body:
     @property
     def initial_nodes(self) -> np.ndarray:
         """Positions of the nodes at the start [n, 3] [m]."""
+        if self.displacement is None and not self.supports:
+            return np.asarray(self.mesh.nodes)
         return np.asarray(self.mesh.nodes + self.initial_displacement)
 
     def _nodal(self, field: str, given: Nodal) -> np.ndarray:
-        """Return a vector, an array or the values of a callable as a new array [n, 3]."""
+        """Return a vector, an array or the values of a callable as an array [n, 3]; a vector as a read-only view."""
         value = given
         if isinstance(value, Callable):  # type: ignore[arg-type]
             try:
@@ -290,4 +302,5 @@ class Body:
         count = self.mesh.node_count
         given_shape = validate.shape_of(field, value, f"give a vector [3], an array [{count}, 3] or a callable")
         shape = (3,) if len(given_shape) == 1 else (count, 3)
-        return np.array(np.broadcast_to(validate.floats(field, value, shape), (count, 3)))
+        found = validate.floats(field, value, shape)
+        return np.broadcast_to(np.array(found), (count, 3)) if shape == (3,) and count > 1 else np.array(found)

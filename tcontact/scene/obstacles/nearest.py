@@ -1,13 +1,32 @@
-"""Find the nearest point of many triangles, by a tree over small pieces of them."""
+"""Find the nearest points of many triangles, by a tree of cylinders around groups of them.
+
+Triangles in the order of a Morton curve (Morton 1966) make groups of 8, 64, ... Each is bounded by a flat cylinder
+along its mean normal, close to a smooth surface: few groups can hold the nearest point, whatever its distance.
+They are chosen for many neighbouring positions together first, then for fewer, then for each.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-FEW, MANY = 8, 32  # pieces searched for every point, and for points close to the surface if that may not be enough
-AT_ONCE = 1 << 16  # points at once
+GROUP = 8  # members of a group
+FEW = 24  # groups at the top of the tree
+BLOCKS = (9, 6, 3)  # bits of the key that positions of a block differ in, for which groups are chosen together
+AT_ONCE = 1 << 16  # pairs of positions and groups at once: temporaries stay in cache
+SLACK = 1e-12  # rounding of a distance, over the size of the surface
+CELLS = 2**20  # of the curve along an axis
+SPREAD = (  # shifts and masks that put two zeros before every bit
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
+ENDS = ((0, 1), (1, 2), (2, 0))
 
 
 def pieces_of(corners: np.ndarray, longest: float) -> np.ndarray:
@@ -26,89 +45,224 @@ def pieces_of(corners: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate(done)
 
 
-def nearest_points(corners: np.ndarray, positions: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest points [n, 3] of triangles [m, 3, 3] to positions [n, 3], and their triangles [n].
+class _Level:
+    """Groups of a level of the tree: their cylinders (centre, unit normal, radius, half height) and a point of each."""
 
-    Exact where the triangles with the nearest centres include the nearest one: `MANY` of them closer than `reach`,
-    `FEW` beyond, where another triangle may be nearer by a small part of its size (see `ask_neighbours`).
-    """
-    from scipy.spatial import cKDTree
+    def __init__(self, corners: np.ndarray, count: int) -> None:
+        """Bound groups of so many consecutive triangles [m, 3, 3]."""
+        points = corners.reshape(-1, 3 * count, 3)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal = normal.reshape(-1, count, 3).sum(axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        centre = points.mean(axis=1)
+        away = points - centre[:, None]
+        along = np.einsum("gpi,gi->gp", away, normal)
+        square = np.einsum("gpi,gpi->gp", away, away)
+        self.half = np.abs(along).max(axis=1)
+        self.radius = np.sqrt(np.maximum(square - along**2, 0.0).max(axis=1))
+        middles = points.reshape(-1, count, 3, 3).mean(axis=2)
+        apart = np.linalg.norm(middles - centre[:, None], axis=2)
+        self.normal, self.centre = _columns(normal), _columns(centre)
+        self.point = self.centre if count == 1 else _columns(middles[np.arange(len(middles)), apart.argmin(axis=1)])
 
-    centre = corners.mean(axis=1)
-    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    tree = cKDTree(centre)
-    found, owner = np.empty_like(positions), np.empty(len(positions), dtype=np.int64)
-    for start in range(0, len(positions), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
-        found[part], owner[part] = _portion(tree, corners, radius, positions[part], reach)
-    return found, owner
-
-
-def _portion(
-    tree: Any, corners: np.ndarray, radius: np.ndarray, positions: np.ndarray, reach: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Do `nearest_points` for a portion; tree: of the centres of the triangles; radius [m]: their extent from these."""
-    best = np.full(len(positions), np.inf)
-    found, owner = np.zeros_like(positions), np.zeros(len(positions), dtype=np.int64)
-    rows = np.arange(len(positions))
-    before = 0
-    for count in (FEW, MANY):
-        count = min(count, tree.n)
-        away, pieces = (np.reshape(part, (len(rows), count)) for part in tree.query(positions[rows], k=count))
-        for rank in range(before, count):
-            worth = away[:, rank] - radius[pieces[:, rank]] < best[rows]
-            who, piece = rows[worth], pieces[worth, rank]
-            point = closest_on_triangles(corners[piece], positions[who])
-            distance = np.linalg.norm(positions[who] - point, axis=1)
-            nearer = distance < best[who]
-            who, piece = who[nearer], piece[nearer]
-            best[who], found[who], owner[who] = distance[nearer], point[nearer], piece
-        rows, before = rows[(best[rows] < reach) & (away[:, -1] - radius.max() < best[rows])], count
-        if before == tree.n or not len(rows):
-            break
-    return found, owner
+    def bounds(self, positions: list[np.ndarray], groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower and upper bounds [p] of the squares of distances, of positions (x, y, z) [p] and groups [p]."""
+        away = [x - c.take(groups) for x, c in zip(positions, self.centre, strict=True)]
+        along = np.abs(_dot(away, [n.take(groups) for n in self.normal]))
+        square = _dot(away, away)
+        across = np.sqrt(np.maximum(square - along * along, 0.0))
+        along = np.maximum(along - self.half.take(groups), 0.0)
+        across = np.maximum(across - self.radius.take(groups), 0.0)
+        if self.point is not self.centre:
+            away = [x - c.take(groups) for x, c in zip(positions, self.point, strict=True)]
+            square = _dot(away, away)
+        return along * along + across * across, square
 
 
-def ask_neighbours(
-    corners: np.ndarray, positions: np.ndarray, found: np.ndarray, owner: np.ndarray, spacing: float
-) -> None:
-    """Improve nearest points [nx, ny, nz, 3] and triangles [nx, ny, nz] at the nodes of a grid, in place, by those of
-    the next nodes: a triangle nearest to x + h lies within sqrt(D(x)^2 + h^2) of x if it is nearest to x too."""
+class TriangleTree:
+    """Finds the nearest points of triangles [m, 3, 3], exactly."""
+
+    def __init__(self, corners: np.ndarray) -> None:
+        self.low = corners.min(axis=(0, 1))
+        self.size = float((corners.max(axis=(0, 1)) - self.low).max())
+        self.order = np.argsort(
+            _curve((corners.mean(axis=1) - self.low) * (CELLS / max(self.size, 1e-300))), kind="stable"
+        )
+        top, count = 0, len(corners)
+        while count > FEW:
+            top, count = top + 1, -(-count // GROUP)
+        whole = np.concatenate([self.order, np.repeat(self.order[-1:], -len(corners) % GROUP**top)])
+        self.order, corners = whole, corners[whole] - self.low
+        self.levels = [_Level(corners, GROUP**level) for level in range(top + 1)]
+        edges = [corners[:, end] - corners[:, start] for start, end in ENDS]
+        normal = np.cross(edges[0], -edges[2])
+        square = np.einsum("mi,mi->m", normal, normal)
+        normal /= np.where(square > 0.0, square, 1.0)[:, None]
+        self.flat = ~(square > 0.0)
+        self.corners = [_columns(corners[:, i]) for i in range(3)]
+        self.edges = [_columns(edge) for edge in edges]
+        lengths = [np.einsum("mi,mi->m", edge, edge) for edge in edges]
+        self.inverses = [1.0 / np.where(length > 0.0, length, 1.0) for length in lengths]
+        # x - a times these are the barycentric coordinates of b and c
+        self.duals = [_columns(np.cross(-edges[2], normal)), _columns(np.cross(normal, edges[0]))]
+
+    def nearest(self, positions: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest points [n, 3] of the triangles to positions [n, 3], and their triangles [n].
+
+        pitch [m]: about the distance of neighbouring positions, and exactly that of a grid, for speed alone.
+        """
+        found, owner = np.empty_like(positions), np.empty(len(positions), dtype=np.int64)
+        if not len(positions):
+            return found, owner
+        low = positions.min(axis=0)
+        keys = _curve(np.rint((positions - low) / max(pitch, float(np.ptp(positions, axis=0).max()) / CELLS)))
+        order = np.argsort(keys, kind="stable")
+        keys = keys[order]
+
+        def search(part: slice) -> None:
+            here = positions[order[part]] - self.low
+            for rows, point, triangle in self._search(here, keys[part]):
+                to = order[part][rows]
+                found[to], owner[to] = point + self.low, self.order[triangle]
+
+        ends = np.append(_starts(keys, BLOCKS[0])[::4], len(keys))
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for _ in pool.map(search, map(slice, ends[:-1], ends[1:])):
+                pass
+        return found, owner
+
+    def _search(
+        self,
+        positions: np.ndarray,
+        keys: np.ndarray,
+        before: np.ndarray | None = None,
+        candidates: tuple[np.ndarray, np.ndarray] | None = None,
+        stage: int = 0,
+        level: int = 0,
+    ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+        """Yield rows, nearest points and triangles of positions [n, 3] in the order of the curve.
+
+        before: first position of each block of the stage before; candidates: start of the groups of each, and the
+        groups, of the level; None: there is one block, with all at the top.
+        """
+        last = stage == len(BLOCKS)
+        starts = np.arange(len(keys)) if last else _starts(keys, BLOCKS[stage])
+        low, high = np.minimum.reduceat(positions, starts), np.maximum.reduceat(positions, starts)
+        centre, reach = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+        if before is None or candidates is None:
+            level = len(self.levels) - 1
+            groups = np.arange(len(self.levels[level].half))
+            before, candidates = np.zeros(1, dtype=np.int64), (np.array([0, len(groups)]), groups)
+        begin, groups = candidates
+        parent = np.searchsorted(before, starts, side="right") - 1
+        many = np.diff(begin)[parent]
+        ends = np.append(starts, len(keys))
+        for one, other in _portions(many):
+            part, count = slice(ends[one], ends[other]), many[one:other]
+            own = np.repeat(np.arange(other - one), count)
+            place = np.arange(len(own)) - np.repeat(np.cumsum(count) - count - begin[parent[one:other]], count)
+            here = centre[one:other], reach[one:other]
+            pairs = self._kept(level, *here, own, groups[place])
+            below = level
+            while below > 0 and (last or self._wide(below, here[1])):
+                below -= 1
+                pairs = self._kept(below, *here, *_members(*pairs))
+            if last:
+                yield part, *self._closest(positions[part], *pairs)
+                continue
+            inner = np.searchsorted(pairs[0], np.arange(other - one + 1)), pairs[1]
+            first = starts[one:other] - part.start
+            for rows, point, triangle in self._search(positions[part], keys[part], first, inner, stage + 1, below):
+                yield slice(part.start + rows.start, part.start + rows.stop), point, triangle
+
+    def _wide(self, level: int, reach: np.ndarray) -> bool:
+        """Return whether groups of a level are wider than neighbouring positions within reach [m] are apart."""
+        return bool(np.median(self.levels[level].radius) > 0.7 * np.median(reach))
+
+    def _kept(
+        self, level: int, positions: np.ndarray, reach: np.ndarray, own: np.ndarray, groups: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pairs whose group may hold the point nearest to one within reach [m] of the position."""
+        lower, upper = self.levels[level].bounds([x.take(own) for x in _columns(positions)], groups)
+        best = np.minimum.reduceat(upper, np.searchsorted(own, np.arange(len(positions))))
+        best = np.sqrt(best) + 2.0 * reach
+        best = (best * (1.0 + SLACK) + SLACK * self.size) ** 2
+        kept = np.flatnonzero(lower <= best.take(own))
+        return own.take(kept), groups.take(kept)
+
+    def _closest(self, positions: np.ndarray, own: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return nearest points and triangles of positions, each with candidates: ascending own [p], triangles [p]."""
+        here = [x.take(own) for x in _columns(positions)]
+        point = self.closest(here, triangles)
+        away = [x - y for x, y in zip(here, point, strict=True)]
+        square, rows = _dot(away, away), np.arange(len(positions))
+        best = np.minimum.reduceat(square, np.searchsorted(own, rows))
+        hit = np.flatnonzero(square == best.take(own))
+        hit = hit[np.searchsorted(own[hit], rows)]
+        return np.stack([x[hit] for x in point], axis=1), triangles[hit]
+
+    def closest(self, positions: list[np.ndarray], triangles: np.ndarray) -> list[np.ndarray]:
+        """Return the nearest points (x, y, z) [p] of triangles [p], in the order of the tree, to positions."""
+        corner = [a.take(triangles) for a in self.corners[0]]
+        away = [x - a for x, a in zip(positions, corner, strict=True)]
+        second, third = (_dot(away, [e.take(triangles) for e in dual]) for dual in self.duals)
+        result = [
+            a + second * b.take(triangles) - third * c.take(triangles)
+            for a, b, c in zip(corner, self.edges[0], self.edges[2], strict=True)
+        ]
+        inside = (second >= 0.0) & (third >= 0.0) & (second + third <= 1.0) & ~self.flat.take(triangles)
+        off = np.flatnonzero(~inside)
+        positions, triangles = [x.take(off) for x in positions], triangles.take(off)
+        smallest = np.full(len(off), np.inf)
+        best = [np.empty(len(off)) for _ in range(3)]
+        for start, edge, inverse in zip(self.corners, self.edges, self.inverses, strict=True):
+            origin, along = [a.take(triangles) for a in start], [e.take(triangles) for e in edge]
+            away = [x - a for x, a in zip(positions, origin, strict=True)]
+            part = np.clip(_dot(away, along) * inverse.take(triangles), 0.0, 1.0)
+            away = [w - part * e for w, e in zip(away, along, strict=True)]
+            square = _dot(away, away)
+            nearer = square < smallest
+            smallest = np.where(nearer, square, smallest)
+            for kept, a, e in zip(best, origin, along, strict=True):
+                np.copyto(kept, a + part * e, where=nearer)
+        for whole, own in zip(result, best, strict=True):
+            whole[off] = own
+        return result
+
+
+def _curve(places: np.ndarray) -> np.ndarray:
+    """Return the keys of places [n, 3] from 0 to CELLS along a Morton curve."""
+    key = np.zeros(len(places), dtype=np.uint64)
     for axis in range(3):
-        for step in (1, -1):
-            rest, ahead = [slice(None)] * 3, [slice(None)] * 3
-            rest[axis], ahead[axis] = (slice(None, -1), slice(1, None))[::step]
-            here, there = tuple(rest), tuple(ahead)
-            best = np.sum((positions[here] - found[here]) ** 2, axis=-1)
-            other = np.sum((positions[here] - found[there]) ** 2, axis=-1)
-            worth = (owner[here] != owner[there]) & (other < best + spacing**2)
-            piece, where = owner[there][worth], positions[here][worth]
-            point = closest_on_triangles(corners[piece], where)
-            nearer = np.sum((where - point) ** 2, axis=-1) < best[worth]
-            changed = worth.copy()
-            changed[worth] = nearer
-            found[here][changed], owner[here][changed] = point[nearer], piece[nearer]
+        bits = places[:, axis].astype(np.uint64)
+        for shift, mask in SPREAD:
+            bits = (bits | (bits << np.uint64(shift))) & np.uint64(mask)
+        key |= bits << np.uint64(axis)
+    return key
 
 
-def closest_on_triangles(corners: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return the nearest point [n, 3] of one triangle [n, 3, 3] to each position [n, 3]."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    normal = np.cross(b - a, c - a)
-    square = np.einsum("ni,ni->n", normal, normal)
-    from_a = positions - a
-    safe = np.where(square > 0.0, square, 1.0)
-    second = np.einsum("ni,ni->n", np.cross(from_a, c - a), normal) / safe
-    third = np.einsum("ni,ni->n", np.cross(b - a, from_a), normal) / safe
-    result = a + second[:, None] * (b - a) + third[:, None] * (c - a)
-    off = np.flatnonzero(~((second >= 0.0) & (third >= 0.0) & (second + third <= 1.0) & (square > 0.0)))
-    smallest = np.full(len(off), np.inf)
-    for start, end in ((a, b), (b, c), (c, a)):
-        origin, along, here = start[off], end[off] - start[off], positions[off]
-        length = np.einsum("ni,ni->n", along, along)
-        part = np.einsum("ni,ni->n", here - origin, along) / np.where(length > 0.0, length, 1.0)
-        point = origin + np.clip(part, 0.0, 1.0)[:, None] * along
-        distance = np.einsum("ni,ni->n", here - point, here - point)
-        nearer = distance < smallest
-        smallest[nearer] = distance[nearer]
-        result[off[nearer]] = point[nearer]
-    return result
+def _starts(keys: np.ndarray, bits: int) -> np.ndarray:
+    """Return the first place of every run of sorted keys that differ in so many low bits alone."""
+    blocks = keys >> np.uint64(bits)
+    return np.append(0, np.flatnonzero(blocks[1:] != blocks[:-1]) + 1)
+
+
+def _columns(vectors: np.ndarray) -> list[np.ndarray]:
+    """Return the components x, y, z [n] of vectors [n, 3], each contiguous."""
+    return [np.ascontiguousarray(vectors[:, axis]) for axis in range(3)]
+
+
+def _dot(a: list[np.ndarray], b: list[np.ndarray]) -> np.ndarray:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _members(own: np.ndarray, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs with every member of the groups instead."""
+    return own.repeat(GROUP), (groups[:, None] * GROUP + np.arange(GROUP)).reshape(-1)
+
+
+def _portions(counts: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield first and end of consecutive rows whose counts add up to about `AT_ONCE`, or of one row."""
+    number = (np.cumsum(counts) - counts) // AT_ONCE
+    ends = np.append(np.flatnonzero(np.diff(number)) + 1, len(counts))
+    yield from zip(np.append(0, ends[:-1]).tolist(), ends.tolist(), strict=True)

@@ -8,15 +8,13 @@ import numpy as np
 
 from ...base import validate
 from ...base.errors import InputError
-from .nearest import ask_neighbours, nearest_points, pieces_of
+from .nearest import TriangleTree, pieces_of
 from .surface import FIELD, closed_surface
 from .winding import winding_numbers
 
 MAXIMUM_NODES = 2**26  # maximum number of nodes of the grid
 MARGIN = 4  # default number of cells around the solid
-PIECE = 2.0  # longest edge of the pieces, in cells
-EXACT_WITHIN = 4.0  # cells from the surface within which distances are exact
-SWEEPS = 2  # over the grid, for distances further off
+PIECE = 8.0  # longest edge of the pieces, in cells
 
 
 def sample_surface(
@@ -47,9 +45,7 @@ def sample_surface(
 
     corners = pieces_of(points[triangles], PIECE * spacing)
     shape = (nx, ny, nz)
-    found, piece = nearest_points(corners, positions, EXACT_WITHIN * spacing)
-    for _ in range(SWEEPS):
-        ask_neighbours(corners, positions.reshape(*shape, 3), found.reshape(*shape, 3), piece.reshape(shape), spacing)
+    found, piece = TriangleTree(corners).nearest(positions, spacing)
     away = positions - found
     distance = np.linalg.norm(away, axis=1)
     side = _sides(surface, points, triangles, origin, spacing, shape, distance)

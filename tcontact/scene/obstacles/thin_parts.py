@@ -13,10 +13,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from .interpolation import interpolate
-from .nearest import nearest_points, pieces_of
+from .nearest import TriangleTree, pieces_of
 
 MAXIMUM_NODES = 2**26  # maximum number of nodes of a grid
 PIECE = 1.0  # longest edge of the pieces whose centres are checked, in spacings
+WIDE = 8.0  # longest edge of the pieces to which distances are measured, in spacings
 ROUNDS = 12  # maximum number of shrinking steps; wedges converge by a factor in each
 PARALLEL = np.cos(np.radians(8.0))  # angle of two sides below which they belong to a plate
 PLATE = 2.0  # allowed distance of a lost part with parallel sides from a resolved one, in spacings
@@ -41,14 +42,17 @@ def check_thickness(
     alike = np.concatenate([np.floor(points / spacing), np.round(2.0 * normals)], axis=1)
     chosen = np.unique(alike, axis=0, return_index=True)[1]
     points, normals = points[chosen], normals[chosen]
-    radius, opposite = inner_balls(corners, points, normals, spacing)
+    sides = pieces_of(triangles[0][triangles[1]], WIDE * spacing)
+    radius, opposite = inner_balls(sides, points, normals, spacing)
     thin = np.flatnonzero(2.0 * radius < spacing)
     centres = points[thin] - radius[thin, None] * normals[thin]
     lost = thin[interpolate(grid, origin, spacing, centres)[0] > 0.0]
     if not len(lost):
         return
     reach = _reach(points[lost], np.delete(points, thin, axis=0))
-    facing = across[opposite[lost]] / np.maximum(area[opposite[lost], None], 1e-300)
+    facing = sides[opposite[lost]]
+    facing = np.cross(facing[:, 1] - facing[:, 0], facing[:, 2] - facing[:, 0])
+    facing /= np.maximum(np.linalg.norm(facing, axis=1), 1e-300)[:, None]
     plate = np.einsum("ni,ni->n", normals[lost], facing) < -PARALLEL
     bad = (reach > WEDGE * spacing) | (plate & (reach > PLATE * spacing))
     if bad.any():
@@ -66,10 +70,10 @@ def inner_balls(
     on its other side, or one at its own point for a ball that is not held there.
     """
     radius, opposite = np.full(len(points), largest), np.zeros(len(points), dtype=np.int64)
-    active = np.arange(len(points))
+    active, tree = np.arange(len(points)), TriangleTree(corners)
     for _ in range(ROUNDS):
         centres = points[active] - radius[active, None] * normals[active]
-        found, owner = nearest_points(corners, centres, 2.0 * largest)
+        found, owner = tree.nearest(centres, largest)
         apart = points[active] - found
         depth = np.einsum("ni,ni->n", apart, normals[active])
         inside = np.linalg.norm(found - centres, axis=1) < radius[active] * (1.0 - 1e-6)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...planning.body_plan import BodyPlan
 
-Search = Generator[np.ndarray, np.ndarray, Any]  # yields a displacement [3n] and is sent the acceleration -M^-1 f there
+Search = Generator[bool, None, Any]  # yields when a displacement [3n] needs its acceleration -M^-1 f
 Product = Callable[[np.ndarray, np.ndarray, np.ndarray], Search]
 ViscousForce = Callable[[np.ndarray, np.ndarray], np.ndarray]
 ROUNDS = 6  # searches at most

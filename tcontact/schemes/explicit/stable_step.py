@@ -13,10 +13,11 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...device import arrays
-from ...mesh.geometry import spanned_heights
+from ...mesh.geometry import chunks_of, spanned_heights
 from ...planning.body_plan import BodyPlan
 from ...scene.obstacles import Obstacle
 from .damped_step import DampedStep, Search, ViscousForce
+from .long_vectors import Vectors, dot, nodes_of, portions
 
 PRODUCTS = 20
 SAFETY = 0.98
@@ -40,28 +41,26 @@ class StableSteps:
 
     def __init__(self, force: ForcePass, bodies: Sequence[StableStep]) -> None:
         self.force, self.bodies = force, bodies
-        self._ends = np.cumsum([body.mass.size for body in bodies])
+        self._ends = np.cumsum([3 * len(body.plan.lumped) for body in bodies])
         self.trial, self.answer = arrays.zeros(int(self._ends[-1])), arrays.zeros(int(self._ends[-1]))
+        # the searches write and read these: the arrays of the pass themselves on the CPU
+        self._raw = [np.array(host) if host is not device else host
+                     for device, host in ((part, arrays.get(part)) for part in (self.trial, self.answer))]  # fmt: skip
+        for body, trial, answer in zip(bodies, *(np.split(part, self._ends[:-1]) for part in self._raw), strict=True):
+            body.trial, body.answer = trial, answer
 
     def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
         """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
         parts = np.split(u, self._ends[:-1])
         searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
-        asked: list[np.ndarray | None] = [next(search) for search in searches]
-        found = [np.inf] * len(searches)
-        while any(one is not None for one in asked):
-            rest = [part if one is None else one for one, part in zip(asked, parts, strict=True)]
-            answers = np.split(self._acceleration(rest[0] if len(rest) == 1 else np.concatenate(rest)), self._ends[:-1])
-            for number, search in enumerate(searches):
-                if asked[number] is not None:
-                    try:
-                        asked[number] = search.send(answers[number])
-                    except StopIteration:
-                        asked[number] = None
+        left = {number: search for number, search in enumerate(searches) if next(search, True)}
+        while left:
+            self._accelerate()
+            for number in [number for number, search in left.items() if not next(search, False)]:
+                del left[number]
+                self.bodies[number].trial[:] = parts[number]
         rate = 0.0 if self.bodies[0].plan.viscosity is None else self.force.sum_of("viscous_rate")
-        for number, body in enumerate(self.bodies):
-            found[number] = with_viscosity(body.elastic, rate, body.damped)
-        return min(found)
+        return min(with_viscosity(body.elastic, rate, body.damped) for body in self.bodies)
 
     @property
     def elastic(self) -> float:
@@ -73,12 +72,16 @@ class StableSteps:
         """The last estimate [s] with the viscosity of the contact cells alone."""
         return min(body.damped for body in self.bodies)
 
-    def _acceleration(self, u: np.ndarray) -> np.ndarray:
-        """Return a copy of -M^-1 f(u)."""
-        arrays.set_values(self.trial, u)
-        arrays.set_values(self.answer, np.zeros_like(u))
+    def _accelerate(self) -> None:
+        """Put -M^-1 f(u) of the displacement in `trial` into `answer`."""
+        trial, answer = self._raw
+        answer[:] = 0.0
+        if trial is not self.trial:
+            arrays.set_values(self.trial, trial)
+            arrays.set_values(self.answer, answer)
         self.force.minus_force(self.trial, self.answer)
-        return np.array(arrays.get(self.answer))
+        if trial is not self.trial:
+            answer[:] = arrays.get(self.answer)
 
 
 class StableStep:
@@ -100,7 +103,7 @@ class StableStep:
         spring_rate: float = 0.0,
     ) -> None:
         self.plan, self.spring_rate = plan, spring_rate
-        self.mass = np.repeat(plan.lumped, 3)
+        self.trial = self.answer = np.zeros(0)
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
         self.penalty = None
@@ -115,27 +118,26 @@ class StableStep:
         if plan.viscous_cells and viscous_force is not None:
             self.damping = DampedStep(plan, self.stiffness_product, viscous_force, DIFFERENCE * self.size)
 
-    def _cell_bounds(self) -> tuple[np.ndarray, float]:
+    def _cell_bounds(self) -> tuple[np.ndarray | None, float]:
         """Return (wave speed over height)^2 of the stiffest cell at every node [1/s^2], and the smallest height [m]."""
         bound, smallest = np.zeros(len(self.plan.reference)), np.inf
         for block in self.plan.blocks:
-            height = spanned_heights(block.own.kind, self.plan.reference[block.cells])
+            height = spanned_heights(block.own.kind, self.plan.reference, block.cells)
             rate = (block.own.material.wave_speed / height) ** 2
-            np.maximum.at(bound, block.cells, rate[:, None])
+            for part in chunks_of(len(rate)):
+                np.maximum.at(bound, block.cells[part], rate[part, None])
             smallest = min(smallest, float(height.min()))
         return bound, smallest
 
     def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """Return K(u) vector [N] of the free body; here: -M^-1 f(u)."""
         scale = DIFFERENCE * self.size / np.abs(vector).max()
-        there = yield u + scale * vector
-        return self.mass * (here - there) / scale
+        self.trial[:] = u + scale * vector
+        yield True
+        return np.repeat(self.plan.lumped, 3) * (here - self.answer) / scale
 
-    def _product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
-        """Return M^-1 K(u) vector; here: -M^-1 f(u)."""
-        scale = DIFFERENCE * self.size / np.abs(vector).max()
-        there = yield u + scale * vector
-        product = (here - there) / scale
+    def _corrected(self, product: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Return M^-1 K vector with penalties and images; product [3n]: without, changed in place."""
         if self.penalty is not None and self.plan.contact is not None:
             nodes = self.plan.contact.nodes
             part = vector.reshape(-1, 3)[nodes]
@@ -156,39 +158,60 @@ class StableStep:
         if self.start is not None:
             found = self._unit(self.start) + self._unit(self._tied(here))
             return self._unit(found if found.any() else self.start)
-        generator = np.random.default_rng(20071)
-        relative = np.repeat(self.bound / self.bound.max(), 3)
-        found = generator.uniform(-1.0, 1.0, here.size) * relative**4
+        assert self.bound is not None
+        found = np.random.default_rng(20071).uniform(-1.0, 1.0, here.size)
+        found.reshape(-1, 3)[:] *= ((self.bound / self.bound.max()) ** 4)[:, None]
+        self.bound = None  # only the first search begins so
         if self.plan.images is not None:
             found = self.plan.images.follow(found.reshape(-1, 3)).reshape(-1)
         return self._unit(found)
 
     def _unit(self, vector: np.ndarray) -> np.ndarray:
         """Scale a vector to a kinetic energy of 1/2; one without energy is not changed."""
-        length = np.sqrt(dot(vector, self.mass, vector))
+        length = np.sqrt(dot(vector, self.plan.lumped, vector))
         return vector / length if length > 0.0 else vector
 
     def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
         """Estimate `elastic` and `damped` at displacement u [3n]; the next search starts from the mode found."""
-        mass = self.mass
-        here = yield u
+        mass, answer = self.plan.lumped, self.answer
+        self.trial[:] = u
+        yield True
+        here = answer.copy()
         current = self._first(here)
         before = np.zeros_like(current)
-        keep = [current.astype(np.float32)]  # for the start of the next estimate
+        keep = Vectors()  # for the start of the next estimate
+        plain = self.penalty is None and self.plan.images is None
         alphas: list[float] = []
         betas: list[float] = []
-        beta = 0.0
+        beta, largest = 0.0, float(np.abs(current).max())
         for _ in range(min(products, u.size)):
-            following = (yield from self._product(u, here, current)) - beta * before
-            alpha = dot(current, mass, following)
-            following -= alpha * current
-            beta = float(np.sqrt(max(dot(following, mass, following), 0.0)))
+            keep.add(current, largest)
+            scale = DIFFERENCE * self.size / largest
+            for part in portions(u):
+                np.add(u[part], scale * current[part], out=self.trial[part])
+            yield True
+            if not plain:
+                answer[:] = self._corrected((here - answer) / scale, current)
+            alpha = 0.0
+            for part in portions(u):  # the product less beta times the vector before, in its place
+                following = (here[part] - answer[part]) / scale if plain else answer[part].copy()
+                following -= beta * before[part]
+                before[part] = following
+                alpha += dot(current[part], mass[nodes_of(part)], following)
+            square, largest = 0.0, 0.0
+            for part in portions(u):
+                following = before[part]
+                following -= alpha * current[part]
+                square += dot(following, mass[nodes_of(part)], following)
+                largest = max(largest, float(following.max()), -float(following.min()))
+            beta = float(np.sqrt(max(square, 0.0)))
             alphas.append(alpha)
             betas.append(beta)
-            if beta <= 1e-9 * max(abs(alpha), abs(alphas[0])):
+            if not 1e-9 * max(abs(alpha), abs(alphas[0])) < beta < np.inf:
                 break
-            before, current = current, following / beta
-            keep.append(current.astype(np.float32))
+            before, current = current, before
+            current /= beta
+            largest /= beta
         count = len(alphas)
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
         if not np.isfinite(matrix).all():
@@ -197,7 +220,7 @@ class StableStep:
             )
         values, vectors = np.linalg.eigh(matrix)
         top = vectors[:, -1]
-        self.start = sum((weight * vector for weight, vector in zip(top, keep, strict=False)), np.zeros_like(current))
+        self.start = keep.sum(top, before)
         ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
         self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual + self.spring_rate)
         if self.damping is not None:
@@ -229,8 +252,3 @@ def with_rigid(limit: float, rate: float) -> float:
 def largest_rate(elastic: float, dt: float, damped: float = np.inf) -> float:
     """Return the rate [1/s] with which dt [s] is the stable step; the inverse of `with_viscosity`."""
     return min(2.0 / dt - 2.0 * dt / elastic**2, 2.0 / dt - 2.0 / damped)
-
-
-def dot(a: np.ndarray, mass: np.ndarray, b: np.ndarray) -> float:
-    """Return a.M b without BLAS, whose idle threads would occupy cores that the kernels need."""
-    return float((a * mass * b).sum())

@@ -58,7 +58,7 @@ class DomainState:
         self._mass = domain.mass
         if domain.rigid:
             self._rate_place = group_size(*self.groups[: self.groups.index("rigid")]) + RIGID.rigid_rate
-        self.u = arrays.put(self._started(displacement))
+        self.u = arrays.share(self._started(displacement))
         self.start_velocity = self._started(velocity)
         self.internal_force = InternalForce(domain)
         self.boundary_nodes: BoundaryNodes | None = None
@@ -90,7 +90,7 @@ class DomainState:
             self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
             if domain.small:
                 self.serial.use_for_products()
-        self.v = arrays.put(self._massive(self.start_velocity))
+        self.v = arrays.share(self._massive(self.start_velocity))
         self.timed: list[Timed] = [] if self.driven is None else [self.driven]
         self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
         self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []

@@ -1,0 +1,20 @@
+"""Memory for the arrays of the kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+CACHE_LINE = 64  # bytes
+
+
+def aligned(count: int, dtype: Any = np.float64) -> np.ndarray:
+    """Return a flat array without values that starts on a cache line: vectors of lanes then do not cross two of them.
+
+    count: of its numbers.
+    """
+    size = count * np.dtype(dtype).itemsize
+    room = np.empty(size + CACHE_LINE, dtype=np.uint8)
+    first = -room.ctypes.data % CACHE_LINE
+    return room[first : first + size].view(dtype)
