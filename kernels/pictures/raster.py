@@ -109,8 +109,9 @@ def draw_triangles(
                                 here = row * width + col
                                 if ti.cast(inverse, ti.f32) > depth_out[here]:
                                     depth_out[here] = ti.cast(inverse, ti.f32)
-                                    q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) / inverse
-                                    s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) / inverse
+                                    per = 1.0 / inverse
+                                    q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) * per
+                                    s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) * per
                                     away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
                                     s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away))
                                     step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
@@ -122,37 +123,36 @@ def draw_triangles(
 
 
 @ti.kernel
-def clear(cells: ti.i32, depth_out: Single, pixel_out: INDEX):
-    """Set the buffers depth_out and pixel_out [cells] to 0."""
-    for i in range(cells):
-        depth_out[i] = 0.0
-        pixel_out[i] = 0
-
-
-@ti.kernel
 def resolve(
     width: ti.i32,
-    height: ti.i32,
-    factor: ti.i32,
+    factor: ti.template(),
     ground: ti.i32,
+    top: ti.i32,
+    left: ti.i32,
+    rows: ti.i32,
+    columns: ti.i32,
+    depth: Single,
     pixel: INDEX,
+    depth_behind: Single,
+    pixel_behind: INDEX,
     background: Single,
     shade: Single,
     image_out: Byte,
 ):
-    """Average factor x factor samples to one pixel of the picture.
+    """Average factor x factor samples to one pixel, in a window of the picture; of two samples the nearer one is seen.
 
-    in: picture size [pixel]; samples per pixel along one axis; number of the first colour table that takes shadows (all
-    above do); pixel [height factor * width factor] from `draw_triangles`; background [3 height], a colour for each row;
-    shade [height * width] factor on shadowed surfaces.
+    in: width of the picture [pixel]; samples per pixel along one axis; number of the first colour table that takes
+    shadows (all above do); first row and column, rows and columns of the window [pixel]; depth, pixel and
+    depth_behind, pixel_behind [height factor * width factor] from `draw_triangles`: on equal depth the first pair
+    is seen; background [3 height], a colour for each row; shade [rows * columns] factor on shadowed surfaces.
     out: image_out [height * width * 3] red, green, blue.
     """
-    for here in range(width * height):
-        row, col = here // width, here % width
+    for here in range(rows * columns):
+        row, col = top + here // columns, left + here % columns
         red, green, blue = 0.0, 0.0, 0.0
-        for sample in range(factor * factor):
-            i, j = sample // factor, sample % factor
-            code = pixel[(row * factor + i) * width * factor + col * factor + j]
+        for i, j in ti.static(ti.ndrange(factor, factor)):
+            sample = (row * factor + i) * width * factor + col * factor + j
+            code = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
             if code == 0:
                 red += background[3 * row]
                 green += background[3 * row + 1]
@@ -163,6 +163,7 @@ def resolve(
                 green += dim * ((code >> 8) & 255)
                 blue += dim * (code & 255)
         share = 1.0 / (factor * factor)
-        image_out[3 * here] = ti.cast(red * share + 0.5, ti.u8)
-        image_out[3 * here + 1] = ti.cast(green * share + 0.5, ti.u8)
-        image_out[3 * here + 2] = ti.cast(blue * share + 0.5, ti.u8)
+        out = 3 * (row * width + col)
+        image_out[out] = ti.cast(red * share + 0.5, ti.u8)
+        image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
+        image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)

@@ -9,6 +9,8 @@ import numpy as np
 
 from .colours import AXES
 
+FAR = 2e5  # pixels; farther outside the picture the products of the raster would lose their exactness
+
 
 @dataclass(frozen=True)
 class Triangles:
@@ -27,6 +29,18 @@ class Triangles:
         zero = np.zeros(n, dtype=np.int32)
         value = np.broadcast_to(value, (n, 3))
         return Triangles(screen, value, np.ones((n, 3)), zero + np.int32(table), zero, np.zeros(n))
+
+    def front_first(self, cull: bool = False) -> Triangles:
+        """Return the triangles with those first whose corners run clockwise on the screen; cull: these alone.
+
+        Faces of a body that look at the eye run so and hide the others, of which then nothing has to be shaded. The
+        surface of a body is closed: where one of the others is, there is also one of these.
+        """
+        one, two = (self.screen[:, k, :2] - self.screen[:, 0, :2] for k in (1, 2))
+        back = ~(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] < 0.0)
+        order = np.flatnonzero(~back) if cull else np.argsort(back, kind="stable")
+        names = ("screen", "value", "light", "table", "edges", "ink")
+        return Triangles(*(getattr(self, name)[order] for name in names))
 
     @staticmethod
     def joined(parts: Sequence[Triangles]) -> Triangles:
@@ -58,6 +72,24 @@ def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
     return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
 
 
+def window(parts: Sequence[Triangles], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
+    """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it."""
+    low, high = np.array([height, width]), np.zeros(2, int)
+    for part, margin in zip(parts, margins, strict=True):
+        corners = part.screen[drawable(part.screen), :, 1::-1].reshape(-1, 2)
+        if len(corners):
+            low = np.minimum(low, np.floor(corners.min(axis=0)).astype(int) - 1 - margin)
+            high = np.maximum(high, np.ceil(corners.max(axis=0)).astype(int) + 1 + margin)
+    low, high = low.clip(0), np.minimum(high, (height, width))
+    return slice(low[0], max(low[0], high[0])), slice(low[1], max(low[1], high[1]))
+
+
+def drawable(screen: np.ndarray) -> np.ndarray:
+    """Tell for every triangle [n,3,3] whether the raster can draw it."""
+    good = np.isfinite(screen).all(axis=(1, 2))
+    return good & (np.abs(screen[..., :2]) < FAR).all(axis=(1, 2))
+
+
 def draw(
     scene: Triangles,
     width: int,
@@ -71,9 +103,7 @@ def draw(
     from ...kernels.pictures import raster
 
     screen = scene.screen * (factor, factor, 1.0)
-    # far outside the picture the products of the raster would lose their exactness: leave such triangles out
-    good = np.isfinite(screen).all(axis=(1, 2))
-    good &= (np.abs(screen[..., :2]) < 2e5).all(axis=(1, 2))
+    good = drawable(screen)
     grid = np.round(screen[good, :, :2] * 256) / 256
     raster.draw_triangles(
         int(good.sum()),
