@@ -52,8 +52,8 @@ def draw_triangles(
     """Draw triangles into a depth and a colour buffer, which may already hold others.
 
     in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
-    depth w, value (0..1 along the colour table) and light (factor on the colour), all [3 triangles]; table [triangles]
-    number of the colour table; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
+    depth w and value (0..1 along the colour table), all [3 triangles]; light (factor on the colour) and table (number
+    of the colour table) [triangles]; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
     darkness of lines 0..1; colours [tables * 256 * 3] in 0..255.
     out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
     green, blue.
@@ -81,6 +81,8 @@ def draw_triangles(
                     owns2 = dy2 < 0.0 or (dy2 == 0.0 and dx2 > 0.0)
                     per_area = side / area
                     w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
+                    q0, q1, q2 = value[3 * t], value[3 * t + 1], value[3 * t + 2]
+                    even = q0 == q1 and q1 == q2  # one colour, which needs no division
                     far = 1e30  # distance of an edge that is not drawn as a line
                     length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
                     length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
@@ -109,11 +111,11 @@ def draw_triangles(
                                 here = row * width + col
                                 if ti.cast(inverse, ti.f32) > depth_out[here]:
                                     depth_out[here] = ti.cast(inverse, ti.f32)
-                                    per = 1.0 / inverse
-                                    q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) * per
-                                    s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) * per
+                                    q = q0
+                                    if not even:
+                                        q = (b0 * q0 + b1 * q1 + b2 * q2) / inverse
                                     away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
-                                    s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away))
+                                    s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away)))
                                     step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
                                     entry = 3 * (table[t] * TABLE + step)
                                     red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)

@@ -340,7 +340,7 @@ class Studio:
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
         ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
         table = np.full(len(screen), FIELD, dtype=np.int32)
-        return Triangles(screen, value, np.repeat(light[:, None], 3, axis=1), table, surface.edges, ink)
+        return Triangles(screen, value, light, table, surface.edges, ink)
 
     def _fallen(self, x: np.ndarray, eye: Eye) -> Triangles:
         """Return the shadow of the surface on the plane that catches it; nothing without one."""

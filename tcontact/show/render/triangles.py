@@ -14,7 +14,7 @@ FAR = 2e5  # pixels; farther outside the picture the products of the raster woul
 
 @dataclass(frozen=True)
 class Triangles:
-    """Input of the raster: screen [n,3,3] x, y, w of the corners; value, light [n,3]; table, edges, ink [n]."""
+    """Input of the raster: screen [n,3,3] x, y, w of the corners; value [n,3]; light, table, edges, ink [n]."""
 
     screen: np.ndarray
     value: np.ndarray
@@ -28,7 +28,7 @@ class Triangles:
         n = len(screen)
         zero = np.zeros(n, dtype=np.int32)
         value = np.broadcast_to(value, (n, 3))
-        return Triangles(screen, value, np.ones((n, 3)), zero + np.int32(table), zero, np.zeros(n))
+        return Triangles(screen, value, np.ones(n), zero + np.int32(table), zero, np.zeros(n))
 
     def front_first(self, cull: bool = False) -> Triangles:
         """Return the triangles with those first whose corners run clockwise on the screen; cull: these alone.
@@ -114,7 +114,7 @@ def draw(
         np.ascontiguousarray(grid[..., 1]).ravel(),
         np.ascontiguousarray(screen[good, :, 2]).ravel(),
         scene.value[good].ravel(),
-        scene.light[good].ravel(),
+        scene.light[good],
         scene.table[good].astype(np.int32),
         scene.edges[good].astype(np.int32),
         scene.ink[good],
