@@ -31,6 +31,15 @@ def span(first, last, dy, root):
     return low, high
 
 
+@ti.func
+def least(dx, dy):
+    """Return the smallest E of a pixel inside: 0 on the edges that own their pixels, else above 0.
+
+    On the grid of the corners every E is a multiple of 2^-17.
+    """
+    return ti.select(dy < 0.0 or (dy == 0.0 and dx > 0.0), 0.0, 2.0**-20)
+
+
 @ti.kernel
 def draw_triangles(
     triangles: ti.i32,
@@ -76,9 +85,7 @@ def draw_triangles(
                     dx0, dy0 = side * (x2 - x1), side * (y2 - y1)
                     dx1, dy1 = side * (x0 - x2), side * (y0 - y2)
                     dx2, dy2 = side * (x1 - x0), side * (y1 - y0)
-                    owns0 = dy0 < 0.0 or (dy0 == 0.0 and dx0 > 0.0)
-                    owns1 = dy1 < 0.0 or (dy1 == 0.0 and dx1 > 0.0)
-                    owns2 = dy2 < 0.0 or (dy2 == 0.0 and dx2 > 0.0)
+                    least0, least1, least2 = least(dx0, dy0), least(dx1, dy1), least(dx2, dy2)
                     per_area = side / area
                     w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
                     q0, q1, q2 = value[3 * t], value[3 * t + 1], value[3 * t + 2]
@@ -102,10 +109,7 @@ def draw_triangles(
                         for col in range(ti.cast(first, ti.i32), ti.cast(last, ti.i32)):
                             px = col + 0.5
                             e0, e1, e2 = r0 - dy0 * px, r1 - dy1 * px, r2 - dy2 * px
-                            in0 = e0 > 0.0 or (e0 == 0.0 and owns0)
-                            in1 = e1 > 0.0 or (e1 == 0.0 and owns1)
-                            in2 = e2 > 0.0 or (e2 == 0.0 and owns2)
-                            if in0 and in1 and in2:
+                            if ti.min(e0 - least0, e1 - least1, e2 - least2) >= 0.0:
                                 b0, b1, b2 = e0 * per_area * w0, e1 * per_area * w1, e2 * per_area * w2
                                 inverse = b0 + b1 + b2
                                 here = row * width + col
@@ -152,6 +156,7 @@ def resolve(
     for here in range(rows * columns):
         row, col = top + here // columns, left + here % columns
         red, green, blue = 0.0, 0.0, 0.0
+        dimmed = ti.cast(shade[here], ti.f64)
         for i, j in ti.static(ti.ndrange(factor, factor)):
             sample = (row * factor + i) * width * factor + col * factor + j
             code = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
@@ -160,7 +165,7 @@ def resolve(
                 green += background[3 * row + 1]
                 blue += background[3 * row + 2]
             else:
-                dim = ti.select((code >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
+                dim = ti.select((code >> 24) > ground, dimmed, 1.0)
                 red += dim * ((code >> 16) & 255)
                 green += dim * ((code >> 8) & 255)
                 blue += dim * (code & 255)

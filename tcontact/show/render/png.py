@@ -25,7 +25,7 @@ def write_png(path: Path, image: np.ndarray) -> None:
     np.subtract(pixels[1:], pixels[:-1], out=rows[1:, 1:])
     parts = {
         b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),  # 8 bits, red green blue
-        b"IDAT": zlib.compress(rows, 1),
+        b"IDAT": zlib.compress(rows.data, 1),
         b"IEND": b"",
     }
     with path.open("wb") as file:

@@ -226,14 +226,15 @@ class Studio:
         eye = eye.at(frame.time)
         values, nodal = self.values(frame, field)
         x = self.surface.spread(self.positions(frame))
-        body = self._body(x, values, nodal, limits, eye)
+        screen = eye.project(x)
+        body = self._body(x, screen, values, nodal, limits, eye)
         width, height = self.size
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
-        shadow = self._fallen(x, eye)
+        fallen = self._fallen(x, eye)
         soft = math.ceil(4 * self.unit) + math.ceil(3 * self.unit) + 2  # reach of the blur of a shadow
-        place = window([body, shadow], [0, soft], width, height)
-        shade = self._shade(shadow, place)
+        place = window([screen, fallen], [0, soft], width, height)
+        shade = self._shade(fallen, place)
         fine = tuple(slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
         for buffer in (self.depth, self.pixel):
             buffer.reshape(height * SAMPLES, width * SAMPLES)[fine] = 0
@@ -318,7 +319,16 @@ class Studio:
         self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
         return [path]
 
-    def _body(self, x: np.ndarray, values: np.ndarray, nodal: bool, limits: tuple[float, float], eye: Eye) -> Triangles:
+    def _body(
+        self,
+        x: np.ndarray,
+        places: np.ndarray,
+        values: np.ndarray,
+        nodal: bool,
+        limits: tuple[float, float],
+        eye: Eye,
+    ) -> Triangles:
+        """Return the surface with its colours and its light; x [m], places [pixel]: its points and the quad centres."""
         surface = self.surface
         level = (values - limits[0]) / (limits[1] - limits[0])
         level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
@@ -335,34 +345,34 @@ class Studio:
         key = np.array([-0.42, 0.72, 0.55])
         light = 0.74 + 0.18 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
         light = np.nan_to_num(light, nan=0.7)[surface.face]
-        screen = eye.project(x)[surface.corners]
+        screen = places[surface.corners]
         edge = np.linalg.norm(screen[:, 0, :2] - screen[:, 1, :2], axis=1)
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
         ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
         table = np.full(len(screen), FIELD, dtype=np.int32)
         return Triangles(screen, value, light, table, surface.edges, ink)
 
-    def _fallen(self, x: np.ndarray, eye: Eye) -> Triangles:
-        """Return the shadow of the surface on the plane that catches it; nothing without one."""
+    def _fallen(self, x: np.ndarray, eye: Eye) -> np.ndarray:
+        """Return where on the screen [k,3] the points fall on the plane that catches the shadow; none without one."""
         if eye.shadow is None:
-            return Triangles.plain(np.empty((0, 3, 3)), 0)
+            return np.empty((0, 3))
         point, normal = eye.shadow
         ray = -normal + 0.3 * eye.axes[0] - 0.1 * np.cross(eye.axes[0], normal)
         gap = np.maximum(0.0, (x - point) @ normal)
         fallen = x - normal * ((x - point) @ normal)[:, None] + (ray + normal) * gap[:, None]
-        return Triangles.plain(eye.project(fallen)[self.surface.corners], 0)
+        return eye.project(fallen)
 
-    def _shade(self, shadow: Triangles, place: tuple[slice, slice]) -> np.ndarray:
+    def _shade(self, fallen: np.ndarray, place: tuple[slice, slice]) -> np.ndarray:
         """Return the factor of the soft shadow on what it falls on, in a place of the picture [rows, columns]."""
         from PIL import Image, ImageFilter
 
         width, height = self.size
         there = self.mask.reshape(height, width)[place]
-        if len(shadow.screen) == 0 or there.size == 0:
+        if len(fallen) == 0 or there.size == 0:
             return np.ones(there.shape, np.float32)
         there[:] = self.mask_depth.reshape(height, width)[place] = 0
-        whole = bool(drawable(shadow.screen).all())
-        flat = shadow.front_first(cull=whole)
+        shadow = Triangles.plain(fallen[self.surface.corners], 0)
+        flat = shadow.front_first(cull=isinstance(drawable(shadow.screen), slice))
         draw(flat, width, height, 1, 0.0, np.zeros(768, np.float32), self.mask_depth, self.mask)
         mask = Image.fromarray((there != 0).astype(np.uint8) * 255)
         soft = np.asarray(mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit)))

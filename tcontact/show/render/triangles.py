@@ -72,22 +72,29 @@ def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
     return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
 
 
-def window(parts: Sequence[Triangles], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
-    """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it."""
-    low, high = np.array([height, width]), np.zeros(2, int)
-    for part, margin in zip(parts, margins, strict=True):
-        corners = part.screen[drawable(part.screen), :, 1::-1].reshape(-1, 2)
-        if len(corners):
-            low = np.minimum(low, np.floor(corners.min(axis=0)).astype(int) - 1 - margin)
-            high = np.maximum(high, np.ceil(corners.max(axis=0)).astype(int) + 1 + margin)
-    low, high = low.clip(0), np.minimum(high, (height, width))
-    return slice(low[0], max(low[0], high[0])), slice(low[1], max(low[1], high[1]))
+def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
+    """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it.
+
+    parts: points on the screen [k,3] each, corners of all that is drawn.
+    """
+    size = np.array([width, height])
+    low, high = size, np.zeros(2, int)
+    for points, margin in zip(parts, margins, strict=True):
+        sound = points[np.isfinite(points).all(axis=1), :2].clip(-FAR, FAR)
+        if len(sound):
+            low = np.minimum(low, np.floor(sound.min(axis=0)).astype(int) - 1 - margin)
+            high = np.maximum(high, np.ceil(sound.max(axis=0)).astype(int) + 1 + margin)
+    low = low.clip(0, size)
+    high = high.clip(low, size)
+    return slice(low[1], high[1]), slice(low[0], high[0])
 
 
-def drawable(screen: np.ndarray) -> np.ndarray:
-    """Tell for every triangle [n,3,3] whether the raster can draw it."""
-    good = np.isfinite(screen).all(axis=(1, 2))
-    return good & (np.abs(screen[..., :2]) < FAR).all(axis=(1, 2))
+def drawable(screen: np.ndarray) -> np.ndarray | slice:
+    """Return which of the triangles [n,3,3] the raster can draw; slice(None) for all."""
+    near = np.abs(screen[..., :2]) < FAR  # not so for nan
+    if near.all() and np.isfinite(screen[..., 2]).all():
+        return slice(None)
+    return near.all(axis=(1, 2)) & np.isfinite(screen[..., 2]).all(axis=1)
 
 
 def draw(
@@ -106,7 +113,7 @@ def draw(
     good = drawable(screen)
     grid = np.round(screen[good, :, :2] * 256) / 256
     raster.draw_triangles(
-        int(good.sum()),
+        len(grid),
         width,
         height,
         line * factor,
