@@ -40,6 +40,17 @@ def least(dx, dy):
     return ti.select(dy < 0.0 or (dy == 0.0 and dx > 0.0), 0.0, 2.0**-20)
 
 
+@ti.func
+def coloured(q, s, table, colours: ti.template()):
+    """Return the pixel of a value q (0..1) in a light s: (1 + table) << 24 | red, green, blue."""
+    step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
+    entry = 3 * (table * TABLE + step)
+    red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
+    green = ti.cast(ti.min(255.0, colours[entry + 1] * s + 0.5), ti.i32)
+    blue = ti.cast(ti.min(255.0, colours[entry + 2] * s + 0.5), ti.i32)
+    return ((1 + table) << 24) | (red << 16) | (green << 8) | blue
+
+
 @ti.kernel
 def draw_triangles(
     triangles: ti.i32,
@@ -89,7 +100,8 @@ def draw_triangles(
                     per_area = side / area
                     w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
                     q0, q1, q2 = value[3 * t], value[3 * t + 1], value[3 * t + 2]
-                    even = q0 == q1 and q1 == q2  # one colour, which needs no division
+                    even = q0 == q1 and q1 == q2  # one colour, but for the lines
+                    plain = coloured(q0, light[t], table[t], colours)
                     far = 1e30  # distance of an edge that is not drawn as a line
                     length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
                     length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
@@ -115,17 +127,15 @@ def draw_triangles(
                                 here = row * width + col
                                 if ti.cast(inverse, ti.f32) > depth_out[here]:
                                     depth_out[here] = ti.cast(inverse, ti.f32)
-                                    q = q0
-                                    if not even:
-                                        q = (b0 * q0 + b1 * q1 + b2 * q2) / inverse
                                     away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
-                                    s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away)))
-                                    step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
-                                    entry = 3 * (table[t] * TABLE + step)
-                                    red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
-                                    green = ti.cast(ti.min(255.0, colours[entry + 1] * s + 0.5), ti.i32)
-                                    blue = ti.cast(ti.min(255.0, colours[entry + 2] * s + 0.5), ti.i32)
-                                    pixel_out[here] = ((1 + table[t]) << 24) | (red << 16) | (green << 8) | blue
+                                    code = plain
+                                    if not even or away < line + 0.5:
+                                        q = q0
+                                        if not even:
+                                            q = (b0 * q0 + b1 * q1 + b2 * q2) / inverse
+                                        s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away)))
+                                        code = coloured(q, s, table[t], colours)
+                                    pixel_out[here] = code
 
 
 @ti.kernel
@@ -155,22 +165,30 @@ def resolve(
     """
     for here in range(rows * columns):
         row, col = top + here // columns, left + here % columns
-        red, green, blue = 0.0, 0.0, 0.0
-        dimmed = ti.cast(shade[here], ti.f64)
+        codes = ti.Vector.zero(ti.i32, factor * factor)
+        same = True
         for i, j in ti.static(ti.ndrange(factor, factor)):
             sample = (row * factor + i) * width * factor + col * factor + j
-            code = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
-            if code == 0:
-                red += background[3 * row]
-                green += background[3 * row + 1]
-                blue += background[3 * row + 2]
-            else:
-                dim = ti.select((code >> 24) > ground, dimmed, 1.0)
-                red += dim * ((code >> 16) & 255)
-                green += dim * ((code >> 8) & 255)
-                blue += dim * (code & 255)
-        share = 1.0 / (factor * factor)
+            codes[i * factor + j] = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
+            same = same and codes[i * factor + j] == codes[0]
         out = 3 * (row * width + col)
-        image_out[out] = ti.cast(red * share + 0.5, ti.u8)
-        image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
-        image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)
+        if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
+            image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
+            image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
+            image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
+        else:
+            red, green, blue = 0.0, 0.0, 0.0
+            for k in ti.static(range(factor * factor)):
+                if codes[k] == 0:
+                    red += background[3 * row]
+                    green += background[3 * row + 1]
+                    blue += background[3 * row + 2]
+                else:
+                    dim = ti.select((codes[k] >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
+                    red += dim * ((codes[k] >> 16) & 255)
+                    green += dim * ((codes[k] >> 8) & 255)
+                    blue += dim * (codes[k] & 255)
+            share = 1.0 / (factor * factor)
+            image_out[out] = ti.cast(red * share + 0.5, ti.u8)
+            image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
+            image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)
