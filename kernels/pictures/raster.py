@@ -31,6 +31,26 @@ def span(first, last, dy, root):
     return low, high
 
 
+@ti.func
+def least(dx, dy):
+    """Return the smallest E of a pixel inside: 0 on the edges that own their pixels, else above 0.
+
+    On the grid of the corners every E is a multiple of 2^-17.
+    """
+    return ti.select(dy < 0.0 or (dy == 0.0 and dx > 0.0), 0.0, 2.0**-20)
+
+
+@ti.func
+def coloured(q, s, table, colours: ti.template()):
+    """Return the pixel of a value q (0..1) in a light s: (1 + table) << 24 | red, green, blue."""
+    step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
+    entry = 3 * (table * TABLE + step)
+    red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
+    green = ti.cast(ti.min(255.0, colours[entry + 1] * s + 0.5), ti.i32)
+    blue = ti.cast(ti.min(255.0, colours[entry + 2] * s + 0.5), ti.i32)
+    return ((1 + table) << 24) | (red << 16) | (green << 8) | blue
+
+
 @ti.kernel
 def draw_triangles(
     triangles: ti.i32,
@@ -52,8 +72,8 @@ def draw_triangles(
     """Draw triangles into a depth and a colour buffer, which may already hold others.
 
     in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
-    depth w, value (0..1 along the colour table) and light (factor on the colour), all [3 triangles]; table [triangles]
-    number of the colour table; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
+    depth w and value (0..1 along the colour table), all [3 triangles]; light (factor on the colour) and table (number
+    of the colour table) [triangles]; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
     darkness of lines 0..1; colours [tables * 256 * 3] in 0..255.
     out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
     green, blue.
@@ -76,11 +96,12 @@ def draw_triangles(
                     dx0, dy0 = side * (x2 - x1), side * (y2 - y1)
                     dx1, dy1 = side * (x0 - x2), side * (y0 - y2)
                     dx2, dy2 = side * (x1 - x0), side * (y1 - y0)
-                    owns0 = dy0 < 0.0 or (dy0 == 0.0 and dx0 > 0.0)
-                    owns1 = dy1 < 0.0 or (dy1 == 0.0 and dx1 > 0.0)
-                    owns2 = dy2 < 0.0 or (dy2 == 0.0 and dx2 > 0.0)
+                    least0, least1, least2 = least(dx0, dy0), least(dx1, dy1), least(dx2, dy2)
                     per_area = side / area
                     w0, w1, w2 = w[3 * t], w[3 * t + 1], w[3 * t + 2]
+                    q0, q1, q2 = value[3 * t], value[3 * t + 1], value[3 * t + 2]
+                    even = q0 == q1 and q1 == q2  # one colour, but for the lines
+                    plain = coloured(q0, light[t], table[t], colours)
                     far = 1e30  # distance of an edge that is not drawn as a line
                     length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
                     length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
@@ -100,69 +121,74 @@ def draw_triangles(
                         for col in range(ti.cast(first, ti.i32), ti.cast(last, ti.i32)):
                             px = col + 0.5
                             e0, e1, e2 = r0 - dy0 * px, r1 - dy1 * px, r2 - dy2 * px
-                            in0 = e0 > 0.0 or (e0 == 0.0 and owns0)
-                            in1 = e1 > 0.0 or (e1 == 0.0 and owns1)
-                            in2 = e2 > 0.0 or (e2 == 0.0 and owns2)
-                            if in0 and in1 and in2:
+                            if ti.min(e0 - least0, e1 - least1, e2 - least2) >= 0.0:
                                 b0, b1, b2 = e0 * per_area * w0, e1 * per_area * w1, e2 * per_area * w2
                                 inverse = b0 + b1 + b2
                                 here = row * width + col
                                 if ti.cast(inverse, ti.f32) > depth_out[here]:
                                     depth_out[here] = ti.cast(inverse, ti.f32)
-                                    q = (b0 * value[3 * t] + b1 * value[3 * t + 1] + b2 * value[3 * t + 2]) / inverse
-                                    s = (b0 * light[3 * t] + b1 * light[3 * t + 1] + b2 * light[3 * t + 2]) / inverse
                                     away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
-                                    s *= 1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away))
-                                    step = ti.cast(ti.min(1.0, ti.max(0.0, q)) * (TABLE - 1) + 0.5, ti.i32)
-                                    entry = 3 * (table[t] * TABLE + step)
-                                    red = ti.cast(ti.min(255.0, colours[entry] * s + 0.5), ti.i32)
-                                    green = ti.cast(ti.min(255.0, colours[entry + 1] * s + 0.5), ti.i32)
-                                    blue = ti.cast(ti.min(255.0, colours[entry + 2] * s + 0.5), ti.i32)
-                                    pixel_out[here] = ((1 + table[t]) << 24) | (red << 16) | (green << 8) | blue
-
-
-@ti.kernel
-def clear(cells: ti.i32, depth_out: Single, pixel_out: INDEX):
-    """Set the buffers depth_out and pixel_out [cells] to 0."""
-    for i in range(cells):
-        depth_out[i] = 0.0
-        pixel_out[i] = 0
+                                    code = plain
+                                    if not even or away < line + 0.5:
+                                        q = q0
+                                        if not even:
+                                            q = (b0 * q0 + b1 * q1 + b2 * q2) / inverse
+                                        s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away)))
+                                        code = coloured(q, s, table[t], colours)
+                                    pixel_out[here] = code
 
 
 @ti.kernel
 def resolve(
     width: ti.i32,
-    height: ti.i32,
-    factor: ti.i32,
+    factor: ti.template(),
     ground: ti.i32,
+    top: ti.i32,
+    left: ti.i32,
+    rows: ti.i32,
+    columns: ti.i32,
+    depth: Single,
     pixel: INDEX,
+    depth_behind: Single,
+    pixel_behind: INDEX,
     background: Single,
     shade: Single,
     image_out: Byte,
 ):
-    """Average factor x factor samples to one pixel of the picture.
+    """Average factor x factor samples to one pixel, in a window of the picture; of two samples the nearer one is seen.
 
-    in: picture size [pixel]; samples per pixel along one axis; number of the first colour table that takes shadows (all
-    above do); pixel [height factor * width factor] from `draw_triangles`; background [3 height], a colour for each row;
-    shade [height * width] factor on shadowed surfaces.
+    in: width of the picture [pixel]; samples per pixel along one axis; number of the first colour table that takes
+    shadows (all above do); first row and column, rows and columns of the window [pixel]; depth, pixel and
+    depth_behind, pixel_behind [height factor * width factor] from `draw_triangles`: on equal depth the first pair
+    is seen; background [3 height], a colour for each row; shade [rows * columns] factor on shadowed surfaces.
     out: image_out [height * width * 3] red, green, blue.
     """
-    for here in range(width * height):
-        row, col = here // width, here % width
-        red, green, blue = 0.0, 0.0, 0.0
-        for sample in range(factor * factor):
-            i, j = sample // factor, sample % factor
-            code = pixel[(row * factor + i) * width * factor + col * factor + j]
-            if code == 0:
-                red += background[3 * row]
-                green += background[3 * row + 1]
-                blue += background[3 * row + 2]
-            else:
-                dim = ti.select((code >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
-                red += dim * ((code >> 16) & 255)
-                green += dim * ((code >> 8) & 255)
-                blue += dim * (code & 255)
-        share = 1.0 / (factor * factor)
-        image_out[3 * here] = ti.cast(red * share + 0.5, ti.u8)
-        image_out[3 * here + 1] = ti.cast(green * share + 0.5, ti.u8)
-        image_out[3 * here + 2] = ti.cast(blue * share + 0.5, ti.u8)
+    for here in range(rows * columns):
+        row, col = top + here // columns, left + here % columns
+        codes = ti.Vector.zero(ti.i32, factor * factor)
+        same = True
+        for i, j in ti.static(ti.ndrange(factor, factor)):
+            sample = (row * factor + i) * width * factor + col * factor + j
+            codes[i * factor + j] = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
+            same = same and codes[i * factor + j] == codes[0]
+        out = 3 * (row * width + col)
+        if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
+            image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
+            image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
+            image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
+        else:
+            red, green, blue = 0.0, 0.0, 0.0
+            for k in ti.static(range(factor * factor)):
+                if codes[k] == 0:
+                    red += background[3 * row]
+                    green += background[3 * row + 1]
+                    blue += background[3 * row + 2]
+                else:
+                    dim = ti.select((codes[k] >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
+                    red += dim * ((codes[k] >> 16) & 255)
+                    green += dim * ((codes[k] >> 8) & 255)
+                    blue += dim * (codes[k] & 255)
+            share = 1.0 / (factor * factor)
+            image_out[out] = ti.cast(red * share + 0.5, ti.u8)
+            image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
+            image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)

@@ -113,9 +113,10 @@ class ResultData:
         return Frame(float(self.times[index]), *parts)
 
     def _field(self, root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
-        if root[group][name].maxshape[0] is not None:
-            return stored(root[group][name], self.format)  # all frames have the same
-        return _rows(root, group, name, index, rows)
+        dataset = root[group][name]
+        if dataset.maxshape[0] is not None:
+            return stored(dataset, self.format)  # all frames have the same
+        return _rows(root, dataset, group, name, index, rows)
 
     def _check(self, file: h5py.File, index: int, parts: list[dict[str, np.ndarray]]) -> None:
         """Raise `ValueError` if the fields of a frame are not those that were written."""
@@ -202,9 +203,9 @@ def _blocks(types: np.ndarray, offsets: np.ndarray, connectivity: np.ndarray) ->
     return blocks
 
 
-def _rows(root: h5py.Group, group: str, name: str, index: int, rows: int) -> np.ndarray:
+def _rows(root: h5py.Group, dataset: h5py.Dataset, group: str, name: str, index: int, rows: int) -> np.ndarray:
     first = int(root[f"Steps/{group}Offsets/{name}"][index])
-    array = root[group][name][first : first + rows]
+    array = dataset[first : first + rows]
     if len(array) != rows:
         raise ValueError(f"field {name} ends early")
     return array

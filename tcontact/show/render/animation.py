@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,19 +18,17 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-def animate(pictures: Sequence[Path], path: Path, fps: float, colours: str = "viridis") -> Path:
-    """Join pictures to a looping GIF with one palette for all, in which the map `colours` gets a fair part."""
+def animate(pictures: Iterable[Image.Image], palette: Image.Image, path: Path, fps: float) -> Path:
+    """Join pictures to a looping GIF with one palette for all; they are taken one by one."""
     from PIL import Image
 
-    chosen = sorted({round(k) for k in np.linspace(0, len(pictures) - 1, 8)})
-    palette = _common_palette([np.asarray(Image.open(pictures[k]).convert("RGB")) for k in chosen], colours)
-    frames = [Image.open(p).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
     duration = max(20, round(100 / fps) * 10)  # GIF counts hundredths of a second
     shared = bytes(palette.getpalette() or [])  # named here, it is written once and not with every frame
-    frames[0].save(
+    next(frames).save(
         unlinked(path),
         save_all=True,
-        append_images=frames[1:],
+        append_images=frames,
         duration=duration,
         loop=0,
         optimize=False,
@@ -43,29 +42,34 @@ def can_film() -> bool:
     return find_spec("imageio_ffmpeg") is not None
 
 
-def film(pictures: Sequence[Path], path: Path, fps: float) -> Path:
-    """Join pictures to an MP4 (H.264) with all their colours. Raises `InputError` without imageio-ffmpeg."""
+@contextmanager
+def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[Image.Image], None]]:
+    """Yield a function that adds a picture (of `size` [pixel]) to an MP4 (H.264) with all its colours.
+
+    Raises `InputError` without imageio-ffmpeg.
+    """
     if not can_film():
         raise InputError("video", True, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
     import imageio_ffmpeg
-    from PIL import Image
 
-    frames = (np.ascontiguousarray(Image.open(picture).convert("RGB")) for picture in pictures)
-    first = np.asarray(Image.open(pictures[0]).convert("RGB"))
-    height, width = first.shape[0] // 2 * 2, first.shape[1] // 2 * 2  # H.264 halves the colours in both directions
+    width, height = size[0] // 2 * 2, size[1] // 2 * 2  # H.264 halves the colours in both directions
     writer = imageio_ffmpeg.write_frames(
-        str(unlinked(path)), (width, height), fps=fps, quality=8, macro_block_size=2, ffmpeg_log_level="error"
+        str(unlinked(path)),
+        (width, height),
+        fps=fps,
+        quality=8,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=["-preset", "veryfast"],
     )
     writer.send(None)
     try:
-        for frame in frames:
-            writer.send(np.ascontiguousarray(frame[:height, :width]))
+        yield lambda picture: writer.send(np.ascontiguousarray(np.asarray(picture)[:height, :width]))
     finally:
         writer.close()
-    return path
 
 
-def _common_palette(images: Sequence[np.ndarray], colours_of: str) -> Image.Image:
+def common_palette(images: Sequence[np.ndarray], colours_of: str) -> Image.Image:
     """Return 256 colours for all images [h,w,3]: frequent ones and the scenery exactly, the rest by shades."""
     from PIL import Image
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import builtins
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from ...base import validate
 from ...base.errors import InputError
 from ...device.atomic_file import refuse_link, unlinked
 from ...results.files.vtkhdf import ResultData
-from .animation import animate, can_film, film
+from .animation import animate, can_film, common_palette, film
 from .camera import Camera, Eye
 from .colours import colour_map
+from .shots import Shots
 from .studio import Studio
 from .surface import Clip
 
@@ -70,21 +72,26 @@ def render_frames(
     with written_to(out):
         refuse_link(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        written = []
-        for index, _ in enumerate(data.times):
-            path = folder / f"frame-{index:04d}.png"
-            studio.picture(data.frame(index), field, limits, eye).save(unlinked(path), compress_level=3)
-            written.append(path)
+        written = [folder / f"frame-{index:04d}.png" for index in builtins.range(len(data))]
+        speed = fps or min(25.0, max(4.0, len(data) / 6))
+        filmed = animation and (can_film() if video is None else video)
+        with (
+            film(out / "animation.mp4", speed, studio.size) if filmed else nullcontext() as shoot,
+            Shots(studio, field, limits, eye, written) as shots,
+        ):
+            pictures = shots.all(shoot)
+            if animation:
+                palette = common_palette(shots.sample(8), colour_map(field, colours))
+                animate(pictures, palette, out / "animation.gif", speed)
+            for _ in pictures:
+                pass
         for stale in set(folder.glob("frame-[0-9]*.png")) - set(written):
             stale.unlink()  # it belongs to an earlier, longer series
         if animation:
-            speed, pictures = fps or min(25.0, max(4.0, len(data) / 6)), list(written)
-            written.append(animate(pictures, out / "animation.gif", speed, colour_map(field, colours)))
-            if can_film() if video is None else video:
-                written.append(film(pictures, out / "animation.mp4", speed))
+            written += [out / "animation.gif", *([out / "animation.mp4"] if filmed else [])]
         if studio.names and field != "body":
             path = out / "bodies.png"
-            studio.picture(data.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
+            studio.picture(studio.frame(0), "body", studio.limits("body"), eye).save(unlinked(path))
             written.append(path)
         if clip:
             return written  # an opened body has no whole contact face
@@ -118,7 +125,7 @@ def render_picture(
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     eye = _eye(studio, view, camera)
     index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
-    picture = studio.picture(data.frame(index), field, limits, eye)
+    picture = studio.picture(studio.frame(index), field, limits, eye)
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         picture.save(unlinked(path))

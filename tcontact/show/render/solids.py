@@ -104,7 +104,7 @@ def shaded(mesh: Mesh, eye: Eye) -> Triangles:
     light = 0.66 + 0.22 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
     screen = eye.project(points)[triangles]
     plain = Triangles.plain(screen, OBSTACLE)
-    return Triangles(screen, plain.value, np.repeat(light[:, None], 3, axis=1), plain.table, plain.edges, plain.ink)
+    return Triangles(screen, plain.value, light, plain.table, plain.edges, plain.ink)
 
 
 def outlined(mesh: Mesh, eye: Eye, unit: float) -> Triangles:

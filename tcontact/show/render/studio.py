@@ -23,13 +23,14 @@ from .labels import decorate, font, prefix_of, round_down, round_up
 from .planes import Patch, read_planes
 from .solids import Pose, hides, outlined, read_solids, shaded
 from .surface import Clip, clipped_surface
-from .triangles import Triangles, draw, triad
+from .triangles import Triangles, draw, drawable, triad, window
 
 if TYPE_CHECKING:
     from PIL import Image
 
 
 SAMPLES = 2  # samples per pixel along one axis
+KEPT = 2**28  # bytes of frames that are kept in memory, so that a series is read from its file once
 
 
 class Studio:
@@ -61,6 +62,20 @@ class Studio:
         self.depth, self.pixel = np.zeros(samples, np.float32), np.zeros(samples, np.int32)
         self.mask_depth, self.mask = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
         self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
+        self._behind: tuple[Triangles, np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._frames: dict[int, Frame] = {}
+        self._room = KEPT
+
+    def frame(self, index: int) -> Frame:
+        """Return frame `index`; as many as `KEPT` allows stay in memory."""
+        frame = self._frames.get(index)
+        if frame is None:
+            frame = self.data.frame(index)
+            size = sum(array.nbytes for part in (frame.point_data, frame.cell_data) for array in part.values())
+            if size <= self._room:
+                self._frames[index] = frame
+                self._room -= size
+        return frame
 
     def values(self, frame: Frame, field: str) -> tuple[np.ndarray, bool]:
         """Return scalars on the surface: (nodes [s], True) or (faces [q+t], False)."""
@@ -76,7 +91,7 @@ class Studio:
             return own_limits() if self.wish is None else (0.0, max(1.0, len(self.names) - 1.0))
         low, high, least = 0.0, 0.0, math.inf
         for index in range(len(self.data)):
-            values, _ = self.values(self.data.frame(index), field)
+            values, _ = self.values(self.frame(index), field)
             values = values[np.isfinite(values) & (values != 0)]
             if len(values):
                 least = min(least, float(values.min()))
@@ -105,7 +120,7 @@ class Studio:
         """Number [q+t] of the body that a face of the surface belongs to, 0 when the file names no bodies."""
         if "body" not in self.data.cell_fields:
             return np.zeros(len(self.surface.owner), dtype=np.int64)
-        return np.asarray(self.data.frame(0).cell_data["body"][self.surface.owner])
+        return np.asarray(self.frame(0).cell_data["body"][self.surface.owner])
 
     @cached_property
     def bodies(self) -> list[np.ndarray]:
@@ -159,7 +174,7 @@ class Studio:
         right /= np.linalg.norm(right)
         axes = np.array([right, np.cross(back, right), back])
 
-        body = self.extent(self.data.frame(i) for i in range(len(self.data))) if frames is None else self.extent(frames)
+        body = self.extent(self.frame(i) for i in range(len(self.data))) if frames is None else self.extent(frames)
         seen, patches = [body], []
         for number, (point, normal) in enumerate(self.planes):
             patch = Patch.under(body, point, normal, shadowed=number == 0)
@@ -208,21 +223,25 @@ class Studio:
 
         if not runtime.threads():
             runtime.start()
-        from ...kernels.pictures import raster
-
         eye = eye.at(frame.time)
         values, nodal = self.values(frame, field)
         x = self.surface.spread(self.positions(frame))
-        body = self._body(x, values, nodal, limits, eye)
+        screen = eye.project(x)
+        body = self._body(x, screen, values, nodal, limits, eye)
         width, height = self.size
-        shade = self._shadow(x, eye)
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
-        raster.clear(len(self.pixel), self.depth, self.pixel)
-        scene = Triangles.joined([body, eye.fixed])  # what is near comes first: less is drawn twice
-        draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, self.depth, self.pixel)
-        image = np.zeros(width * height * 3, np.uint8)
-        raster.resolve(width, height, SAMPLES, SHADOWED, self.pixel, self.background, shade, image)
+        fallen = self._fallen(x, eye)
+        soft = math.ceil(4 * self.unit) + math.ceil(3 * self.unit) + 2  # reach of the blur of a shadow
+        place = window([screen, fallen], [0, soft], width, height)
+        shade = self._shade(fallen, place)
+        fine = tuple(slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
+        for buffer in (self.depth, self.pixel):
+            buffer.reshape(height * SAMPLES, width * SAMPLES)[fine] = 0
+        self._draw(body.front_first(), colours, self.depth, self.pixel)
+        behind = self._scenery(eye.fixed, colours)
+        image = behind[2].copy()
+        self._resolve(place, (self.depth, self.pixel), behind[:2], shade, image)
         picture = Image.fromarray(image.reshape(height, width, 3))
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
         decorate(picture, self, eye, field, limits, frame.time, peak, note, chosen)
@@ -232,16 +251,50 @@ class Studio:
             )
         return picture
 
-    def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
-        """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
+    def _scenery(self, fixed: Triangles, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return depth, pixel and picture of the scenery alone; it is drawn again only where it has moved.
+
+        Its colours are those of all fields, as only bodies have the colours of the field.
+        """
+        if self._behind is None or self._behind[0] is not fixed:
+            depth, pixel = np.zeros_like(self.depth), np.zeros_like(self.pixel)
+            self._draw(fixed, colours, depth, pixel)
+            (width, height), nothing = self.size, (np.zeros_like(depth), pixel)
+            image = np.zeros(width * height * 3, np.uint8)
+            every = slice(0, height), slice(0, width)
+            self._resolve(every, (depth, pixel), nothing, np.ones(width * height, np.float32), image)
+            self._behind = fixed, depth, pixel, image
+        return self._behind[1:]
+
+    def _draw(self, scene: Triangles, colours: np.ndarray, depth: np.ndarray, pixel: np.ndarray) -> None:
+        width, height = self.size
+        draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, depth, pixel)
+
+    def _resolve(
+        self,
+        place: tuple[slice, slice],
+        front: tuple[np.ndarray, np.ndarray],
+        behind: tuple[np.ndarray, np.ndarray],
+        shade: np.ndarray,
+        image: np.ndarray,
+    ) -> None:
+        """Fill a place of the picture from samples (depth, pixel) and those behind them."""
         from ...kernels.pictures import raster
 
+        corner = place[0].start, place[1].start, place[0].stop - place[0].start, place[1].stop - place[1].start
+        if min(corner[2:]) > 0:
+            raster.resolve(
+                self.size[0], SAMPLES, SHADOWED, *corner, *front, *behind, self.background, shade.ravel(), image
+            )
+
+    def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
+        """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
         width, height = self.size
         number = self.body_of_face[self.surface.face] + 1
         plain = Triangles.plain(body.screen, FIELD, np.where(number < 256, number / 255, 0.0)[:, None])
         colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
         colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
-        raster.clear(len(self.mask), self.mask_depth, self.mask)
+        self.mask_depth[:], self.mask[:] = 0, 0
         draw(Triangles.joined([plain, eye.fixed]), width, height, 1, 0.0, colours, self.mask_depth, self.mask)
         return (self.mask & 255).reshape(height, width)
 
@@ -251,12 +304,12 @@ class Studio:
             return []
         forces = []
         for index in range(len(self.data)):
-            nodal = self.data.frame(index).point_data
+            nodal = self.frame(index).point_data
             total = nodal["contact_force"].sum(axis=0) if "contact_force" in nodal else nodal["contact_pressure"].sum()
             forces.append(float(np.nan_to_num(np.linalg.norm(total), posinf=0.0)))
         if max(forces) == 0.0:
             return []
-        frame = self.data.frame(int(np.argmax(forces)))
+        frame = self.frame(int(np.argmax(forces)))
         force = ""
         if "contact_force" in frame.point_data:
             factor, prefix = prefix_of(max(forces))
@@ -266,7 +319,16 @@ class Studio:
         self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
         return [path]
 
-    def _body(self, x: np.ndarray, values: np.ndarray, nodal: bool, limits: tuple[float, float], eye: Eye) -> Triangles:
+    def _body(
+        self,
+        x: np.ndarray,
+        places: np.ndarray,
+        values: np.ndarray,
+        nodal: bool,
+        limits: tuple[float, float],
+        eye: Eye,
+    ) -> Triangles:
+        """Return the surface with its colours and its light; x [m], places [pixel]: its points and the quad centres."""
         surface = self.surface
         level = (values - limits[0]) / (limits[1] - limits[0])
         level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
@@ -283,28 +345,35 @@ class Studio:
         key = np.array([-0.42, 0.72, 0.55])
         light = 0.74 + 0.18 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
         light = np.nan_to_num(light, nan=0.7)[surface.face]
-        screen = eye.project(x)[surface.corners]
+        screen = places[surface.corners]
         edge = np.linalg.norm(screen[:, 0, :2] - screen[:, 1, :2], axis=1)
         length = float(np.nanmedian(edge)) / self.unit if np.isfinite(edge).any() else 0.0
         ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
         table = np.full(len(screen), FIELD, dtype=np.int32)
-        return Triangles(screen, value, np.repeat(light[:, None], 3, axis=1), table, surface.edges, ink)
+        return Triangles(screen, value, light, table, surface.edges, ink)
 
-    def _shadow(self, x: np.ndarray, eye: Eye) -> np.ndarray:
-        from PIL import Image, ImageFilter
-
-        from ...kernels.pictures import raster
-
-        width, height = self.size
+    def _fallen(self, x: np.ndarray, eye: Eye) -> np.ndarray:
+        """Return where on the screen [k,3] the points fall on the plane that catches the shadow; none without one."""
         if eye.shadow is None:
-            return np.ones(width * height, np.float32)
+            return np.empty((0, 3))
         point, normal = eye.shadow
         ray = -normal + 0.3 * eye.axes[0] - 0.1 * np.cross(eye.axes[0], normal)
         gap = np.maximum(0.0, (x - point) @ normal)
         fallen = x - normal * ((x - point) @ normal)[:, None] + (ray + normal) * gap[:, None]
-        flat = Triangles.plain(eye.project(fallen)[self.surface.corners], 0)
-        raster.clear(len(self.mask), self.mask_depth, self.mask)
+        return eye.project(fallen)
+
+    def _shade(self, fallen: np.ndarray, place: tuple[slice, slice]) -> np.ndarray:
+        """Return the factor of the soft shadow on what it falls on, in a place of the picture [rows, columns]."""
+        from PIL import Image, ImageFilter
+
+        width, height = self.size
+        there = self.mask.reshape(height, width)[place]
+        if len(fallen) == 0 or there.size == 0:
+            return np.ones(there.shape, np.float32)
+        there[:] = self.mask_depth.reshape(height, width)[place] = 0
+        shadow = Triangles.plain(fallen[self.surface.corners], 0)
+        flat = shadow.front_first(cull=isinstance(drawable(shadow.screen), slice))
         draw(flat, width, height, 1, 0.0, np.zeros(768, np.float32), self.mask_depth, self.mask)
-        mask = Image.fromarray((self.mask != 0).reshape(height, width).astype(np.uint8) * 255)
+        mask = Image.fromarray((there != 0).astype(np.uint8) * 255)
         soft = np.asarray(mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit)))
-        return (1.0 - np.float32(0.26 / 255) * soft.astype(np.float32)).ravel()
+        return 1.0 - np.float32(0.26 / 255) * soft.astype(np.float32)

@@ -9,10 +9,12 @@ import numpy as np
 
 from .colours import AXES
 
+FAR = 2e5  # pixels; farther outside the picture the products of the raster would lose their exactness
+
 
 @dataclass(frozen=True)
 class Triangles:
-    """Input of the raster: screen [n,3,3] x, y, w of the corners; value, light [n,3]; table, edges, ink [n]."""
+    """Input of the raster: screen [n,3,3] x, y, w of the corners; value [n,3]; light, table, edges, ink [n]."""
 
     screen: np.ndarray
     value: np.ndarray
@@ -26,7 +28,19 @@ class Triangles:
         n = len(screen)
         zero = np.zeros(n, dtype=np.int32)
         value = np.broadcast_to(value, (n, 3))
-        return Triangles(screen, value, np.ones((n, 3)), zero + np.int32(table), zero, np.zeros(n))
+        return Triangles(screen, value, np.ones(n), zero + np.int32(table), zero, np.zeros(n))
+
+    def front_first(self, cull: bool = False) -> Triangles:
+        """Return the triangles with those first whose corners run clockwise on the screen; cull: these alone.
+
+        Faces of a body that look at the eye run so and hide the others, of which then nothing has to be shaded. The
+        surface of a body is closed: where one of the others is, there is also one of these.
+        """
+        one, two = (self.screen[:, k, :2] - self.screen[:, 0, :2] for k in (1, 2))
+        back = ~(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] < 0.0)
+        order = np.flatnonzero(~back) if cull else np.argsort(back, kind="stable")
+        names = ("screen", "value", "light", "table", "edges", "ink")
+        return Triangles(*(getattr(self, name)[order] for name in names))
 
     @staticmethod
     def joined(parts: Sequence[Triangles]) -> Triangles:
@@ -58,6 +72,31 @@ def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
     return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
 
 
+def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
+    """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it.
+
+    parts: points on the screen [k,3] each, corners of all that is drawn.
+    """
+    size = np.array([width, height])
+    low, high = size, np.zeros(2, int)
+    for points, margin in zip(parts, margins, strict=True):
+        sound = points[np.isfinite(points).all(axis=1), :2].clip(-FAR, FAR)
+        if len(sound):
+            low = np.minimum(low, np.floor(sound.min(axis=0)).astype(int) - 1 - margin)
+            high = np.maximum(high, np.ceil(sound.max(axis=0)).astype(int) + 1 + margin)
+    low = low.clip(0, size)
+    high = high.clip(low, size)
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def drawable(screen: np.ndarray) -> np.ndarray | slice:
+    """Return which of the triangles [n,3,3] the raster can draw; slice(None) for all."""
+    near = np.abs(screen[..., :2]) < FAR  # not so for nan
+    if near.all() and np.isfinite(screen[..., 2]).all():
+        return slice(None)
+    return near.all(axis=(1, 2)) & np.isfinite(screen[..., 2]).all(axis=1)
+
+
 def draw(
     scene: Triangles,
     width: int,
@@ -71,12 +110,10 @@ def draw(
     from ...kernels.pictures import raster
 
     screen = scene.screen * (factor, factor, 1.0)
-    # far outside the picture the products of the raster would lose their exactness: leave such triangles out
-    good = np.isfinite(screen).all(axis=(1, 2))
-    good &= (np.abs(screen[..., :2]) < 2e5).all(axis=(1, 2))
+    good = drawable(screen)
     grid = np.round(screen[good, :, :2] * 256) / 256
     raster.draw_triangles(
-        int(good.sum()),
+        len(grid),
         width,
         height,
         line * factor,
@@ -84,7 +121,7 @@ def draw(
         np.ascontiguousarray(grid[..., 1]).ravel(),
         np.ascontiguousarray(screen[good, :, 2]).ravel(),
         scene.value[good].ravel(),
-        scene.light[good].ravel(),
+        scene.light[good],
         scene.table[good].astype(np.int32),
         scene.edges[good].astype(np.int32),
         scene.ink[good],

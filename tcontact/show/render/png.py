@@ -1,0 +1,36 @@
+"""Write pictures as PNG, quickly: one filter for all rows and the fastest compression.
+
+A pixel is stored as its difference from the one above it (the filter "up"): where a picture does not change from row to
+row nothing is left. Format: https://www.w3.org/TR/png-3/
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+UP = 2
+
+
+def write_png(path: Path, image: np.ndarray) -> None:
+    """Write a picture [height, width, 3] (red, green, blue in 0..255). Raises `OSError`."""
+    height, width, _ = image.shape
+    rows = np.empty((height, 1 + 3 * width), np.uint8)
+    rows[:, 0] = UP
+    pixels = image.reshape(height, 3 * width)
+    rows[0, 1:] = pixels[0]
+    np.subtract(pixels[1:], pixels[:-1], out=rows[1:, 1:])
+    parts = {
+        b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),  # 8 bits, red green blue
+        b"IDAT": zlib.compress(rows.data, 1),
+        b"IEND": b"",
+    }
+    with path.open("wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n")
+        for name, data in parts.items():
+            file.write(struct.pack(">I", len(data)) + name)
+            file.write(data)
+            file.write(struct.pack(">I", zlib.crc32(data, zlib.crc32(name))))
