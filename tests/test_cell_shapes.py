@@ -8,6 +8,7 @@ from oracle import meshes
 from scenes import TWINS, block, force_of, material
 
 import tcontact as tc
+from tcontact.base.memory import CACHE_LINE
 from tcontact.cells import internal_force
 from tcontact.device import arrays
 from tcontact.kernels.language.signatures import signature_of
@@ -116,7 +117,7 @@ def test_only_cells_with_stored_shapes_pay_for_them_and_nothing_pays_an_argument
 def test_arrays_start_on_cache_lines():
     for count in (1, 3, 1000):
         values = arrays.put(np.arange(float(count)))
-        assert values.ctypes.data % arrays.CACHE_LINE == 0
+        assert values.ctypes.data % CACHE_LINE == 0
         assert (arrays.get(values) == np.arange(count)).all()
 
 

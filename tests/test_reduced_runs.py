@@ -95,7 +95,7 @@ def test_a_plan_names_its_element():
     scene = cube_impact.scene(cells=3, formulation="reduced", removal="full")
     text = tc.plan(scene).describe()
     assert "27 hex8-reduced cells" in text
-    assert "(hex8-reduced, neo_hookean" in text
+    assert "(hex8-reduced-affine, neo_hookean" in text
     assert tc.plan(cube_impact.scene(cells=3)).columns == ()
 
 

@@ -279,3 +279,13 @@ def test_a_run_that_was_resumed_without_checkpoints_leaves_none(monkeypatch, tmp
     assert not saved
     assert result.ok
     assert not any((place / name).exists() for name in store.FILES)
+
+
+@pytest.mark.parametrize("cfl", [0.31, 0.34])
+def test_frames_change_no_bit_of_a_run_with_a_wall_that_moves(cfl, tmp_path):
+    """The times at which the wall is asked are those of the rows, wherever the host stops to write."""
+    scheme = tc.CentralDifference(cfl=cfl)
+    plain = quietly(tc.simulate, pushed(rising, 2), scheme)
+    drawn = quietly(tc.simulate, pushed(rising, 2), scheme, out=tmp_path, frames=8, fields=[])
+    for column, values in plain.history.items():
+        np.testing.assert_array_equal(drawn.history[column], values, err_msg=column)

@@ -113,7 +113,8 @@ def make_block_viscosity(kind: str, law: str):
     corners, width = elements.CORNERS[kind], WIDTH
     linear = LAWS[law].linear
     law_of = linear_elastic.LAW if linear else STEP_LAW
-    force_of = elements.force_of(kind, law) if linear else elements.FUNCTIONS[kind].step_force
+    element = elements.UNSTORED.get(kind, kind)
+    force_of = elements.force_of(element, law) if linear else elements.FUNCTIONS[element].step_force
     place_of = at_rest if linear else present
 
     @ti.func

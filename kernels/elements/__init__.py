@@ -7,6 +7,8 @@ FUNCTIONS = {}
 for element in (hex8, hex8_reduced, hex8_mean_dilatation, tet4, tet4_node_averaged, wedge6):
     FUNCTIONS |= element.FUNCTIONS
 CORNERS = {kind: functions.corners for kind, functions in FUNCTIONS.items()}
+# elements that compute the same cells from positions, of those that read stored shapes
+UNSTORED = {"tet4-stored": "tet4", "hex8-reduced-affine": "hex8-reduced"}
 
 
 def force_of(kind: str, law: str):

@@ -1,6 +1,6 @@
 """Massless contact nodes before and after the static solve: prediction, and contact force of the step (METHOD 2).
 
-    x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + a dt^2,   then moved out of obstacles
+    x_K^{n+1} ~ x_K^n + (x_K^n - x_K^{n-1}) + g dt^2,   then moved out of obstacles
     lambda_k = max(0, nu . (f_k(x^n) - f_ext,k))   where the constraint is active
 
 The static residual in the history is, over F_ref, the largest force that is unbalanced, that exceeds the friction
@@ -16,7 +16,6 @@ from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..language.entries import row
-from ..nodes.boundary_nodes import symmetric
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, STATS, SWEEPS
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
@@ -24,53 +23,26 @@ from .sliding import friction_limit
 
 
 @ti.func
-def predict(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), ratio, time, gravity
-):
-    """Predict x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + a time in the massless components.
+def predict(body: ti.template(), contact: ti.template(), ratio, fall):
+    """Predict x_K = x_K^n + (x_K^n - x_K^{n-1}) ratio + fall in the massless components.
 
-    a is the mean acceleration of the nodes that carry the mass of a contact node, without its part along the normals
-    of active rows, so that its place relative to them is extrapolated; gravity [3] [m/s^2]: of a node without any. The
-    prediction is exact in free flight. `displacement_before` becomes the displacement x_K^n.
+    fall = g dt^2 makes the prediction exact in free flight. `displacement_before` becomes the displacement x_K^n.
     """
     for k in range(node_count(contact)):
-        predict_node(body, boundary, contact, rows, ratio, time, gravity, k)
+        predict_node(body, contact, ratio, fall, k)
 
 
 @ti.func
-def predict_node(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), ratio, time, gravity, k
-):
+def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
     """Predict the massless components of node k."""
     block = ti.static(contact.options.block)
     b = basis_of(contact.basis, k, block)
     now = b.transpose() @ row(body.u, contact.nodes[k])
-    moved = ratio * (now - segment(contact.displacement_before, k, block))
-    fall = time * carried_acceleration(body, boundary, contact, rows, gravity, k)
-    move_node(body, contact, k, b @ (moved + b.transpose() @ fall))
+    move_node(
+        body, contact, k, b @ (ratio * (now - segment(contact.displacement_before, k, block)) + b.transpose() @ fall)
+    )
     for j in ti.static(range(block)):
         contact.displacement_before[k * block + j] = now[j]
-
-
-@ti.func
-def carried_acceleration(
-    body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), gravity, k
-):
-    """Return the acceleration [3] that `predict` gives to node k."""
-    begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
-    result = gravity
-    if end > begin:
-        result = ti.Vector.zero(ti.f64, 3)
-        for i in range(begin, end):
-            s = contact.residual_receivers[i]
-            net = row(boundary.load, s) - row(body.special_force, s)
-            result += symmetric(boundary.inverse_mass, s) @ net
-        result = result / float(end - begin)
-        for p in ti.static(range(contact.options.slots)):
-            if (contact.active[k] >> p) & 1 == 1:
-                normal = normal_of(rows, k * contact.options.slots + p)
-                result = result - normal.dot(result) * normal
-    return result
 
 
 @ti.func

@@ -258,7 +258,6 @@ def make_serial_step(
     @ti.func
     def place(
         body: ti.template(),
-        boundary: ti.template(),
         obstacles: ti.template(),
         rows: ti.template(),
         contact: ti.template(),
@@ -279,8 +278,7 @@ def make_serial_step(
             contact.friction[STEP] = ti.select(start == PLACE, 0.0, after)
             if start == PLACE:
                 restart_slip(body, contact)
-        gravity = ti.Vector([body.params[GRAVITY + j] for j in range(3)])
-        predict(body, boundary, contact, rows, ratio, time, gravity)
+        predict(body, contact, ratio, time * ti.Vector([body.params[GRAVITY + j] for j in range(3)]))
         if ti.static(not coupled):
             if control[EXACT] == 1.0:
                 fill_rows(obstacles, rows, contact, body.u)
@@ -401,7 +399,7 @@ def make_serial_step(
                             stop = 1
                     elif state == PLACE or (state != PRODUCT and state != STOP and control[AFTER] > 0.0):
                         if state != LOADS:
-                            place(body, boundary, obstacles, rows, contact, viscous_cells, control, state)
+                            place(body, obstacles, rows, contact, viscous_cells, control, state)
                         again, first = 1, 1
                 if ti.static(coupled and contact_model == "massless"):
                     if again == 1:  # the nodes have moved: rows that slipped too far are built before the measure

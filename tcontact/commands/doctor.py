@@ -16,6 +16,7 @@ from typing import Any
 from .. import cases
 from ..device import runtime
 from ..results.report import versions
+from . import settings
 
 FIRST_STEPS = 1e-3  # share of the duration of a case, about
 
@@ -62,7 +63,6 @@ def compile_cases(names: Sequence[str]) -> None:
     import tcontact as tc
 
     from ..show.render import render_frames
-    from . import settings
 
     for name in names:
         case = cases.load(name)

@@ -75,8 +75,7 @@ class Obstacles:
         if self._motions is None or not any(motion and motion.varies for motion in self._motions):
             return rows
         self._answers = {}
-        for number in range(rows):
-            start = time + number * step
+        for number, start in enumerate(np.cumsum([time, *[step] * (rows - 1)]).tolist()):
             try:
                 self._answers[start] = self._poses(start + step * np.arange(2))
             except FunctionError:

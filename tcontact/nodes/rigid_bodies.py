@@ -60,7 +60,7 @@ class RigidBodies:
     def prepare(self, time: float, before: float, after: float, rows: int) -> None:
         """Write the poses of driven parts for the levels from `time` on, see `Timed`. Raises `FunctionError`."""
         if after > 0.0:
-            arrays.set_values(self.values, self._poses(time + after * np.arange(rows + 1)), self._poses_at)
+            arrays.set_values(self.values, self._poses(np.cumsum([time, *[after] * rows])), self._poses_at)
 
     def _poses(self, times: np.ndarray) -> np.ndarray:
         """Return displacement and quaternion [m, bodies, POSE] of the centres of mass at the times [m] [s]."""

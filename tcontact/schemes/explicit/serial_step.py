@@ -153,7 +153,7 @@ class SerialStep:
         if self.pairs is not None:
             self.pairs.begin_step()
         if contact is not None and after > 0.0 and start != names.PLACE:
-            contact.obstacles.move(time + after * np.arange(rows + 1))
+            contact.obstacles.move(np.cumsum([time, *[after] * rows]))
         if self.rigid is not None:
             self.rigid.set_limit(rigid_rate)
         control = np.zeros(names.CONTROL + (self.loads is not None))

@@ -214,7 +214,7 @@ class StableStep:
             largest /= beta
         count = len(alphas)
         matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
-        if not np.isfinite(matrix).all():
+        if not np.isfinite([*alphas, *betas]).all():
             raise InputError(
                 "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
             )
