@@ -98,11 +98,8 @@ def test_closer_to_one_half_full_removal_converges(poisson):
     assert not [check for check in cube_impact.checks(result) if not check.passed]
     assert result.history["sweeps"].max() <= 120
     assert result.history["energy_error"].max() <= 1e-3
-    # a step is accepted after MAXIMUM_SOLVES linear problems: in single rows, depending on the last bits of the step
-    # (cfl 0.9 or 0.9000001), the residual is then above the tolerance
-    residual = result.history["static_residual"]
-    assert (residual > TOLERANCE).mean() <= 0.01
-    assert 0.0 < residual.max() <= 2.0 * TOLERANCE
+    rounding = 1.0 if poisson < 0.49999 else 2.0  # at lambda/mu = 50000 it alone is larger than the tolerance
+    assert 0.0 < result.history["static_residual"].max() <= rounding * TOLERANCE
 
 
 @pytest.mark.parametrize(("poisson", "tolerance"), [(0.499999, TOLERANCE), (0.49999, 1e-9)])

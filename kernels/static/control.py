@@ -37,6 +37,7 @@ DONE, MEASURE, SWEEP, LAST_SWEEP = 0.0, 1.0, 2.0, 3.0
 RENEWAL = 0.05  # the tangent is renewed when a solve with it leaves more than this ratio of the residual
 FORCING = 0.3  # ratio of the expected nonlinear residual to which a linear problem is solved
 FEWEST = 2  # sweeps or products of a linear problem, at least
+CALM = 0.5  # ratio of the tolerance above which no solve is the last one: with an old tangent it may raise the residual
 SLOW = 0.5  # below the tolerance, the solve ends when a linear problem leaves more than this ratio of the residual
 
 
@@ -50,9 +51,10 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
     if settings[its + LINEAR] == 1.0:
         stats[at + TODO] = LAST_SWEEP
     fine = residual <= ti.max(settings[its + TOLERANCE], stats[at + ROUNDING])
+    calm = residual <= ti.max(CALM * settings[its + TOLERANCE], stats[at + ROUNDING])
     if first == 1:
         stats[at + SWEEPS] = 0.0
-        if fine and RENEWAL * residual <= left and stats[at + STALE] == 0.0:
+        if calm and RENEWAL * residual <= left and stats[at + STALE] == 0.0:
             stats[at + TODO] = LAST_SWEEP
     else:
         contraction = ti.min(1.0, residual / ti.max(stats[at + BEFORE], aim))
@@ -63,8 +65,10 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
             enough = residual <= ti.max(aim, stats[at + ROUNDING])
             slow = contraction > SLOW and left > 0.0
             if enough or slow or contraction * residual <= left:
-                end = (slow or residual <= aim) and stats[at + SWEEPS] >= settings[its + MINIMUM_SWEEPS]
-                stats[at + TODO] = ti.select(end, DONE, LAST_SWEEP)
+                if (slow or residual <= aim) and stats[at + SWEEPS] >= settings[its + MINIMUM_SWEEPS]:
+                    stats[at + TODO] = DONE
+                elif calm or stats[at + SWEEPS] >= settings[its + MAXIMUM_IN_ALL]:
+                    stats[at + TODO] = LAST_SWEEP
         elif not residual < 1e300 or stats[at + SWEEPS] >= settings[its + MAXIMUM_IN_ALL]:
             stats[at + TODO] = DONE
     stats[at + SOLVES] = ti.select(first == 1, 1.0, stats[at + SOLVES] + 1.0)

@@ -17,9 +17,13 @@ from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..language.entries import row
 from ..pair_places import ROWS, SLAVES
-from .control import F_REF, STATS, SWEEPS
+from .control import F_REF, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
 from .sliding import friction_limit
+
+# the last solve of a step is not measured before the next step: a tangent that left more than this ratio of the
+# tolerance there is renewed, since what it leaves grows from step to step
+CLOSE_TO_TOLERANCE = 0.25
 
 
 @ti.func
@@ -107,7 +111,10 @@ def massless_load(
                     if r >= 0:
                         force = vector_of(rows, pair_row(rows, k), rows.at.force)
                         press_masters(coupling, body.special_force, r, force)
-        worst = ti.max(worst, residual / ti.max(system.stats[island * STATS + F_REF], 1e-300))
+        remaining = residual / ti.max(system.stats[island * STATS + F_REF], 1e-300)
+        if remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]:
+            system.stats[island * STATS + STALE] = 1.0
+        worst = ti.max(worst, remaining)
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
     contact.sums[SUMS.contact] = energy
     contact.sums[SUMS.static_residual] = worst
