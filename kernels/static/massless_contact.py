@@ -17,7 +17,7 @@ from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..language.entries import row
 from ..pair_places import ROWS, SLAVES
-from .control import F_REF, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
+from .control import F_REF, LEFT, LINEAR, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
 from .sliding import friction_limit
 
@@ -112,8 +112,11 @@ def massless_load(
                         force = vector_of(rows, pair_row(rows, k), rows.at.force)
                         press_masters(coupling, body.special_force, r, force)
         remaining = residual / ti.max(system.stats[island * STATS + F_REF], 1e-300)
-        if remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]:
-            system.stats[island * STATS + STALE] = 1.0
+        if ti.static(not contact.options.coupled):
+            left_unmeasured = system.settings[island * SETTINGS + LEFT] > 0.0
+            if left_unmeasured and system.settings[island * SETTINGS + LINEAR] == 0.0:
+                if remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]:
+                    system.stats[island * STATS + STALE] = 1.0
         worst = ti.max(worst, remaining)
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
     contact.sums[SUMS.contact] = energy

@@ -57,7 +57,7 @@ def quicken() -> None:
     kernel_impl.getsourcefile = functools.cache(file)
     kernel_impl._inside_class = _inside_class
     kernel_impl.textwrap = SimpleNamespace(fill=_line, dedent=textwrap.dedent)
-    kernel_impl.ast = SimpleNamespace(parse=trees.parse)
+    kernel_impl.ast = SimpleNamespace(**(vars(kernel_impl.ast) | {"parse": trees.parse}))
     kernel_impl.transform_tree = trees.transform
     impl.expr_init, impl.expr_init_func = arguments.variable, arguments.parameter
     kernel_impl._process_args = arguments.process

@@ -45,7 +45,10 @@ class NodeMasses:
                 inside = np.isin(numbers, np.arange(mesh.cell_count)[block.numbers])
             cells = mesh.cells[numbers[inside], : block.cells.shape[1]]
             masses[inside, : cells.shape[1]] = corner_masses(block.kind, mesh.nodes, cells, block.material.density)
-        return masses if self.total is self.own else masses * (self.total / self.own)[mesh.cells[numbers]]
+        if self.total is self.own:
+            return masses
+        growth = np.divide(self.total, self.own, out=np.ones_like(self.own), where=self.own > 0.0)
+        return masses * growth[mesh.cells[numbers]]
 
 
 def masses_in_parts(
