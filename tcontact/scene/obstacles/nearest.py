@@ -15,7 +15,7 @@ import numpy as np
 
 GROUP = 8  # members of a group
 FEW = 24  # groups at the top of the tree
-BLOCKS = (9, 6, 3)  # bits of the key that positions of a block differ in, for which groups are chosen together
+BLOCKS = (12, 9, 6, 3)  # bits of the key that positions of a block differ in, for which groups are chosen together
 AT_ONCE = 1 << 16  # pairs of positions and groups at once: temporaries stay in cache
 SLACK = 1e-12  # rounding of a distance, over the size of the surface
 CELLS = 2**20  # of the curve along an axis
@@ -77,6 +77,20 @@ class _Level:
             away = [x - c.take(groups) for x, c in zip(positions, self.point, strict=True)]
             square = _dot(away, away)
         return along * along + across * across, square
+
+    def around(self, positions: list[np.ndarray], groups: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return the distance [p] of positions (x, y, z) [p] from the cylinders of groups [p], and its gradient."""
+        away = [x - c.take(groups) for x, c in zip(positions, self.centre, strict=True)]
+        normal = [n.take(groups) for n in self.normal]
+        along = _dot(away, normal)
+        radial = np.sqrt(np.maximum(_dot(away, away) - along * along, 0.0))
+        beyond = np.maximum(np.abs(along) - self.half.take(groups), 0.0)
+        across = np.maximum(radial - self.radius.take(groups), 0.0)
+        distance = np.sqrt(beyond * beyond + across * across)
+        safe = np.maximum(distance, 1e-300)
+        outward = across / np.maximum(radial * safe, 1e-300)
+        axial = np.copysign(beyond, along) / safe - outward * along
+        return distance, [axial * n + outward * x for n, x in zip(normal, away, strict=True)]
 
 
 class TriangleTree:
@@ -148,7 +162,7 @@ class TriangleTree:
         last = stage == len(BLOCKS)
         starts = np.arange(len(keys)) if last else _starts(keys, BLOCKS[stage])
         low, high = np.minimum.reduceat(positions, starts), np.maximum.reduceat(positions, starts)
-        centre, reach = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+        centre, widths = 0.5 * (low + high), 0.5 * (high - low)
         if before is None or candidates is None:
             level = len(self.levels) - 1
             groups = np.arange(len(self.levels[level].half))
@@ -161,10 +175,9 @@ class TriangleTree:
             part, count = slice(ends[one], ends[other]), many[one:other]
             own = np.repeat(np.arange(other - one), count)
             place = np.arange(len(own)) - np.repeat(np.cumsum(count) - count - begin[parent[one:other]], count)
-            here = centre[one:other], reach[one:other]
+            here, below = (centre[one:other], None if last else widths[one:other]), level
             pairs = self._kept(level, *here, own, groups[place])
-            below = level
-            while below > 0 and (last or self._wide(below, here[1])):
+            while below > 0 and (last or self._wide(below, widths[one:other])):
                 below -= 1
                 pairs = self._kept(below, *here, *_members(*pairs))
             if last:
@@ -175,19 +188,50 @@ class TriangleTree:
             for rows, point, triangle in self._search(positions[part], keys[part], first, inner, stage + 1, below):
                 yield slice(part.start + rows.start, part.start + rows.stop), point, triangle
 
-    def _wide(self, level: int, reach: np.ndarray) -> bool:
-        """Return whether groups of a level are wider than neighbouring positions within reach [m] are apart."""
-        return bool(np.median(self.levels[level].radius) > 0.7 * np.median(reach))
+    def _wide(self, level: int, widths: np.ndarray) -> bool:
+        """Return whether groups of a level are wider than blocks of half widths [n, 3] [m]."""
+        return bool(np.median(self.levels[level].radius) > 0.7 * np.median(np.linalg.norm(widths, axis=1)))
 
     def _kept(
-        self, level: int, positions: np.ndarray, reach: np.ndarray, own: np.ndarray, groups: np.ndarray
+        self, level: int, positions: np.ndarray, widths: np.ndarray | None, own: np.ndarray, groups: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pairs whose group may hold the point nearest to one within reach [m] of the position."""
+        """Return the pairs whose group may hold the point nearest to the position, or to one of a block around it.
+
+        widths [n, 3] [m]: half widths of the blocks.
+        """
+        if widths is not None:
+            return self._kept_for_blocks(level, positions, widths, own, groups)
         lower, upper = self.levels[level].bounds([x.take(own) for x in _columns(positions)], groups)
-        best = np.minimum.reduceat(upper, np.searchsorted(own, np.arange(len(positions))))
-        best = np.sqrt(best) + 2.0 * reach
+        best = np.sqrt(np.minimum.reduceat(upper, np.searchsorted(own, np.arange(len(positions)))))
         best = (best * (1.0 + SLACK) + SLACK * self.size) ** 2
         kept = np.flatnonzero(lower <= best.take(own))
+        return own.take(kept), groups.take(kept)
+
+    def _kept_for_blocks(
+        self, level: int, centres: np.ndarray, widths: np.ndarray, own: np.ndarray, groups: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pairs whose group may hold the point nearest to some position c + d of a block, |d_i| <= widths_i.
+
+        With a point p at u = |c - p| and e = (c - p) / u it is at most u + e.d + d.d / 2u away; a cylinder, which is
+        convex, is at least as far as its distance l at c and the gradient g there say: l + g.d. A group is out if the
+        difference is positive in the whole block.
+        """
+        at, here, rows = self.levels[level], [x.take(own) for x in _columns(centres)], np.arange(len(centres))
+        lower, gradient = at.around(here, groups)
+        away = [x - c.take(groups) for x, c in zip(here, at.point, strict=True)]
+        square = _dot(away, away)
+        best = np.minimum.reduceat(square, np.searchsorted(own, rows))
+        hit = np.flatnonzero(square == best.take(own))
+        hit = hit[np.searchsorted(own[hit], rows)]
+        best = np.sqrt(best)
+        reach = np.linalg.norm(widths, axis=1)
+        slack = np.zeros(len(own))
+        for axis in range(3):
+            toward = away[axis][hit] / np.maximum(best, 1e-300)
+            slack += np.abs(toward.take(own) - gradient[axis]) * widths[:, axis].take(own)
+        slack += (reach * reach / np.maximum(2.0 * best, 1e-300)).take(own)
+        limit = np.minimum(slack, 2.0 * reach.take(own)) + best.take(own)
+        kept = np.flatnonzero(lower <= limit * (1.0 + SLACK) + SLACK * self.size)
         return own.take(kept), groups.take(kept)
 
     def _closest(self, positions: np.ndarray, own: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
