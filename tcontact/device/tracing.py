@@ -3,8 +3,9 @@
 For every node it makes an excerpt of the source for error messages, for every call of a `ti.func` it reads, parses and
 re-wraps the source of that function, and for every definition it reads the source around it to learn whether that is a
 class. It also copies each argument of a `ti.func` into a new variable, which its compiler has to remove again: here an
-argument that is a variable already is passed as it is, unless the function assigns to it. All this takes more than half
-of the time to the first step. The names replaced here are internal to Taichi: where one is missing, tracing stays slow.
+argument that is a variable already is passed as it is, unless the function assigns to it; only to functions of this
+package, since those of others may change an argument in other ways. All this takes more than half of the time to the
+first step. The names replaced here are internal to Taichi: where one is missing, tracing stays slow.
 Errors in kernels then name file, line and function without the excerpt.
 """
 
@@ -89,6 +90,8 @@ def _source_lines(slow: Any) -> Any:
 
     def source_lines(function: Any) -> tuple[list[str], int]:
         code: Any = getattr(function, "__code__", None)
+        if code is not None:
+            linecache.checkcache(code.co_filename)  # a file that was written anew and loaded again
         lines = linecache.getlines(code.co_filename) if code is not None else []
         if not lines:
             return slow(function)
@@ -168,7 +171,8 @@ class _Arguments:
     def process(self, function: Any, arguments: Any, named: Any) -> Any:
         """Return the arguments of a call in their order; those that the function only reads are passed as they are."""
         values = self._process(function, arguments, named)
-        if type(function) is self._function and not function.is_real_function and self._inside():
+        quick = type(function) is self._function and not function.is_real_function and _is_own(function.func)
+        if quick and self._inside():
             for number in self._only_read(function):
                 values[number] = self._passed(values[number])
         return values
@@ -197,6 +201,11 @@ class _Arguments:
             ]
             function.only_read = found
         return found
+
+
+def _is_own(function: Any) -> bool:
+    """Return whether this package defines a function: no such function changes what it passes on (tests)."""
+    return str(function.__module__).startswith(__name__.partition(".")[0] + ".")
 
 
 def _assigned(tree: ast.AST) -> set[str]:
