@@ -9,6 +9,7 @@ import numpy as np
 
 from .colours import AXES
 
+Place = tuple[slice, slice]  # rows and columns of a picture [pixel]
 FAR = 2e5  # pixels; farther outside the picture the products of the raster would lose their exactness
 
 
@@ -72,7 +73,7 @@ def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
     return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
 
 
-def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
+def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> Place:
     """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it.
 
     parts: points on the screen [k,3] each, corners of all that is drawn.
@@ -87,6 +88,18 @@ def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, heig
     low = low.clip(0, size)
     high = high.clip(low, size)
     return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def union(one: Place, other: Place) -> Place:
+    """Return the smallest place that holds two places [rows, columns]; one without rows or columns counts for nothing."""
+    filled = [place for place in (one, other) if all(part.start < part.stop for part in place)]
+    if len(filled) < 2:
+        return filled[0] if filled else one
+    rows, columns = (
+        slice(min(part.start for part in parts), max(part.stop for part in parts))
+        for parts in zip(one, other, strict=True)
+    )
+    return rows, columns
 
 
 def drawable(screen: np.ndarray) -> np.ndarray | slice:
