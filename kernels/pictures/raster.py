@@ -34,13 +34,10 @@ def span(first, last, dy, root):
 @ti.func
 def inner(first, last, dy, r, slope):
     """Return columns [first, last) cut to where r - dy px is surely not negative, two less against rounding."""
-    low, high = first, last
-    if dy > 0.0:
-        high = ti.min(last, ti.floor(r * slope) - 2.0)
-    if dy < 0.0:
-        low = ti.max(first, ti.floor(r * slope) + 3.0)
-    if dy == 0.0 and r < 1e-6:
-        high = first
+    root = ti.floor(r * slope)
+    high = ti.select(dy > 0.0, ti.min(last, root - 2.0), last)
+    high = ti.select(dy == 0.0 and r < 1e-6, first, high)
+    low = ti.select(dy < 0.0, ti.max(first, root + 3.0), first)
     return low, high
 
 
@@ -68,8 +65,12 @@ def coloured(q, s, table, colours: ti.template()):
 def draw_triangles(
     triangles: ti.i32,
     width: ti.i32,
-    height: ti.i32,
+    top: ti.i32,
+    bottom: ti.i32,
+    left: ti.i32,
+    right: ti.i32,
     line: ti.f64,
+    rows: INDEX,
     x: ARRAY,
     y: ARRAY,
     w: ARRAY,
@@ -79,31 +80,39 @@ def draw_triangles(
     edges: INDEX,
     ink: ARRAY,
     colours: Single,
+    depth_behind: Single,
     depth_out: Single,
     pixel_out: INDEX,
 ):
-    """Draw triangles into a depth and a colour buffer, which may already hold others.
+    """Draw triangles into a window of a depth and a colour buffer; what stood there goes.
 
-    in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
+    in: number of triangles; width of the buffers, first and end row, first and end column of the window [pixel]; half
+    width of a line [pixel]; first and end row of each triangle [2 triangles]; corners x, y [pixel, y down] and inverse
     depth w and value (0..1 along the colour table), all [3 triangles]; light (factor on the colour) and table (number
     of the colour table) [triangles]; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
-    darkness of lines 0..1; colours [tables * 256 * 3] in 0..255.
-    out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
-    green, blue.
+    darkness of lines 0..1; colours [tables * 256 * 3] in 0..255; depth_behind [height * width] inverse depth of what
+    hides triangles, 0 = nothing.
+    out: depth_out [height * width] inverse depth; pixel_out [height * width] (1 + table) << 24 | red, green, blue; 0
+    where no triangle is seen.
     """
-    for index in range(((height + BAND - 1) // BAND) * GRAIN):
+    for index in range(((bottom - top + BAND - 1) // BAND) * GRAIN):
         if index % GRAIN == 0:
-            top = index // GRAIN * BAND
-            bottom = ti.min(top + BAND, height)
+            first_row = top + index // GRAIN * BAND
+            end_row = ti.min(first_row + BAND, bottom)
+            for row in range(first_row, end_row):  # brings the band into the cache
+                for col in range(left, right):
+                    depth_out[row * width + col] = depth_behind[row * width + col]
+                    pixel_out[row * width + col] = 0
             for t in range(triangles):
+                row0, row1 = ti.max(first_row, rows[2 * t]), ti.min(end_row, rows[2 * t + 1])
+                if row0 >= row1:
+                    continue
                 x0, x1, x2 = x[3 * t], x[3 * t + 1], x[3 * t + 2]
                 y0, y1, y2 = y[3 * t], y[3 * t + 1], y[3 * t + 2]
-                row0 = ti.max(top, ti.cast(ti.ceil(ti.min(y0, y1, y2) - 0.5), ti.i32))
-                row1 = ti.min(bottom, ti.cast(ti.floor(ti.max(y0, y1, y2) - 0.5), ti.i32) + 1)
                 area = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
-                if row0 < row1 and area != 0.0:
-                    col0 = ti.max(0, ti.cast(ti.ceil(ti.min(x0, x1, x2) - 0.5), ti.i32))
-                    col1 = ti.min(width, ti.cast(ti.floor(ti.max(x0, x1, x2) - 0.5), ti.i32) + 1)
+                if area != 0.0:
+                    col0 = ti.max(left, ti.cast(ti.ceil(ti.min(x0, x1, x2) - 0.5), ti.i32))
+                    col1 = ti.min(right, ti.cast(ti.floor(ti.max(x0, x1, x2) - 0.5), ti.i32) + 1)
                     side = ti.select(area > 0.0, 1.0, -1.0)
                     # oriented edge directions: d0 = corner 1 -> 2, d1 = 2 -> 0, d2 = 0 -> 1
                     dx0, dy0 = side * (x2 - x1), side * (y2 - y1)

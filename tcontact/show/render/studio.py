@@ -64,6 +64,7 @@ class Studio:
         self.mask_depth, self.mask = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
         self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
         self.shadow = np.zeros(width * height, np.uint8)
+        self.nothing = np.zeros(width * height, np.float32)  # depth of what hides nothing
         self._behind: tuple[Triangles, np.ndarray, np.ndarray, np.ndarray] | None = None
         self._signed: tuple[np.ndarray, tuple[Any, ...], np.ndarray, np.ndarray] | None = None
         self._frames: dict[int, Frame] = {}
@@ -244,17 +245,15 @@ class Studio:
         darker = self._cast_shadow(self._fallen(x, eye))
         place = window([screen], [0], width, height)
         floor, pixel_behind, scenery = self._scenery(eye.fixed, colours)
-        fine = tuple(slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
-        shape = height * SAMPLES, width * SAMPLES
-        self.depth.reshape(shape)[fine] = floor.reshape(shape)[fine]
+        rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
         whole = self.scale == 1.0 and isinstance(drawable(body.screen), slice)
-        self._draw(body.front_first(cull=whole), colours, self.depth, self.pixel)
+        self._draw(body.front_first(cull=whole), (rows, columns), colours, floor, self.depth, self.pixel)
         place = union(place, darker)
         signs = field, limits, note, chosen
         labelled = self._labelled(scenery, eye, signs, place) if still else None
         image = (scenery if labelled is None else labelled).copy()
         self._resolve(place, self.pixel, pixel_behind, self.shadow, image)
-        self.pixel.reshape(shape)[fine] = 0  # for the next picture
+        self.pixel.reshape(SAMPLES * height, SAMPLES * width)[rows, columns] = 0  # for the next picture
         pixels = image.reshape(height, width, 3)
         named = bool(self.names) and field != "body"
         if labelled is None or named:
@@ -295,17 +294,26 @@ class Studio:
         """
         if self._behind is None or self._behind[0] is not fixed:
             depth, pixel = np.zeros_like(self.depth), np.zeros_like(self.pixel)
-            self._draw(fixed, colours, depth, pixel)
             width, height = self.size
+            fine = slice(0, SAMPLES * height), slice(0, SAMPLES * width)
+            self._draw(fixed, fine, colours, np.zeros_like(depth), depth, pixel)
             image = np.tile(np.array(BACKGROUND, np.uint8), width * height)
             every = slice(0, height), slice(0, width)
             self._resolve(every, pixel, np.zeros_like(pixel), np.zeros_like(self.shadow), image)
             self._behind = fixed, np.nextafter(depth, np.float32(0.0)), pixel, image
         return self._behind[1:]
 
-    def _draw(self, scene: Triangles, colours: np.ndarray, depth: np.ndarray, pixel: np.ndarray) -> None:
-        width, height = self.size
-        draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, depth, pixel)
+    def _draw(
+        self,
+        scene: Triangles,
+        place: Place,
+        colours: np.ndarray,
+        behind: np.ndarray,
+        depth: np.ndarray,
+        pixel: np.ndarray,
+    ) -> None:
+        """Draw triangles with their lines into a place [sample] of the buffers."""
+        draw(scene, self.size[0] * SAMPLES, place, SAMPLES, 0.6 * self.unit, colours, behind, depth, pixel)
 
     def _resolve(
         self, place: Place, front: np.ndarray, behind: np.ndarray, shadow: np.ndarray, image: np.ndarray
@@ -326,8 +334,8 @@ class Studio:
         plain = Triangles.plain(body.screen, FIELD, np.where(number < 256, number / 255, 0.0)[:, None])
         colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
         colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
-        self.mask_depth[:], self.mask[:] = 0, 0
-        draw(Triangles.joined([plain, eye.fixed]), width, height, 1, 0.0, colours, self.mask_depth, self.mask)
+        scene, every = Triangles.joined([plain, eye.fixed]), (slice(0, height), slice(0, width))
+        draw(scene, width, every, 1, 0.0, colours, self.nothing, self.mask_depth, self.mask)
         return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
@@ -405,10 +413,9 @@ class Studio:
         self.shadow[:] = 0
         if len(fallen) == 0 or there.size == 0:
             return slice(0, 0), slice(0, 0)
-        there[:] = self.mask_depth.reshape(height, width)[place] = 0
         shadow = Triangles.plain(fallen[self.surface.corners], 0)
         flat = shadow.front_first(cull=isinstance(drawable(shadow.screen), slice))
-        draw(flat, width, height, 1, 0.0, np.zeros(768, np.float32), self.mask_depth, self.mask)
+        draw(flat, width, place, 1, 0.0, np.zeros(768, np.float32), self.nothing, self.mask_depth, self.mask)
         mask = Image.fromarray((there != 0).astype(np.uint8) * 255)
         blurred = mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit))
         self.shadow.reshape(height, width)[place] = np.asarray(blurred)

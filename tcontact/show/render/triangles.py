@@ -91,7 +91,7 @@ def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, heig
 
 
 def union(one: Place, other: Place) -> Place:
-    """Return the smallest place that holds two places [rows, columns]; one without rows or columns counts for nothing."""
+    """Return the smallest place that holds two places; one without rows or columns counts for nothing."""
     filled = [place for place in (one, other) if all(part.start < part.stop for part in place)]
     if len(filled) < 2:
         return filled[0] if filled else one
@@ -113,25 +113,34 @@ def drawable(screen: np.ndarray) -> np.ndarray | slice:
 def draw(
     scene: Triangles,
     width: int,
-    height: int,
+    place: Place,
     factor: int,
     line: float,
     colours: np.ndarray,
+    behind: np.ndarray,
     depth: np.ndarray,
     pixel: np.ndarray,
 ) -> None:
+    """Draw triangles into a place of the buffers, which then hold nothing else.
+
+    width: of the buffers, place in them [sample]; factor: samples per pixel along one axis, line: half width of a line
+    [pixel]; behind: inverse depth of what hides triangles.
+    """
     from ...kernels.pictures import raster
 
     screen = scene.screen * (factor, factor, 1.0)
     good = drawable(screen)
     grid = np.round(screen[good, :, :2] * 256) / 256
+    y = grid[..., 1]
+    rows = np.stack([np.ceil(y.min(axis=1) - 0.5), np.floor(y.max(axis=1) - 0.5) + 1.0], axis=1)
     raster.draw_triangles(
         len(grid),
         width,
-        height,
+        *(int(end) for part in place for end in (part.start, part.stop)),
         line * factor,
+        rows.astype(np.int32).ravel(),
         np.ascontiguousarray(grid[..., 0]).ravel(),
-        np.ascontiguousarray(grid[..., 1]).ravel(),
+        np.ascontiguousarray(y).ravel(),
         np.ascontiguousarray(screen[good, :, 2]).ravel(),
         scene.value[good].ravel(),
         scene.light[good],
@@ -139,6 +148,7 @@ def draw(
         scene.edges[good].astype(np.int32),
         scene.ink[good],
         colours,
+        behind,
         depth,
         pixel,
     )
