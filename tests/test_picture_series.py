@@ -8,9 +8,11 @@ import tcontact as tc
 from tcontact.device import runtime
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.show.render import render_frames, series, shots
+from tcontact.show.render import studio as studio_module
+from tcontact.show.render.animation import animate, changed
 from tcontact.show.render.png import write_png
 from tcontact.show.render.studio import Studio
-from tcontact.show.render.triangles import Triangles, drawable, window
+from tcontact.show.render.triangles import Triangles, drawable, union, window
 
 FLOOR = {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 BALL = {"kind": "sphere", "parameters": [0.4, 1.0], "point": [1.6, 0.5, 0.5], "frame": np.eye(3).tolist()}
@@ -117,3 +119,43 @@ def test_faces_towards_the_eye_come_first_and_in_their_order():
     turned[..., 2] = np.arange(4)[:, None]
     assert Triangles.plain(turned, 0).front_first().screen[:, 0, 2].tolist() == [0.0, 3.0, 1.0, 2.0]
     assert Triangles.plain(turned, 0).front_first(cull=True).screen[:, 0, 2].tolist() == [0.0, 3.0]
+
+
+def test_a_place_that_holds_two_forgets_empty_ones():
+    one, other = (slice(2, 5), slice(7, 9)), (slice(1, 3), slice(8, 12))
+    assert union(one, other) == (slice(1, 5), slice(7, 12))
+    for empty in ((slice(0, 0), slice(0, 0)), (slice(0, 9), slice(4, 4))):
+        assert union(one, empty) == union(empty, one) == one
+
+
+def test_frames_of_an_animation_replace_the_box_that_changed(tmp_path):
+    """Each frame shows its picture in the colours of the palette, also where it equals the one before."""
+    rng = np.random.default_rng(1)
+    palette = Image.new("P", (1, 1))
+    colours = 85 * np.stack(np.unravel_index(np.arange(64), (4, 4, 4)), axis=1)
+    palette.putpalette(np.tile(colours, (4, 1)).ravel().tolist())
+    first = colours[rng.integers(0, 64, (30, 41))].astype(np.uint8)
+    second = first.copy()
+    second[7:9, 5:30] = 255 - second[7:9, 5:30]
+    pictures = [first, second, second, first]
+    assert changed(first[..., 0], second[..., 0]) == (7, 9, 5, 30)
+    animate(iter(pictures), palette, tmp_path / "a.gif", 10.0)
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.n_frames == 4
+        assert gif.info["loop"] == 0
+        for index, picture in enumerate(pictures):
+            gif.seek(index)
+            assert gif.info["duration"] == 100
+            np.testing.assert_array_equal(np.asarray(gif.convert("RGB")), picture)
+
+
+def test_labels_of_a_series_are_written_once(tmp_path, monkeypatch):
+    """Title and colour bar stay where no body stands; what changes is written into every picture."""
+    data = written(tmp_path / "result.vtkhdf", [FLOOR])
+    count: list[str] = []
+    for name in ("decorate", "write_figures"):
+        plain = getattr(studio_module, name)
+        monkeypatch.setattr(studio_module, name, lambda *a, plain=plain, name=name: (count.append(name), plain(*a)))
+    render_frames(data, tmp_path, "von_mises", (640, 480), animation=False)
+    assert count.count("write_figures") == len(data)
+    assert count.count("decorate") <= 2

@@ -26,7 +26,7 @@ def history() -> dict[str, np.ndarray]:
 def drawn(monkeypatch) -> list[Figure]:
     """Figures instead of files."""
     figures: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(plots, "_save", lambda figure, path: figures.append(figure))
     return figures
 
 

@@ -66,7 +66,8 @@ def _raster(corners, value=None, table=None, size=(40, 30), colours=None):
     scene = Triangles.plain(corners, 0 if table is None else np.asarray(table), 0.0 if value is None else value)
     colours = np.full(3 * 768, 200, np.float32) if colours is None else colours
     depth, pixel = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
-    draw(scene, width, height, 1, 0.0, colours, depth, pixel)
+    place = slice(0, height), slice(0, width)
+    draw(scene, width, place, 1, 0.0, colours, np.zeros_like(depth), depth, pixel)
     return depth.reshape(height, width), pixel.reshape(height, width)
 
 

@@ -15,7 +15,7 @@ from ..lanes import WIDTH
 from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX
 from ..language.bundles import Body
-from ..language.compile_options import KEEP_VECTORS, compiled_with
+from ..language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from ..language.point_memory import PointMemory, recall
 from ..materials import LAWS
 from .cell_phase import gather
@@ -79,4 +79,4 @@ def make_von_mises(kind: str, law: str):
             for lane in ti.static(range(width)):
                 stress_out[pack * width + lane] = ti.sqrt(square[lane])
 
-    return compiled_with(von_mises, **KEEP_VECTORS)
+    return compiled_with(von_mises, **KEEP_VECTORS, **LEAVE_TO_LLVM)

@@ -32,6 +32,16 @@ def span(first, last, dy, root):
 
 
 @ti.func
+def inner(first, last, dy, r, slope):
+    """Return columns [first, last) cut to where r - dy px is surely not negative, two less against rounding."""
+    root = ti.floor(r * slope)
+    high = ti.select(dy > 0.0, ti.min(last, root - 2.0), last)
+    high = ti.select(dy == 0.0 and r < 1e-6, first, high)
+    low = ti.select(dy < 0.0, ti.max(first, root + 3.0), first)
+    return low, high
+
+
+@ti.func
 def least(dx, dy):
     """Return the smallest E of a pixel inside: 0 on the edges that own their pixels, else above 0.
 
@@ -55,8 +65,12 @@ def coloured(q, s, table, colours: ti.template()):
 def draw_triangles(
     triangles: ti.i32,
     width: ti.i32,
-    height: ti.i32,
+    top: ti.i32,
+    bottom: ti.i32,
+    left: ti.i32,
+    right: ti.i32,
     line: ti.f64,
+    rows: INDEX,
     x: ARRAY,
     y: ARRAY,
     w: ARRAY,
@@ -66,31 +80,39 @@ def draw_triangles(
     edges: INDEX,
     ink: ARRAY,
     colours: Single,
+    depth_behind: Single,
     depth_out: Single,
     pixel_out: INDEX,
 ):
-    """Draw triangles into a depth and a colour buffer, which may already hold others.
+    """Draw triangles into a window of a depth and a colour buffer; what stood there goes.
 
-    in: number of triangles; buffer size [pixel]; half width of a line [pixel]; corners x, y [pixel, y down] and inverse
+    in: number of triangles; width of the buffers, first and end row, first and end column of the window [pixel]; half
+    width of a line [pixel]; first and end row of each triangle [2 triangles]; corners x, y [pixel, y down] and inverse
     depth w and value (0..1 along the colour table), all [3 triangles]; light (factor on the colour) and table (number
     of the colour table) [triangles]; edges [triangles] bit k set: the edge opposite corner k is a line; ink [triangles]
-    darkness of lines 0..1; colours [tables * 256 * 3] in 0..255.
-    out: depth_out [height * width] inverse depth, 0 = nothing; pixel_out [height * width] (1 + table) << 24 | red,
-    green, blue.
+    darkness of lines 0..1; colours [tables * 256 * 3] in 0..255; depth_behind [height * width] inverse depth of what
+    hides triangles, 0 = nothing.
+    out: depth_out [height * width] inverse depth; pixel_out [height * width] (1 + table) << 24 | red, green, blue; 0
+    where no triangle is seen.
     """
-    for index in range(((height + BAND - 1) // BAND) * GRAIN):
+    for index in range(((bottom - top + BAND - 1) // BAND) * GRAIN):
         if index % GRAIN == 0:
-            top = index // GRAIN * BAND
-            bottom = ti.min(top + BAND, height)
+            first_row = top + index // GRAIN * BAND
+            end_row = ti.min(first_row + BAND, bottom)
+            for row in range(first_row, end_row):  # brings the band into the cache
+                for col in range(left, right):
+                    depth_out[row * width + col] = depth_behind[row * width + col]
+                    pixel_out[row * width + col] = 0
             for t in range(triangles):
+                row0, row1 = ti.max(first_row, rows[2 * t]), ti.min(end_row, rows[2 * t + 1])
+                if row0 >= row1:
+                    continue
                 x0, x1, x2 = x[3 * t], x[3 * t + 1], x[3 * t + 2]
                 y0, y1, y2 = y[3 * t], y[3 * t + 1], y[3 * t + 2]
-                row0 = ti.max(top, ti.cast(ti.ceil(ti.min(y0, y1, y2) - 0.5), ti.i32))
-                row1 = ti.min(bottom, ti.cast(ti.floor(ti.max(y0, y1, y2) - 0.5), ti.i32) + 1)
                 area = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
-                if row0 < row1 and area != 0.0:
-                    col0 = ti.max(0, ti.cast(ti.ceil(ti.min(x0, x1, x2) - 0.5), ti.i32))
-                    col1 = ti.min(width, ti.cast(ti.floor(ti.max(x0, x1, x2) - 0.5), ti.i32) + 1)
+                if area != 0.0:
+                    col0 = ti.max(left, ti.cast(ti.ceil(ti.min(x0, x1, x2) - 0.5), ti.i32))
+                    col1 = ti.min(right, ti.cast(ti.floor(ti.max(x0, x1, x2) - 0.5), ti.i32) + 1)
                     side = ti.select(area > 0.0, 1.0, -1.0)
                     # oriented edge directions: d0 = corner 1 -> 2, d1 = 2 -> 0, d2 = 0 -> 1
                     dx0, dy0 = side * (x2 - x1), side * (y2 - y1)
@@ -103,12 +125,18 @@ def draw_triangles(
                     even = q0 == q1 and q1 == q2  # one colour, but for the lines
                     plain = coloured(q0, light[t], table[t], colours)
                     far = 1e30  # distance of an edge that is not drawn as a line
+                    reach = line + 0.5
                     length0 = ti.select((edges[t] & 1) != 0, 1.0 / ti.sqrt(dx0 * dx0 + dy0 * dy0), far)
                     length1 = ti.select((edges[t] & 2) != 0, 1.0 / ti.sqrt(dx1 * dx1 + dy1 * dy1), far)
                     length2 = ti.select((edges[t] & 4) != 0, 1.0 / ti.sqrt(dx2 * dx2 + dy2 * dy2), far)
                     slope0 = ti.select(dy0 != 0.0, 1.0 / dy0, 0.0)
                     slope1 = ti.select(dy1 != 0.0, 1.0 / dy1, 0.0)
                     slope2 = ti.select(dy2 != 0.0, 1.0 / dy2, 0.0)
+                    # E beyond which a line does not reach; below all E where there is none
+                    margin0 = ti.select((edges[t] & 1) != 0, reach / length0, -far)
+                    margin1 = ti.select((edges[t] & 2) != 0, reach / length1, -far)
+                    margin2 = ti.select((edges[t] & 4) != 0, reach / length2, -far)
+                    fall = (dy0 * w0 + dy1 * w1 + dy2 * w2) * per_area  # of the inverse depth, from column to column
                     for row in range(row0, row1):
                         py = row + 0.5
                         # along a row E_k = r_k - dy_k px
@@ -118,24 +146,43 @@ def draw_triangles(
                         first, last = span(col0 + 0.0, col1 + 0.0, dy0, r0 * slope0)
                         first, last = span(first, last, dy1, r1 * slope1)
                         first, last = span(first, last, dy2, r2 * slope2)
-                        for col in range(ti.cast(first, ti.i32), ti.cast(last, ti.i32)):
+                        begin, end = ti.cast(first, ti.i32), ti.cast(last, ti.i32)
+                        r0, r1, r2 = r0 - least0, r1 - least1, r2 - least2
+                        p = begin + 0.5
+                        while begin < end and ti.min(r0 - dy0 * p, r1 - dy1 * p, r2 - dy2 * p) < 0.0:
+                            begin += 1
+                            p = begin + 0.5
+                        p = end - 0.5
+                        while begin < end and ti.min(r0 - dy0 * p, r1 - dy1 * p, r2 - dy2 * p) < 0.0:
+                            end -= 1
+                            p = end - 0.5
+                        r0, r1, r2 = r0 + least0, r1 + least1, r2 + least2
+                        # columns without lines
+                        first, last = inner(begin + 0.0, end + 0.0, dy0, r0 - margin0, slope0)
+                        first, last = inner(first, last, dy1, r1 - margin1, slope1)
+                        first, last = inner(first, last, dy2, r2 - margin2, slope2)
+                        clear, clear_end = ti.cast(first, ti.i32), ti.cast(last, ti.i32)
+                        if not even:
+                            clear_end = clear
+                        start = (r0 * w0 + r1 * w1 + r2 * w2) * per_area
+                        for col in range(begin, end):
                             px = col + 0.5
-                            e0, e1, e2 = r0 - dy0 * px, r1 - dy1 * px, r2 - dy2 * px
-                            if ti.min(e0 - least0, e1 - least1, e2 - least2) >= 0.0:
-                                b0, b1, b2 = e0 * per_area * w0, e1 * per_area * w1, e2 * per_area * w2
-                                inverse = b0 + b1 + b2
-                                here = row * width + col
-                                if ti.cast(inverse, ti.f32) > depth_out[here]:
-                                    depth_out[here] = ti.cast(inverse, ti.f32)
+                            inverse = start - fall * px
+                            here = row * width + col
+                            if ti.cast(inverse, ti.f32) > depth_out[here]:
+                                depth_out[here] = ti.cast(inverse, ti.f32)
+                                code = plain
+                                if col < clear or col >= clear_end:
+                                    e0, e1, e2 = r0 - dy0 * px, r1 - dy1 * px, r2 - dy2 * px
                                     away = ti.min(e0 * length0, e1 * length1, e2 * length2)  # from the nearest line
-                                    code = plain
-                                    if not even or away < line + 0.5:
+                                    if not even or away < reach:
                                         q = q0
                                         if not even:
+                                            b0, b1, b2 = e0 * per_area * w0, e1 * per_area * w1, e2 * per_area * w2
                                             q = (b0 * q0 + b1 * q1 + b2 * q2) / inverse
-                                        s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, line + 0.5 - away)))
+                                        s = light[t] * (1.0 - ink[t] * ti.min(1.0, ti.max(0.0, reach - away)))
                                         code = coloured(q, s, table[t], colours)
-                                    pixel_out[here] = code
+                                pixel_out[here] = code
 
 
 @ti.kernel
@@ -147,48 +194,54 @@ def resolve(
     left: ti.i32,
     rows: ti.i32,
     columns: ti.i32,
-    depth: Single,
     pixel: INDEX,
-    depth_behind: Single,
     pixel_behind: INDEX,
     background: Single,
-    shade: Single,
+    dark: ti.f64,
+    shadow: Byte,
     image_out: Byte,
 ):
-    """Average factor x factor samples to one pixel, in a window of the picture; of two samples the nearer one is seen.
+    """Average factor x factor samples to one pixel, in a window of the picture, where anything was drawn or falls.
 
     in: width of the picture [pixel]; samples per pixel along one axis; number of the first colour table that takes
-    shadows (all above do); first row and column, rows and columns of the window [pixel]; depth, pixel and
-    depth_behind, pixel_behind [height factor * width factor] from `draw_triangles`: on equal depth the first pair
-    is seen; background [3 height], a colour for each row; shade [rows * columns] factor on shadowed surfaces.
-    out: image_out [height * width * 3] red, green, blue.
+    shadows (all above do); first row and column, rows and columns of the window [pixel]; pixel
+    [height factor * width factor] from `draw_triangles`, and pixel_behind, which is seen where pixel is 0; background
+    [3 height], a colour for each row; dark: what a full shadow takes away from a colour (0..1); shadow [height * width]
+    0..255.
+    out: image_out [height * width * 3] red, green, blue; pixels without samples and shadow stay.
     """
-    for here in range(rows * columns):
-        row, col = top + here // columns, left + here % columns
-        codes = ti.Vector.zero(ti.i32, factor * factor)
-        same = True
-        for i, j in ti.static(ti.ndrange(factor, factor)):
-            sample = (row * factor + i) * width * factor + col * factor + j
-            codes[i * factor + j] = ti.select(depth_behind[sample] > depth[sample], pixel_behind[sample], pixel[sample])
-            same = same and codes[i * factor + j] == codes[0]
-        out = 3 * (row * width + col)
-        if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
-            image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
-            image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
-            image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
-        else:
-            red, green, blue = 0.0, 0.0, 0.0
-            for k in ti.static(range(factor * factor)):
-                if codes[k] == 0:
-                    red += background[3 * row]
-                    green += background[3 * row + 1]
-                    blue += background[3 * row + 2]
-                else:
-                    dim = ti.select((codes[k] >> 24) > ground, ti.cast(shade[here], ti.f64), 1.0)
-                    red += dim * ((codes[k] >> 16) & 255)
-                    green += dim * ((codes[k] >> 8) & 255)
-                    blue += dim * (codes[k] & 255)
-            share = 1.0 / (factor * factor)
-            image_out[out] = ti.cast(red * share + 0.5, ti.u8)
-            image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
-            image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)
+    for index in range(rows * GRAIN):  # a thread takes whole rows
+        if index % GRAIN == 0:
+            row = top + index // GRAIN
+            for col in range(left, left + columns):
+                codes = ti.Vector.zero(ti.i32, factor * factor)
+                same, drawn = True, 0
+                for i, j in ti.static(ti.ndrange(factor, factor)):
+                    codes[i * factor + j] = pixel[(row * factor + i) * width * factor + col * factor + j]
+                    same = same and codes[i * factor + j] == codes[0]
+                    drawn |= codes[i * factor + j]
+                out = 3 * (row * width + col)
+                if same and codes[0] != 0 and (codes[0] >> 24) <= ground:
+                    image_out[out] = ti.cast((codes[0] >> 16) & 255, ti.u8)
+                    image_out[out + 1] = ti.cast((codes[0] >> 8) & 255, ti.u8)
+                    image_out[out + 2] = ti.cast(codes[0] & 255, ti.u8)
+                elif drawn != 0 or shadow[row * width + col] != 0:
+                    shade = 1.0 - dark / 255.0 * shadow[row * width + col]
+                    red, green, blue = 0.0, 0.0, 0.0
+                    for i, j in ti.static(ti.ndrange(factor, factor)):
+                        code = codes[i * factor + j]
+                        if code == 0:
+                            code = pixel_behind[(row * factor + i) * width * factor + col * factor + j]
+                        if code == 0:
+                            red += background[3 * row]
+                            green += background[3 * row + 1]
+                            blue += background[3 * row + 2]
+                        else:
+                            dim = ti.select((code >> 24) > ground, shade, 1.0)
+                            red += dim * ((code >> 16) & 255)
+                            green += dim * ((code >> 8) & 255)
+                            blue += dim * (code & 255)
+                    share = 1.0 / (factor * factor)
+                    image_out[out] = ti.cast(red * share + 0.5, ti.u8)
+                    image_out[out + 1] = ti.cast(green * share + 0.5, ti.u8)
+                    image_out[out + 2] = ti.cast(blue * share + 0.5, ti.u8)

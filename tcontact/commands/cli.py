@@ -6,9 +6,11 @@ Exit code 0: all well; 1: a run or one of its checks failed; 2: bad usage (the m
 from __future__ import annotations
 
 import argparse
+import gc
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from ..base.errors import InputError, OutputError
 from ..results.report import versions
@@ -17,6 +19,7 @@ from . import bench, doctor, export, info, listing, numbers, render, run, study
 from . import resuming as resume
 from .streams import safe_output
 
+OBJECTS = 50_000  # new ones between two looks for garbage
 COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, doctor)
 
 
@@ -37,13 +40,24 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: the arguments, None = those of the process."""
-    with safe_output() as output:
+    with safe_output() as output, rare_collections():
         code = _run(argv)
         output.flush()
         if output.error is not None:
             print(f"tcontact: standard output cannot be written ({output.error.strerror})", file=sys.stderr)
             code = code or 1
     return code
+
+
+@contextmanager
+def rare_collections() -> Iterator[None]:
+    """Let Python look for cyclic garbage rarely: tracing and imports make many objects that stay, and little of it."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(before[0], OBJECTS) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def _run(argv: Sequence[str] | None) -> int:

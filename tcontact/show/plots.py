@@ -13,6 +13,7 @@ from ..device.atomic_file import unlinked
 from ..kernels.columns import COLUMNS
 from ..results.acting_force import acting_force, pair_forces
 from ..results.report import si_scale
+from .render.png import write_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,7 +139,7 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
         grid[row][0].set_ylabel(f"{title}\n[{_greek(prefix)}{name}]")
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{unit[1]}]")
-    figure.savefig(unlinked(path))
+    _save(figure, path)
 
 
 def panels(path: Path, rows: Mapping[tuple[str, str], Curves], title: str = "", along: tuple[str, str] = TIME) -> None:
@@ -174,7 +175,7 @@ def outlines(path: Path, lines: Curves, title: str = "") -> None:
     axes.set_xlabel(f"radius [{_greek(prefix)}m]")
     axes.set_ylabel(f"height [{_greek(prefix)}m]")
     axes.legend(loc="best", frameon=False, fontsize=8)
-    figure.savefig(unlinked(path))
+    _save(figure, path)
 
 
 def energies(path: Path, runs: Mapping[str, History]) -> None:
@@ -223,7 +224,7 @@ def against(path: Path, lines: Curves, across: tuple[str, str], upward: tuple[st
     axes.legend(loc="best", frameon=False)
     axes.set_xlabel(f"{across[0]} [{_greek(scales[0][1])}{across[1]}]")
     axes.set_ylabel(f"{upward[0]} [{_greek(scales[1][1])}{upward[1]}]")
-    figure.savefig(unlinked(path))
+    _save(figure, path)
 
 
 def unrest(force: np.ndarray) -> float:
@@ -296,7 +297,17 @@ def _finish(
     end = float(time[-1]) or 1.0
     panels[-1].set_xlim(-0.01 * end, 1.01 * end)
     figure.align_ylabels(panels)
-    figure.savefig(unlinked(path))
+    _save(figure, path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write a figure; a PNG from what is drawn once, where `savefig` draws a second time to find the margins."""
+    if path.suffix != ".png":
+        figure.savefig(unlinked(path))
+        return
+    canvas: Any = figure.canvas
+    canvas.draw()
+    write_png(unlinked(path), np.asarray(canvas.buffer_rgba())[..., :3])
 
 
 def _time(history: History) -> tuple[np.ndarray, tuple[float, str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -17,24 +19,61 @@ from .colours import FIELD, INK_TABLE, OTHER_PLANES, SHADOWED, tables
 if TYPE_CHECKING:
     from PIL import Image
 
+IMAGE = 0x2C  # the byte that starts an image in a GIF
 
-def animate(pictures: Iterable[Image.Image], palette: Image.Image, path: Path, fps: float) -> Path:
-    """Join pictures to a looping GIF with one palette for all; they are taken one by one."""
+
+def animate(pictures: Iterable[np.ndarray], palette: Image.Image, path: Path, fps: float) -> Path:
+    """Join pictures [h,w,3] to a looping GIF with one palette for all; they are taken one by one."""
     from PIL import Image
 
-    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
-    duration = max(20, round(100 / fps) * 10)  # GIF counts hundredths of a second
-    shared = bytes(palette.getpalette() or [])  # named here, it is written once and not with every frame
-    next(frames).save(
-        unlinked(path),
-        save_all=True,
-        append_images=frames,
-        duration=duration,
-        loop=0,
-        optimize=False,
-        palette=shared,
-    )
+    hundredths = max(2, round(100 / fps))
+    with unlinked(path).open("wb") as file:
+        before: np.ndarray | None = None
+        for picture in pictures:
+            flat = Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+            numbers = np.asarray(flat)
+            if before is None:
+                file.write(gif_head(flat.size, bytes(palette.getpalette() or [])))
+                before = 256 + np.zeros_like(numbers, np.int16)  # other than all colours
+            top, bottom, left, right = changed(before, numbers)
+            file.write(gif_frame(flat.crop((left, top, right, bottom)), left, top, hundredths))
+            before = numbers
+        file.write(b";")
     return path
+
+
+def changed(one: np.ndarray, other: np.ndarray) -> tuple[int, int, int, int]:
+    """Return the rows and columns (first, end; first, end) of the box in which two pictures differ; never empty."""
+    differs = one != other
+    rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
+    if len(rows) == 0:
+        return 0, 1, 0, 1
+    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+
+
+def gif_head(size: tuple[int, int], colours: bytes) -> bytes:
+    """Return the head of a GIF that is shown again and again, with 256 colours for all frames.
+
+    Format: https://www.w3.org/Graphics/GIF/spec-gif89a.txt
+    """
+    screen = struct.pack("<HHBBB", *size, 0b11110111, 0, 0)  # a table of 256 colours of 8 bits
+    return b"GIF89a" + screen + colours.ljust(768, b"\0") + b"!\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
+
+
+def gif_frame(part: Image.Image, left: int, top: int, hundredths: int) -> bytes:
+    """Return a frame that replaces a part of what is seen and stays for some hundredths of a second."""
+    alone = io.BytesIO()
+    part.save(alone, "GIF", optimize=False, interlace=False)
+    data = alone.getvalue()
+    start = 13 + 3 * 2 ** ((data[10] & 7) + 1)  # behind the head and its colours
+    while data[start] != IMAGE:  # extensions: a number, then blocks until an empty one
+        start += 2
+        while data[start]:
+            start += 1 + data[start]
+        start += 1
+    control = b"!\xf9\x04" + struct.pack("<BHBB", 1 << 2, hundredths, 0, 0)  # the frame stays when its time is over
+    place = struct.pack("<BHHHHB", IMAGE, left, top, *part.size, 0)
+    return control + place + data[start + len(place) : -1]
 
 
 def can_film() -> bool:
@@ -43,8 +82,8 @@ def can_film() -> bool:
 
 
 @contextmanager
-def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[Image.Image], None]]:
-    """Yield a function that adds a picture (of `size` [pixel]) to an MP4 (H.264) with all its colours.
+def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[np.ndarray], None]]:
+    """Yield a function that adds a picture [h,w,3] (of `size` [pixel]) to an MP4 (H.264) with all its colours.
 
     Raises `InputError` without imageio-ffmpeg.
     """
@@ -64,7 +103,7 @@ def film(path: Path, fps: float, size: tuple[int, int]) -> Iterator[Callable[[Im
     )
     writer.send(None)
     try:
-        yield lambda picture: writer.send(np.ascontiguousarray(np.asarray(picture)[:height, :width]))
+        yield lambda picture: writer.send(np.ascontiguousarray(picture[:height, :width]))
     finally:
         writer.close()
 

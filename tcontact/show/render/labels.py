@@ -35,33 +35,26 @@ def decorate(
     eye: Eye,
     field: str,
     limits: tuple[float, float],
-    time: float,
-    peak: float,
     note: str,
     colours: str,
 ) -> None:
-    """Write title, time, colour bar, or the names of the bodies by their colours, and axis names into the picture."""
+    """Write title, colour bar, or the names of the bodies by their colours, and axis names into the picture.
+
+    They are the same in all pictures of a series; `write_figures` adds the others.
+    """
     from PIL import ImageDraw
 
-    draw, u, (width, height) = ImageDraw.Draw(picture), studio.unit, studio.size
+    draw, u, height = ImageDraw.Draw(picture), studio.unit, studio.size[1]
     name, unit, _ = FIELDS.get(field, (field.replace("_", " ").capitalize(), "", ""))
     title, small, text = font(round(21 * u), bold=True), font(round(13 * u)), font(round(15 * u))
     draw.text((26 * u, 20 * u), name, TEXT, title)
     enlarged = "" if studio.scale == 1.0 else f"deformation × {studio.scale:g}"
     below = ", ".join(part for part in (studio.title, note, enlarged) if part)
     draw.text((26 * u, 48 * u), below, FAINT_TEXT, small)
-    last = float(np.abs(studio.data.times).max()) or 1.0
-    step = float(np.median(np.diff(studio.data.times))) if len(studio.data) > 1 else last
-    factor, prefix = prefix_of(last)
-    digits = min(6, max(0, math.ceil(-math.log10(max(step, 1e-6 * last) / factor) + 0.3)))
-    draw.text(
-        (width - 26 * u, 21 * u), f"t = {time / factor:.{digits}f} {prefix}s", TEXT, font(round(17 * u)), anchor="ra"
-    )
-
     if field == "body":
         legend(draw, studio.names, colour_table(colours), limits, studio.size, u, text)
     else:
-        _colour_bar(picture, studio, limits, unit, peak, colours)
+        _colour_bar(picture, studio, limits, unit, colours)
     for axis, letter in enumerate("xyz"):
         right, upward = eye.axes[:2, axis]
         length = math.hypot(right, upward)
@@ -76,17 +69,15 @@ def decorate(
             )
 
 
-def _colour_bar(
-    picture: Image.Image, studio: Sheet, limits: tuple[float, float], unit: str, peak: float, colours: str
-) -> None:
+def _colour_bar(picture: Image.Image, studio: Sheet, limits: tuple[float, float], unit: str, colours: str) -> None:
     """Draw the colour bar with its marks at the right of the picture."""
     from PIL import Image, ImageDraw
 
-    draw, u, (width, height) = ImageDraw.Draw(picture), studio.unit, studio.size
-    small, text = font(round(13 * u)), font(round(15 * u))
+    draw, u = ImageDraw.Draw(picture), studio.unit
+    text = font(round(15 * u))
     low, high = limits
     factor, prefix = prefix_of(max(abs(low), abs(high))) if unit else (1.0, "")
-    x, y, w, h = (round(v * u) for v in (width / u - 104, 120, 18, height / u - 220))
+    x, y, w, h = _bar(studio)
     strip = colour_table(colours)[::-1].astype(np.uint8)[np.arange(h) * 256 // h]
     picture.paste(Image.fromarray(np.repeat(strip[:, None], w, axis=1)), (x, y))
     draw.rectangle((x - 1, y - 1, x + w, y + h), outline=FAINT_TEXT)
@@ -97,8 +88,50 @@ def _colour_bar(
         row = y + (h - 1) * (1 - (tick * factor - low) / (high - low))
         draw.line((x + w, row, x + w + 4 * u, row), FAINT_TEXT, max(1, round(u)))
         draw.text((x + w + 9 * u, row), f"{tick:.{places}f}".replace("-", "\N{MINUS SIGN}"), TEXT, text, anchor="lm")
-    if math.isfinite(peak):
-        draw.text((x, y + h + 12 * u), f"max {peak / factor:.3g}", FAINT_TEXT, small, anchor="la")
+
+
+def write_figures(
+    image: np.ndarray, studio: Sheet, field: str, limits: tuple[float, float], time: float, peak: float
+) -> None:
+    """Write time and largest value into a picture [height, width, 3]."""
+    u, times = studio.unit, studio.data.times
+    last = float(np.abs(times).max()) or 1.0
+    step = float(np.median(np.diff(times))) if len(times) > 1 else last
+    factor, prefix = prefix_of(last)
+    digits = min(6, max(0, math.ceil(-math.log10(max(step, 1e-6 * last) / factor) + 0.3)))
+    place = studio.size[0] - 26 * u, 21 * u
+    stamp(image, place, f"t = {time / factor:.{digits}f} {prefix}s", TEXT, font(round(17 * u)), "ra")
+    if field != "body" and math.isfinite(peak):
+        factor = prefix_of(max(abs(limits[0]), abs(limits[1])))[0] if FIELDS.get(field, ("", "", ""))[1] else 1.0
+        x, y, _, h = _bar(studio)
+        stamp(image, (x, y + h + 12 * u), f"max {peak / factor:.3g}", FAINT_TEXT, font(round(13 * u)), "la")
+
+
+def stamp(
+    image: np.ndarray,
+    place: tuple[float, float],
+    text: str,
+    colour: tuple[int, int, int],
+    font: ImageFont.FreeTypeFont,
+    anchor: str,
+) -> None:
+    """Write a text into a picture [height, width, 3], of which only the part below the text is touched."""
+    from PIL import Image, ImageDraw
+
+    box = ImageDraw.Draw(Image.new("RGB", (1, 1))).textbbox(place, text, font, anchor)
+    left, top = (max(0, math.floor(value) - 1) for value in box[:2])
+    below = image[top : max(top, math.ceil(box[3]) + 1), left : max(left, math.ceil(box[2]) + 1)]
+    if below.size:
+        part = Image.fromarray(below)
+        ImageDraw.Draw(part).text((place[0] - left, place[1] - top), text, colour, font, anchor)
+        below[:] = np.asarray(part)
+
+
+def _bar(studio: Sheet) -> tuple[int, int, int, int]:
+    """Return left, top, width and height of the colour bar [pixel]."""
+    u, (width, height) = studio.unit, studio.size
+    x, y, w, h = (round(v * u) for v in (width / u - 104, 120, 18, height / u - 220))
+    return x, y, w, h
 
 
 def ticks(low: float, high: float) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from ...device.atomic_file import unlinked
 from .camera import Eye
 from .png import write_png
 from .studio import Studio
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 AHEAD = 2  # pictures that may wait for the disk
 
@@ -31,7 +28,7 @@ class Shots:
         self, studio: Studio, field: str, limits: tuple[float, float], eye: Eye, paths: Sequence[Path]
     ) -> None:
         self._studio, self._wishes, self._paths = studio, (field, limits, eye), paths
-        self._early: dict[int, Image.Image] = {}
+        self._early: dict[int, np.ndarray] = {}
         self._pool = ThreadPoolExecutor(1)
         self._waiting: list[Future[None]] = []
 
@@ -47,20 +44,24 @@ class Shots:
         """Draw pictures [height, width, 3] spread over the series, and keep them for `all`."""
         chosen = sorted({round(k) for k in np.linspace(0, len(self._paths) - 1, count)})
         self._early = {index: self._drawn(index) for index in chosen}
-        return [np.asarray(picture) for picture in self._early.values()]
+        return list(self._early.values())
 
-    def all(self, shoot: Callable[[Image.Image], None] | None = None) -> Iterator[Image.Image]:
-        """Yield the picture of every frame, in order, as it goes to its file; shoot: called with each as well."""
+    def all(self, shoot: Callable[[np.ndarray], None] | None = None) -> Iterator[np.ndarray]:
+        """Yield the picture [height, width, 3] of every frame, in order, as it goes to its file.
+
+        shoot: called with each as well.
+        """
         for index, path in enumerate(self._paths):
-            picture = self._early.pop(index, None) or self._drawn(index)
-            self._waiting.append(self._pool.submit(write_png, unlinked(path), np.asarray(picture)))
+            early = self._early.pop(index, None)
+            picture = self._drawn(index) if early is None else early
+            self._waiting.append(self._pool.submit(write_png, unlinked(path), picture))
             self._settle(AHEAD)
             if shoot is not None:
                 shoot(picture)
             yield picture
 
-    def _drawn(self, index: int) -> Image.Image:
-        return self._studio.picture(self._studio.frame(index), *self._wishes)
+    def _drawn(self, index: int) -> np.ndarray:
+        return self._studio.pixels(self._studio.frame(index), *self._wishes)
 
     def _settle(self, left: int) -> None:
         """Wait until at most so many pictures are left to write. Raises `OSError`."""

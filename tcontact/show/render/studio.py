@@ -19,17 +19,18 @@ from ...scene.obstacles.base import direction as unit_of
 from .bodies import colour_number, names_of, own_limits, write_names
 from .camera import Camera, Eye, fitted
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
-from .labels import decorate, font, prefix_of, round_down, round_up
+from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
 from .planes import Patch, read_planes
 from .solids import Pose, hides, outlined, read_solids, shaded
 from .surface import Clip, clipped_surface
-from .triangles import Triangles, draw, drawable, triad, window
+from .triangles import Place, Triangles, draw, drawable, triad, union, window
 
 if TYPE_CHECKING:
     from PIL import Image
 
 
 SAMPLES = 2  # samples per pixel along one axis
+DARK = 0.26  # share of the light that a shadow takes
 KEPT = 2**28  # bytes of frames that are kept in memory, so that a series is read from its file once
 
 
@@ -62,7 +63,10 @@ class Studio:
         self.depth, self.pixel = np.zeros(samples, np.float32), np.zeros(samples, np.int32)
         self.mask_depth, self.mask = np.zeros(width * height, np.float32), np.zeros(width * height, np.int32)
         self.background = np.tile(np.array(BACKGROUND, dtype=np.float32), height)
+        self.shadow = np.zeros(width * height, np.uint8)
+        self.nothing = np.zeros(width * height, np.float32)  # depth of what hides nothing
         self._behind: tuple[Triangles, np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._signed: tuple[np.ndarray, tuple[Any, ...], np.ndarray, np.ndarray] | None = None
         self._frames: dict[int, Frame] = {}
         self._room = KEPT
 
@@ -218,11 +222,18 @@ class Studio:
         return scenery(eye, 0.0)
 
     def picture(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> Image.Image:
-        """Draw one frame [height, width, RGB]."""
+        """Draw one frame."""
+        from PIL import Image
+
+        return Image.fromarray(self.pixels(frame, field, limits, eye, note))
+
+    def pixels(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> np.ndarray:
+        """Draw one frame [height, width, red green blue]."""
         from PIL import Image, ImageDraw
 
         if not runtime.threads():
             runtime.start()
+        still = eye.moving is None
         eye = eye.at(frame.time)
         values, nodal = self.values(frame, field)
         x = self.surface.spread(self.positions(frame))
@@ -231,60 +242,89 @@ class Studio:
         width, height = self.size
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
-        fallen = self._fallen(x, eye)
-        soft = math.ceil(4 * self.unit) + math.ceil(3 * self.unit) + 2  # reach of the blur of a shadow
-        place = window([screen, fallen], [0, soft], width, height)
-        shade = self._shade(fallen, place)
-        fine = tuple(slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
-        for buffer in (self.depth, self.pixel):
-            buffer.reshape(height * SAMPLES, width * SAMPLES)[fine] = 0
-        self._draw(body.front_first(), colours, self.depth, self.pixel)
-        behind = self._scenery(eye.fixed, colours)
-        image = behind[2].copy()
-        self._resolve(place, (self.depth, self.pixel), behind[:2], shade, image)
-        picture = Image.fromarray(image.reshape(height, width, 3))
+        darker = self._cast_shadow(self._fallen(x, eye))
+        place = window([screen], [0], width, height)
+        floor, pixel_behind, scenery = self._scenery(eye.fixed, colours)
+        rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
+        whole = self.scale == 1.0 and isinstance(drawable(body.screen), slice)
+        self._draw(body.front_first(cull=whole), (rows, columns), colours, floor, self.depth, self.pixel)
+        place = union(place, darker)
+        signs = field, limits, note, chosen
+        labelled = self._labelled(scenery, eye, signs, place) if still else None
+        image = (scenery if labelled is None else labelled).copy()
+        self._resolve(place, self.pixel, pixel_behind, self.shadow, image)
+        self.pixel.reshape(SAMPLES * height, SAMPLES * width)[rows, columns] = 0  # for the next picture
+        pixels = image.reshape(height, width, 3)
+        named = bool(self.names) and field != "body"
+        if labelled is None or named:
+            picture = Image.fromarray(pixels)
+            if labelled is None:
+                decorate(picture, self, eye, *signs)
+            if named:
+                seen, letters = self._seen(body, eye), font(round(14 * self.unit))
+                write_names(ImageDraw.Draw(picture), self.names, seen, self.unit, letters)
+            pixels = np.array(picture)
         peak = float(np.max(values, initial=-np.inf, where=np.isfinite(values)))
-        decorate(picture, self, eye, field, limits, frame.time, peak, note, chosen)
-        if self.names and field != "body":
-            write_names(
-                ImageDraw.Draw(picture), self.names, self._seen(body, eye), self.unit, font(round(14 * self.unit))
-            )
-        return picture
+        write_figures(pixels, self, field, limits, frame.time, peak)
+        return pixels
+
+    def _labelled(
+        self, scenery: np.ndarray, eye: Eye, signs: tuple[str, tuple[float, float], str, str], place: Place
+    ) -> np.ndarray | None:
+        """Return the picture of the scenery with its labels; None where they reach into the place of the bodies.
+
+        signs: field, limits, note and colours of `decorate`.
+        """
+        from PIL import Image
+
+        width, height = self.size
+        if self._signed is None or self._signed[0] is not scenery or self._signed[1] != signs:
+            bare = scenery.reshape(height, width, 3)
+            picture = Image.fromarray(bare)
+            decorate(picture, self, eye, *signs)
+            image = np.array(picture)
+            self._signed = scenery, signs, image.reshape(-1), (image != bare).any(axis=2)
+        return None if self._signed[3][place].any() else self._signed[2]
 
     def _scenery(self, fixed: Triangles, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return depth, pixel and picture of the scenery alone; it is drawn again only where it has moved.
 
-        Its colours are those of all fields, as only bodies have the colours of the field.
+        Its depth is rounded down, so that a body at the same depth is seen. Its colours are those of all fields, as
+        only bodies have the colours of the field.
         """
         if self._behind is None or self._behind[0] is not fixed:
             depth, pixel = np.zeros_like(self.depth), np.zeros_like(self.pixel)
-            self._draw(fixed, colours, depth, pixel)
-            (width, height), nothing = self.size, (np.zeros_like(depth), pixel)
-            image = np.zeros(width * height * 3, np.uint8)
+            width, height = self.size
+            fine = slice(0, SAMPLES * height), slice(0, SAMPLES * width)
+            self._draw(fixed, fine, colours, np.zeros_like(depth), depth, pixel)
+            image = np.tile(np.array(BACKGROUND, np.uint8), width * height)
             every = slice(0, height), slice(0, width)
-            self._resolve(every, (depth, pixel), nothing, np.ones(width * height, np.float32), image)
-            self._behind = fixed, depth, pixel, image
+            self._resolve(every, pixel, np.zeros_like(pixel), np.zeros_like(self.shadow), image)
+            self._behind = fixed, np.nextafter(depth, np.float32(0.0)), pixel, image
         return self._behind[1:]
 
-    def _draw(self, scene: Triangles, colours: np.ndarray, depth: np.ndarray, pixel: np.ndarray) -> None:
-        width, height = self.size
-        draw(scene, width * SAMPLES, height * SAMPLES, SAMPLES, 0.6 * self.unit, colours, depth, pixel)
+    def _draw(
+        self,
+        scene: Triangles,
+        place: Place,
+        colours: np.ndarray,
+        behind: np.ndarray,
+        depth: np.ndarray,
+        pixel: np.ndarray,
+    ) -> None:
+        """Draw triangles with their lines into a place [sample] of the buffers."""
+        draw(scene, self.size[0] * SAMPLES, place, SAMPLES, 0.6 * self.unit, colours, behind, depth, pixel)
 
     def _resolve(
-        self,
-        place: tuple[slice, slice],
-        front: tuple[np.ndarray, np.ndarray],
-        behind: tuple[np.ndarray, np.ndarray],
-        shade: np.ndarray,
-        image: np.ndarray,
+        self, place: Place, front: np.ndarray, behind: np.ndarray, shadow: np.ndarray, image: np.ndarray
     ) -> None:
-        """Fill a place of the picture from samples (depth, pixel) and those behind them."""
+        """Fill a place of the picture from samples and those behind them, where there are any or a shadow falls."""
         from ...kernels.pictures import raster
 
         corner = place[0].start, place[1].start, place[0].stop - place[0].start, place[1].stop - place[1].start
         if min(corner[2:]) > 0:
             raster.resolve(
-                self.size[0], SAMPLES, SHADOWED, *corner, *front, *behind, self.background, shade.ravel(), image
+                self.size[0], SAMPLES, SHADOWED, *corner, front, behind, self.background, DARK, shadow, image
             )
 
     def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
@@ -294,8 +334,8 @@ class Studio:
         plain = Triangles.plain(body.screen, FIELD, np.where(number < 256, number / 255, 0.0)[:, None])
         colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
         colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
-        self.mask_depth[:], self.mask[:] = 0, 0
-        draw(Triangles.joined([plain, eye.fixed]), width, height, 1, 0.0, colours, self.mask_depth, self.mask)
+        scene, every = Triangles.joined([plain, eye.fixed]), (slice(0, height), slice(0, width))
+        draw(scene, width, every, 1, 0.0, colours, self.nothing, self.mask_depth, self.mask)
         return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
@@ -362,18 +402,21 @@ class Studio:
         fallen = x - normal * ((x - point) @ normal)[:, None] + (ray + normal) * gap[:, None]
         return eye.project(fallen)
 
-    def _shade(self, fallen: np.ndarray, place: tuple[slice, slice]) -> np.ndarray:
-        """Return the factor of the soft shadow on what it falls on, in a place of the picture [rows, columns]."""
+    def _cast_shadow(self, fallen: np.ndarray) -> Place:
+        """Draw the soft shadow into `shadow` (0..255); return its place in the picture [rows, columns]."""
         from PIL import Image, ImageFilter
 
         width, height = self.size
+        soft = math.ceil(4 * self.unit) + math.ceil(3 * self.unit) + 2  # reach of the blur
+        place = window([fallen], [soft], width, height)
         there = self.mask.reshape(height, width)[place]
+        self.shadow[:] = 0
         if len(fallen) == 0 or there.size == 0:
-            return np.ones(there.shape, np.float32)
-        there[:] = self.mask_depth.reshape(height, width)[place] = 0
+            return slice(0, 0), slice(0, 0)
         shadow = Triangles.plain(fallen[self.surface.corners], 0)
         flat = shadow.front_first(cull=isinstance(drawable(shadow.screen), slice))
-        draw(flat, width, height, 1, 0.0, np.zeros(768, np.float32), self.mask_depth, self.mask)
+        draw(flat, width, place, 1, 0.0, np.zeros(768, np.float32), self.nothing, self.mask_depth, self.mask)
         mask = Image.fromarray((there != 0).astype(np.uint8) * 255)
-        soft = np.asarray(mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit)))
-        return 1.0 - np.float32(0.26 / 255) * soft.astype(np.float32)
+        blurred = mask.filter(ImageFilter.BoxBlur(4 * self.unit)).filter(ImageFilter.BoxBlur(3 * self.unit))
+        self.shadow.reshape(height, width)[place] = np.asarray(blurred)
+        return place

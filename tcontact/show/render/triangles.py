@@ -9,6 +9,7 @@ import numpy as np
 
 from .colours import AXES
 
+Place = tuple[slice, slice]  # rows and columns of a picture [pixel]
 FAR = 2e5  # pixels; farther outside the picture the products of the raster would lose their exactness
 
 
@@ -72,7 +73,7 @@ def triad(axes: np.ndarray, x: float, y: float, unit: float) -> Triangles:
     return ribbons(start, end, 1.3 * unit, AXES + np.arange(3))
 
 
-def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> tuple[slice, slice]:
+def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, height: int) -> Place:
     """Return the rows and columns of the picture [pixel] that hold the parts, each with a margin around it.
 
     parts: points on the screen [k,3] each, corners of all that is drawn.
@@ -89,6 +90,18 @@ def window(parts: Sequence[np.ndarray], margins: Sequence[int], width: int, heig
     return slice(low[1], high[1]), slice(low[0], high[0])
 
 
+def union(one: Place, other: Place) -> Place:
+    """Return the smallest place that holds two places; one without rows or columns counts for nothing."""
+    filled = [place for place in (one, other) if all(part.start < part.stop for part in place)]
+    if len(filled) < 2:
+        return filled[0] if filled else one
+    rows, columns = (
+        slice(min(part.start for part in parts), max(part.stop for part in parts))
+        for parts in zip(one, other, strict=True)
+    )
+    return rows, columns
+
+
 def drawable(screen: np.ndarray) -> np.ndarray | slice:
     """Return which of the triangles [n,3,3] the raster can draw; slice(None) for all."""
     near = np.abs(screen[..., :2]) < FAR  # not so for nan
@@ -100,25 +113,34 @@ def drawable(screen: np.ndarray) -> np.ndarray | slice:
 def draw(
     scene: Triangles,
     width: int,
-    height: int,
+    place: Place,
     factor: int,
     line: float,
     colours: np.ndarray,
+    behind: np.ndarray,
     depth: np.ndarray,
     pixel: np.ndarray,
 ) -> None:
+    """Draw triangles into a place of the buffers, which then hold nothing else.
+
+    width: of the buffers, place in them [sample]; factor: samples per pixel along one axis, line: half width of a line
+    [pixel]; behind: inverse depth of what hides triangles.
+    """
     from ...kernels.pictures import raster
 
     screen = scene.screen * (factor, factor, 1.0)
     good = drawable(screen)
     grid = np.round(screen[good, :, :2] * 256) / 256
+    y = grid[..., 1]
+    rows = np.stack([np.ceil(y.min(axis=1) - 0.5), np.floor(y.max(axis=1) - 0.5) + 1.0], axis=1)
     raster.draw_triangles(
         len(grid),
         width,
-        height,
+        *(int(end) for part in place for end in (part.start, part.stop)),
         line * factor,
+        rows.astype(np.int32).ravel(),
         np.ascontiguousarray(grid[..., 0]).ravel(),
-        np.ascontiguousarray(grid[..., 1]).ravel(),
+        np.ascontiguousarray(y).ravel(),
         np.ascontiguousarray(screen[good, :, 2]).ravel(),
         scene.value[good].ravel(),
         scene.light[good],
@@ -126,6 +148,7 @@ def draw(
         scene.edges[good].astype(np.int32),
         scene.ink[good],
         colours,
+        behind,
         depth,
         pixel,
     )
