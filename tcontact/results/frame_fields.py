@@ -57,13 +57,23 @@ def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
 
 def size(scene: Scene, frames: int, fields: Sequence[str] | None = None) -> int:
     """Return the bytes of result.vtkhdf with this many frames and a history of up to 4096 rows."""
-    nodes = sum(body.mesh.node_count for body in scene.bodies)
-    cells = sum(body.mesh.cell_count for body in scene.bodies)
+    nodes, cells = _counts(scene)
     corners = sum(cells.size for body in scene.bodies for _, cells in body.mesh.blocks)
-    nodal, cellwise = NODAL | LAYERS | FRICTION, CELLWISE | METAL | STRESS
-    numbers = sum(nodal[name] * nodes if name in nodal else cellwise[name] * cells for name in chosen(scene, fields))
     mesh = 24 * nodes + 8 * corners + 9 * cells + (8 * cells if len(scene.bodies) > 1 else 0)
-    return FIXED + mesh + 8 * frames * numbers
+    return FIXED + mesh + frames * frame_size(scene, chosen(scene, fields))
+
+
+def frame_size(scene: Scene, fields: Sequence[str]) -> int:
+    """Return the bytes of a frame with these fields."""
+    nodes, cells = _counts(scene)
+    nodal, cellwise = NODAL | LAYERS | FRICTION, CELLWISE | METAL | STRESS
+    return 8 * sum(nodal[name] * nodes if name in nodal else cellwise[name] * cells for name in fields)
+
+
+def _counts(scene: Scene) -> tuple[int, int]:
+    """Return the numbers of nodes and cells of all bodies."""
+    meshes = [body.mesh for body in scene.bodies]
+    return sum(mesh.node_count for mesh in meshes), sum(mesh.cell_count for mesh in meshes)
 
 
 def check_room(folder: Path, scene: Scene, frames: int, fields: Sequence[str] | None) -> None:

@@ -16,7 +16,7 @@ except ImportError:  # Windows: folders are not locked there
     fcntl = None  # type: ignore[assignment]
 
 NAME = ".running"
-_held: set[Path] = set()
+_held: dict[Path, int] = {}  # and the file that is locked
 
 
 @contextmanager
@@ -30,14 +30,20 @@ def locked(folder: Path) -> Iterator[None]:
         yield
         return
     file = _acquire(path, folder)
-    _held.add(path)
+    _held[path] = file
     try:
         yield
     finally:
-        _held.discard(path)
+        _held.pop(path, None)
         with suppress(OSError):
             path.unlink()
         os.close(file)
+
+
+def held(folder: Path) -> list[int]:
+    """Return the file whose lock this process holds for a folder: whoever inherits it keeps the folder locked."""
+    path = folder.resolve() / NAME
+    return [_held[path]] if path in _held else []
 
 
 def check_free(folder: Path) -> None:

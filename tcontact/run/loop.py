@@ -214,6 +214,11 @@ class Run:
                 course.before, course.time, course.row = after, time + after, row_number + 1
                 bar.update(course.time)
         wall = spent + perf_counter() - compiled - output
+        if recorder is not None and unwritten is None:
+            try:
+                recorder.settle()
+            except OutputError as error:
+                unwritten, stop = error, Stop("not-written", str(error))
         self._keep(None)
         if stop is None:
             self._warn_held(row)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,14 @@ from ..base.errors import FunctionError, InputError, OutputError
 from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
+from ..results.files.frame_process import FrameProcess
 from ..results.files.vtkhdf import ResultData, ResultFile
-from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS
+from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .checkpoint.store import FILES as CHECKPOINTS
-from .folder_lock import check_free
+from .folder_lock import check_free, held
 from .snapshot import Snapshot
 
 FILE = "result.vtkhdf"
@@ -57,6 +59,18 @@ def make_folder(folder: Path) -> None:
         raise InputError("out", str(folder), f"cannot be made ({error.strerror}); name another folder") from error
 
 
+@contextmanager
+def writing_beside(folder: Path, scene: Scene, fields: Sequence[str], frames: int) -> Iterator[FrameProcess | None]:
+    """Start the process that writes so many frames in a locked folder, None where it does not pay; end it."""
+    process = FrameProcess.start(frame_size(scene, fields), frames, held(folder))
+    try:
+        yield process
+    finally:
+        if process is not None:
+            with suppress(OSError):
+                process.close()
+
+
 class Recorder:
     """Writes the frames: displacement, velocity, contact force and pressure of nodes, von Mises stress of cells.
 
@@ -79,6 +93,8 @@ class Recorder:
         """
         self.states, self.folder = states, folder
         self.fields = fields
+        self.process: FrameProcess | None = None  # takes over the file as soon as it has started
+        self.file: ResultFile | FrameProcess
         points = np.concatenate([body.mesh.nodes for body in scene.bodies])
         blocks, start = [], 0
         for body in scene.bodies:
@@ -152,9 +168,20 @@ class Recorder:
                 values = zip(self.states, kept, strict=True)
                 cellwise[name] = _joined([metal_field(state.plan.body, name, one) for state, one in values])
         try:
+            if isinstance(self.file, ResultFile) and self.process is not None and self.process.ready():
+                self.process.take_over(self.file, self.folder / FILE, self.attributes)
+                self.file = self.process
             self.file.append(time, nodal, cellwise)
         except OSError as error:
-            raise self._unwritten(f"the frame at t = {time:.6g} s", error) from error
+            raise self._unwritten_frame(error) from error
+
+    def settle(self) -> None:
+        """Wait until every frame is in the file. Raises `OutputError`."""
+        if isinstance(self.file, FrameProcess):
+            try:
+                self.file.wait()
+            except OSError as error:
+                raise self._unwritten_frame(error) from error
 
     def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
         """Store the history and the scalars of the run, and close the file. Raises `OutputError`."""
@@ -167,18 +194,20 @@ class Recorder:
             self.file.write_attributes(self.attributes | {"obstacles": there} | attributes)
             self.file.close()
         except OSError as error:
-            raise self._unwritten("the history", error) from error
+            raise unwritten(self.folder, "the history", "all frames are", error) from error
 
     def abandon(self) -> None:
         """Close the file as it is on disk."""
-        self.file.close()
+        with suppress(OSError) if isinstance(self.file, FrameProcess) else nullcontext():
+            self.file.close()
 
-    def _unwritten(self, what: str, error: OSError) -> OutputError:
-        kept = "all frames are"
-        if what.startswith("the frame"):
-            self.times.pop()
-            kept = f"the {len(self.times) - 1} frames before it are"
-        return unwritten(self.folder, what, kept, error)
+    def _unwritten_frame(self, error: OSError) -> OutputError:
+        """Return the error for the first frame that is not in the file, and forget it and those after it."""
+        kept = self.file.kept if isinstance(self.file, FrameProcess) else len(self.times) - 2
+        lost = self.times[kept + 1]
+        del self.times[kept + 1 :]
+        kept_text = f"the {kept} frames before it are"
+        return unwritten(self.folder, f"the frame at t = {lost:.6g} s", kept_text, error)
 
 
 def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:

@@ -23,7 +23,7 @@ from .checkpoint.options import checked
 from .folder_lock import locked
 from .loop import Run
 from .progress import ProgressBar
-from .recorder import FILE, Recorder
+from .recorder import FILE, Recorder, writing_beside
 from .simulation import carry_out, record_friction, start_of_scene
 
 
@@ -91,7 +91,8 @@ def resume(
             head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
         keeper = Keeper(options, path, new, recorder, head, start)
         keeper.restored(run.course.row)
-        with ProgressBar(scene.duration, "resume", progress) as bar:
+        writing = writing_beside(path, scene, head["fields"], len(run.course.due) + 1)
+        with writing as recorder.process, ProgressBar(scene.duration, "resume", progress) as bar:
             bar.update(run.course.time)
             return carry_out(run, run.course.frames, path, recorder, keeper, bar, started)
 

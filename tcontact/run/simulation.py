@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -36,7 +36,7 @@ from .folder_lock import locked
 from .history import MOST_ROWS
 from .loop import Run
 from .progress import ProgressBar
-from .recorder import Recorder, check_folder, make_folder, unwritten
+from .recorder import Recorder, check_folder, make_folder, unwritten, writing_beside
 
 
 def simulate(
@@ -107,7 +107,11 @@ def simulate(
     _check_laws(scene, scheme)
     if folder is not None:
         make_folder(folder)
-    with nullcontext() if folder is None else locked(folder):
+    with ExitStack() as ending:
+        process = None
+        if folder is not None:
+            ending.enter_context(locked(folder))
+            process = ending.enter_context(writing_beside(folder, scene, wanted, frames))
         run = Run(scene, planned, scheme, displacement, velocity, history_every, pressures, history_rows, points)
         said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
         if said is not None:
@@ -118,6 +122,7 @@ def simulate(
                 return run.go(frames, None, bar, started)
         check_folder(folder)
         recorder = Recorder(folder, scene, run.states, " + ".join(planned.terms), wanted)
+        recorder.process = process
         keeper = None
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
