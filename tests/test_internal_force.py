@@ -422,7 +422,11 @@ assert ti.cfg.real_matrix_scalarize
 
 
 def test_lanes_reach_the_machine_as_vectors(tmp_path):
-    """Split into scalars the kernel gives the same numbers at a third of the speed: look at the code instead."""
+    """Split into scalars the kernel gives the same numbers at a third of the speed: look at the code instead.
+
+    What is done for single nodes stays scalar, more or less of it by the processor; split, it has 957 products and none
+    of vectors.
+    """
     tests = Path(__file__).resolve().parent
     code = VECTORS.format(root=str(tests.parent), tests=str(tests))
     run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -430,7 +434,7 @@ def test_lanes_reach_the_machine_as_vectors(tmp_path):
     written = "".join(path.read_text() for path in tmp_path.glob("*.ll"))
     whole, split = written.count("fmul <8 x double>"), written.count("fmul double")
     assert whole > 100
-    assert split < 40
+    assert split < 0.5 * whole
 
 
 def bits():
