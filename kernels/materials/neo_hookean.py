@@ -35,7 +35,7 @@ def update(h, parameters):
     spin = pressure - mu
     d = tensor3.plus_identity([[cofactor_h[i][j] - h[j][i] for j in range(3)] for i in range(3)], stretch)
     stress = tensor3.plus_identity([[mu * h[i][j] + spin * d[i][j] for j in range(3)] for i in range(3)], pressure)
-    quadratic = 0.5 * tensor3.dot(h, h) - (change - stretch)
+    quadratic = 0.5 * tensor3.dot(h, h) - tensor3.change_beyond_trace(change, h, cofactor_h)
     energy = mu * (quadratic + logarithm[0]) + 0.5 * lam * change * change
     return [stress, energy, change]
 

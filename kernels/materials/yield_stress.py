@@ -24,10 +24,11 @@ from typing import Any, NamedTuple
 
 import taichi as ti
 
+from ..language.precision import by_precision
 from ..language.transcendental import exponential_less_one, logarithm
 
 FIRST = 5  # place of the first constant of a yield stress among the parameters (j2.py)
-TINY = 1e-300
+TINY, TINY_SINGLE = 1e-300, 1e-30
 COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least
 NEWTON_GUINAN, NEWTON_COOK = 2, 4
@@ -139,10 +140,11 @@ def cook_flow(begin, f, modulus, ep, parameters):
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     by_rate, step = parameters[FIRST + 3], parameters[-1]
     softening, trial = begin[1], f + begin[0]
-    safe = ti.max(f, zero + TINY)
+    tiny = ti.static(by_precision(TINY, TINY_SINGLE))
+    safe = ti.max(f, zero + tiny)
     # ln of the increment at which the rate is rate0
-    slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], TINY)), 600.0)
-    alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + TINY)
+    slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], tiny)), 600.0)
+    alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + tiny)
     ratio = logarithm(alpha / modulus)
     most = logarithm(safe / modulus)
     kap = safe / alpha + slow - ratio
