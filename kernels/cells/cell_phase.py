@@ -123,9 +123,9 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
     base: start of the force rows of the chunk; own: 1 for contact cells, which the kernel has if cornered; first..end:
-    segments; mixed: the arithmetic of the cells is float32 (mixed_cells.py). It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate,
-    then of a law with plastic flow the work and heat of the step, the energy that hourglass modes let go, the largest
-    temperature and plastic strain.
+    segments; mixed: the arithmetic of the cells is float32 (mixed_cells.py). It returns elastic energy, smallest
+    det F - 1, hourglass energy, viscous power and largest viscous rate, then of a law with plastic flow the work and
+    heat of the step, the energy that hourglass modes let go, the largest temperature and plastic strain.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)

@@ -14,8 +14,8 @@ energies and volumes are multiplied by L^2, L^3 and L^3 in float64, where they a
 - areas and volumes of cells of any size fit in the exponents of float32 (1e-38 to 3e38), in one block of cells with
   sizes that differ by up to 1e5.
 
-The first corner takes minus the sum of the other corner forces, in float64, so that momentum is kept to rounding. Angular
-momentum is kept to the error of the forces.
+The first corner takes minus the sum of the other corner forces, in float64, so that momentum is kept to rounding.
+Angular momentum is kept to the error of the forces.
 
 Contact cells, whose forces the static solve balances to its tolerance, and products for the stable step, which are
 differences of forces, stay in float64 (cell_phase.py), and so do all nodes, sums and state of points.

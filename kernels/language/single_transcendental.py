@@ -70,14 +70,28 @@ def inverse_cube_root(a):
 
 
 @ti.func
-def exponential_split(a):
+def exponential_parts(a):
+    """Return [2^k, r, exp(r) - 1 - r, k] of a = k ln 2 + r."""
     b = ti.max(ti.min(a, LARGEST), -LARGEST)
     shifted = b * (1.0 / LN2) + ROUND
     k = shifted - ROUND
-    power = tensor3.from_bits((tensor3.to_bits(shifted) + ti.u32(127)) << ti.u32(23))  # 2^k
+    power = tensor3.from_bits((tensor3.to_bits(shifted) + ti.u32(127)) << ti.u32(23))
     r = (b - k * LN2_HIGH) - k * LN2_LOW
     r2 = r * r
     low = (0.5 + r * (1 / 6)) + (1 / 24 + r * (1 / 120)) * r2
     high = (1 / 720 + r * (1 / 5040)) + (1 / 40320) * r2
-    rest = r2 * (low + (r2 * r2) * high)  # exp(r) - 1 - r
+    return [power, r, r2 * (low + (r2 * r2) * high), k]
+
+
+@ti.func
+def exponential_split(a):
+    at = exponential_parts(a)
+    power, r, rest, k = at[0], at[1], at[2], at[3]
     return [power * (r + rest) + (power - 1.0), power * rest + ((power - 1.0) * (1.0 + r) - k * LN2)]
+
+
+@ti.func
+def exponential(a):
+    """Return exp(a) without the cancellation of 1 + (exp(a) - 1), which leaves few digits of a small one."""
+    at = exponential_parts(a)
+    return at[0] * (1.0 + (at[1] + at[2]))

@@ -92,6 +92,13 @@ def exponential_less_one(a):
     return exponential_split(a)[0]
 
 
+@or_in_single(single_transcendental.exponential)
+@ti.func
+def exponential(a):
+    """Return exp(a), with a limited to -300 .. 300."""
+    return 1.0 + exponential_split(a)[0]
+
+
 @or_in_single(single_transcendental.exponential_split)
 @ti.func
 def exponential_split(a):

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..language.precision import by_precision
-from ..language.transcendental import exponential_less_one, logarithm
+from ..language.transcendental import exponential, logarithm
 
 FIRST = 5  # place of the first constant of a yield stress among the parameters (j2.py)
 TINY, TINY_SINGLE = 1e-300, 1e-30
@@ -53,7 +53,7 @@ class YieldStress(NamedTuple):
 @ti.func
 def power(a, exponent):
     """Return a^exponent of a positive number."""
-    return 1.0 + exponential_less_one(exponent * logarithm(a))
+    return exponential(exponent * logarithm(a))
 
 
 @ti.func
@@ -95,7 +95,7 @@ def guinan_start(ep, temperature, pressure, parameters):
     zero = 0.0 * ep
     below = ti.max(zero + (melting - temperature), zero + 1e-6 * melting)
     softening = ti.max(1.0 + by_pressure * pressure - by_heat * (temperature - reference), zero)
-    softening = softening * (1.0 + exponential_less_one(0.0 - sharpness * temperature / below))
+    softening = softening * exponential(0.0 - sharpness * temperature / below)
     softening = ti.select(zero + temperature < melting, softening, zero)
     curve = guinan_curve(ep, parameters)
     return [softening * curve[0], softening * curve[1], softening, curve[2]]
@@ -154,7 +154,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
     z = ti.min(z, most)
     steep, dep = zero, zero
     for _ in ti.static(range(NEWTON_COOK)):
-        dep = 1.0 + exponential_less_one(z)
+        dep = exponential(z)
         strain = ti.max(ep + dep, zero + SMALLEST_STRAIN)
         grown = factor * power(strain, exponent)
         faster = ti.max(z - slow, zero)
@@ -167,7 +167,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
         change = left / (modulus * dep + steep)
         z = ti.min(z + ti.max(ti.min(change, zero + LONGEST), zero - LONGEST), most)
     fast = begin[0] * (1.0 + by_rate * ti.max(z - slow, zero))
-    return [1.0 + exponential_less_one(z), steep / dep, fast]
+    return [exponential(z), steep / dep, fast]
 
 
 YIELD_STRESSES = {
