@@ -24,7 +24,8 @@ def drop(kind="hex8", cells=4, contact=None, duration=6e-3, **options):
     """A cube that falls on a wall at 2 m/s and bounces."""
     body = cube(kind, cells, velocity=(0.0, 0.0, -2.0), contact="zmin")
     wall = tc.Plane(point=(0.0, 0.0, -1e-3))
-    return tc.Scene(body, wall, contact or tc.MasslessContact(tolerance=1e-10), duration=duration, **options)
+    contact = contact or tc.MasslessContact(tolerance=1e-10)
+    return tc.Scene(body, wall, contact=contact, duration=duration, **options)
 
 
 def both(scene, **options):
@@ -80,14 +81,13 @@ def test_far_from_where_it_was_meshed_a_body_deforms_as_at_home():
     near, far = (
         tc.simulate(
             tc.Scene(cube(velocity=stretching(), displacement=np.tile(shift, (64, 1))), duration=2e-3),
+            tc.CentralDifference(dt=2e-4),
             precision="mixed",
         )
         for shift in ((0.0, 0.0, 0.0), (1e5, -5e4, 1e5))
     )
     assert np.abs(near.history["elastic"]).max() > 0.0
-    assert near.history["elastic"] == pytest.approx(
-        far.history["elastic"], rel=1e-5, abs=1e-6 * near.history["energy"][0]
-    )
+    assert near.history["elastic"] == pytest.approx(far.history["elastic"], rel=1e-6)
 
 
 def stretching():

@@ -9,8 +9,10 @@ energies and volumes are multiplied by L^2, L^3 and L^3 in float64, where they a
 
 - a translation of the body, however far, costs no digits, and small strains keep theirs: the error of H = du/dX is 6e-8
   of the size of H, not of 1 or of u;
-- a rotation makes H as large as 1, so that its strain has an absolute error of about 1e-7: the force error is 1e-7 E
-  times the area of a face then, whatever the strain;
+- a rotation makes H as large as 1, so that its strain has an absolute error of about 1e-7 and the stress one of 1e-7
+  of the moduli, whatever the strain: at a strain of 1e-3 in a body that turns the force error is 1e-4. Laws that form
+  P = F S with a symmetric S of E (St Venant-Kirchhoff, Ogden, here also neo-Hookean and Mooney-Rivlin) make no torque
+  of it;
 - areas and volumes of cells of any size fit in the exponents of float32 (1e-38 to 3e38), in one block of cells with
   sizes that differ by up to 1e5.
 

@@ -59,15 +59,6 @@ def volume_change(h, cofactor_h):
 
 
 @ti.func
-def change_beyond_trace(change, h, cofactor_h):
-    """Return change - tr h for the volume change of h; in float32 without cancellation."""
-    if ti.static(single()):
-        return trace(cofactor_h) + determinant(h, cofactor_h)
-    else:
-        return change - trace(h)
-
-
-@ti.func
 def product(a, b):
     """Return a b."""
     return [[a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] for j in range(3)] for i in range(3)]
