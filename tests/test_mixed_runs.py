@@ -48,7 +48,7 @@ def test_a_drop_has_the_force_and_impulse_of_float64(contact, path, request):
     results = both(drop(contact=contact))
     assert all(result.ok for result in results)
     assert results[0].dt == results[1].dt  # products of the stable step are float64
-    for name in ("contact_force", "contact_impulse", "energy", "momentum"):
+    for name in ("contact_force", "impulse", "energy", "momentum"):
         assert 0.0 < difference(results, name) < 1e-6, name
     assert np.abs(results[1].position - results[0].position).max() < 1e-7 * 0.1
     assert ck.momentum_balance(results[1], 1e-13).passed
@@ -59,9 +59,9 @@ def test_a_drop_has_the_force_and_impulse_of_float64(contact, path, request):
 
 
 def test_a_thousand_turning_steps_keep_energy_and_momentum():
-    """A free cube turns by more than a full turn: strains of 1e-5 in rotations of order 1, an error of 1e-7 each.
+    """A free cube turns by more than a full turn: strains have errors of 1e-7 there, and stresses of 1e-7 of the moduli.
 
-    Elastic energy is (strain)^2 E V: its error relative to the kinetic energy is what a rotation costs.
+    Forces of symmetric stresses have no torque all the same, and the energy errs by strain times these.
     """
     body = cube()
     centre = body.mesh.nodes.mean(axis=0)
@@ -71,9 +71,9 @@ def test_a_thousand_turning_steps_keep_energy_and_momentum():
     assert results[0].steps > 1000
     assert ck.momentum_balance(results[1], 1e-13).passed
     energies = [result.history["energy"] / result.history["energy"][0] for result in results]
-    assert np.abs(energies[1] - energies[0]).max() < 2e-6
+    assert np.abs(energies[1] - energies[0]).max() < 2e-7
     turned = [result.history["angular_momentum"] for result in results]
-    assert np.abs(turned[1] - turned[0]).max() < 1e-6 * np.abs(turned[0]).max()
+    assert np.abs(turned[1] - turned[0]).max() < 1e-8 * np.abs(turned[0]).max()
 
 
 def test_far_from_where_it_was_meshed_a_body_deforms_as_at_home():
