@@ -59,7 +59,7 @@ def test_a_drop_has_the_force_and_impulse_of_float64(contact, path, request):
 
 
 def test_a_thousand_turning_steps_keep_energy_and_momentum():
-    """A free cube turns by more than a full turn: strains have errors of 1e-7 there, and stresses of 1e-7 of the moduli.
+    """A free cube turns by more than a full turn: strains err by 1e-7 there, stresses by 1e-7 of the moduli.
 
     Forces of symmetric stresses have no torque all the same, and the energy errs by strain times these.
     """
