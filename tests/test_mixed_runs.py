@@ -122,6 +122,12 @@ def test_implicit_schemes_refuse_mixed_precision_before_anything_is_written(sche
     assert not (tmp_path / "run").exists()
 
 
+def test_cuda_refuses_mixed_precision_before_anything_is_written(tmp_path):
+    with pytest.raises(tc.InputError, match=r"precision.*CUDA"):
+        tc.simulate(drop(), out=tmp_path / "run", precision="mixed", arch="cuda")
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_mixed_run_is_resumed_bit_for_bit_and_only_in_its_precision(tmp_path, monkeypatch):
     scene = drop()
     whole, copies = copied(monkeypatch, tmp_path, scene, tc.CentralDifference(), 9, precision="mixed")

@@ -37,7 +37,6 @@ from ..lanes import (
     END_CELL,
     END_PACK,
     FIRST_PACK,
-    FREE,
     KICK_AFTER,
     KICK_BEFORE,
     LAME,
@@ -55,7 +54,7 @@ from ..lanes import (
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
 from ..language.vectors import MASK, load
 from ..materials import LAWS
-from .mixed_cells import single_force, single_viscosity
+from .mixed_cells import by_kind_of_cell, single_force, single_viscosity
 from .node_averages import averages_of
 
 TINY = 1e-100
@@ -321,30 +320,6 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             return answer
 
     return block_phase
-
-
-def by_kind_of_cell(exact, quick, plastic_sums: bool):
-    """Return the block phase that takes contact cells and products by `exact`, other cells by `quick`."""
-
-    @ti.func
-    def block_phase(body: ti.template(), base, own, first, end, commit):
-        answer = quick(body, base, own, first, ti.select(is_exact(body, own), first, end), commit)
-        other = exact(body, base, own, ti.select(is_exact(body, own), first, end), end, commit)
-        sums = [answer[0] + other[0], ti.min(answer[1], other[1]), answer[2] + other[2], answer[3] + other[3]]
-        fastest = ti.max(answer[4], other[4])
-        if ti.static(plastic_sums):
-            lost = [answer[i] + other[i] for i in range(5, 8)]
-            return sums + [fastest] + lost + [ti.max(answer[i], other[i]) for i in range(8, 10)]
-        else:
-            return sums + [fastest]
-
-    return block_phase
-
-
-@ti.func
-def is_exact(body: ti.template(), own):
-    """Return whether a chunk is computed in float64: of contact cells, or in a product for the stable step."""
-    return own == 1 or body.params[FREE] != 0.0
 
 
 @functools.cache

@@ -25,6 +25,7 @@ differences of forces, stay in float64 (cell_phase.py), and so do all nodes, sum
 
 import taichi as ti
 
+from ..lanes import FREE
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK
 from ..language.precision import in_single
 
@@ -162,3 +163,27 @@ def single_viscosity(viscosity_of):
         ]  # fmt: skip
 
     return viscosity
+
+
+def by_kind_of_cell(exact, quick, plastic_sums: bool):
+    """Return the block phase that takes contact cells and products by `exact`, other cells by `quick`."""
+
+    @ti.func
+    def block_phase(body: ti.template(), base, own, first, end, commit):
+        answer = quick(body, base, own, first, ti.select(is_exact(body, own), first, end), commit)
+        other = exact(body, base, own, ti.select(is_exact(body, own), first, end), end, commit)
+        sums = [answer[0] + other[0], ti.min(answer[1], other[1]), answer[2] + other[2], answer[3] + other[3]]
+        fastest = ti.max(answer[4], other[4])
+        if ti.static(plastic_sums):
+            lost = [answer[i] + other[i] for i in range(5, 8)]
+            return sums + [fastest] + lost + [ti.max(answer[i], other[i]) for i in range(8, 10)]
+        else:
+            return sums + [fastest]
+
+    return block_phase
+
+
+@ti.func
+def is_exact(body: ti.template(), own):
+    """Return whether a chunk is computed in float64: of contact cells, or in a product for the stable step."""
+    return own == 1 or body.params[FREE] != 0.0

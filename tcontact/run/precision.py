@@ -10,13 +10,15 @@ from ..planning.planning import Plan
 PRECISIONS = ("f64", "mixed")
 
 
-def check_precision(precision: Any, scheme: Any) -> None:
-    """Refuse an unknown precision, and one that a scheme does not have. Raises `InputError`."""
+def check_precision(precision: Any, scheme: Any, arch: str) -> None:
+    """Refuse an unknown precision, and one that a scheme or a backend does not have. Raises `InputError`."""
     if not isinstance(precision, str) or precision not in PRECISIONS:
         raise InputError("precision", precision, "use 'f64' or 'mixed'")
     if precision == "mixed" and scheme.implicit:
         remedy = f"{scheme.name} solves its equations in float64; use precision='f64' or scheme='central-difference'"
         raise InputError("precision", precision, remedy)
+    if precision == "mixed" and arch == "cuda":
+        raise InputError("precision", precision, "the kernels for CUDA compute in float64; use 'f64' or arch='cpu'")
 
 
 def set_precision(planned: Plan, precision: str) -> None:

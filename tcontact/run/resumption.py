@@ -22,7 +22,7 @@ from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
 from .folder_lock import locked
 from .loop import Run
-from .precision import set_precision
+from .precision import check_precision, set_precision
 from .progress import ProgressBar
 from .recorder import FILE, Recorder
 from .simulation import carry_out, record_friction, start_of_scene
@@ -66,6 +66,7 @@ def resume(
         kept = stored.head.get("precision", "f64")
         if precision is not None and precision != kept:
             raise InputError("precision", precision, f"the run computes in {kept!r}; resume it so, or run again")
+        check_precision(kept, scheme, arch)
         planned = plan(scene)
         scheme.check(planned)
         set_precision(planned, kept)

@@ -93,7 +93,7 @@ def simulate(
     validate.whole("history_rows", history_rows, 2)
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
-    check_precision(precision, scheme)
+    check_precision(precision, scheme, arch)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
