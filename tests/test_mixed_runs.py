@@ -4,11 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from conftest import THREADS
 from stopped_runs import copied, quietly, same
 
 import tcontact as tc
 from tcontact.commands.cli import main
 from tcontact.kernels.cells import cell_phase
+from tcontact.lab.bench.configuration import Configuration
+from tcontact.lab.bench.measure import measure
 from tcontact.results import checks as ck
 from tcontact.run.scene_files import load_scene, save_scene
 
@@ -157,3 +160,12 @@ def test_a_case_without_cells_refuses_it(capsys, tmp_path):
     assert main(["run", "friction-layer", "--precision", "mixed", "--out", str(tmp_path / "run")]) == 2
     assert "--precision" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_the_bench_measures_mixed_precision_beside_its_errors():
+    configuration = Configuration("tet4", "linear", 3, THREADS, precision="mixed", steps=4, seconds=0.01, batches=3)
+    (row,) = measure(configuration)["rows"]
+    assert row["ok"]
+    assert row["precision"] == "mixed"
+    assert 1e-10 < row["force_error"] < 1e-6
+    assert 0.0 <= row["energy_error"] < 1e-2
