@@ -34,7 +34,7 @@ MAXIMUM_SLOTS = 3  # obstacles that can be in contact with one node at a time
 # move like ordinary ones (products), number of massless nodes, number of chunks, length of the step that ends at the
 # present state [s]; then the materials, each with the constants of its viscosity, if it has any, before the parameters
 # of its law: Lame's constants [Pa], then of the bulk viscosity c1 c [m/s], c2^2, density [kg/m^3], mean over smallest
-# corner mass of a cell
+# corner mass of a cell; in mixed precision the length unit of its cells [m] follows (mixed_cells.py)
 KICK_BEFORE, KICK_AFTER, DRIFT, GRAVITY, DAMPING = 0, 1, 2, 3, 6
 FREE, MASSLESS, CHUNK_COUNT, STEP, MATERIALS = 10, 11, 12, 13, 14
 # places of the bulk viscosity and of Lame's constants, from the parameters of the law on

@@ -54,6 +54,7 @@ from ..lanes import (
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory, constants_of, heat_points
 from ..language.vectors import MASK, load
 from ..materials import LAWS
+from .mixed_cells import by_kind_of_cell, single_force, single_viscosity
 from .node_averages import averages_of
 
 TINY = 1e-100
@@ -117,17 +118,18 @@ def add_force(body: ti.template(), place, first_row, force):
         body.rows[row + c] = old[c] + force[c]
 
 
-def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool):
+def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic_sums: bool, mixed: bool = False):
     """Return block_phase(body, base, own, first, end, commit): the force pass over cells of a kind and law in a chunk.
 
     base: start of the force rows of the chunk; own: 1 for contact cells, which the kernel has if cornered; first..end:
-    segments. It returns elastic energy, smallest det F - 1, hourglass energy, viscous power and largest viscous rate,
-    then of a law with plastic flow the work and heat of the step, the energy that hourglass modes let go, the largest
-    temperature and plastic strain.
+    segments; mixed: the arithmetic of the cells is float32 (mixed_cells.py). It returns elastic energy, smallest
+    det F - 1, hourglass energy, viscous power and largest viscous rate, then of a law with plastic flow the work and
+    heat of the step, the energy that hourglass modes let go, the largest temperature and plastic strain.
     """
     corners, width = elements.CORNERS[kind], WIDTH
     force_of = elements.force_of(kind, law)
     law_of, size = LAWS[law], len(LAWS[law].state)
+    constants_end = len(law_of.parameters)
     numbers, plastic = group_size(*cell_groups(viscous, plastic_sums)), law_of.plastic
     point_share, flows = elements.FUNCTIONS[kind].share, plastic is not None
     points = elements.FUNCTIONS[kind].points
@@ -136,6 +138,9 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
     viscosity_of, averaged = elements.FUNCTIONS[kind].viscosity, elements.FUNCTIONS[kind].averaged
     stored, delays = elements.FUNCTIONS[kind].stored, points == 1
     spills = corners == 8 and points > 1
+    if mixed:
+        force_of = single_force(force_of, law_of, stored, averaged)
+        viscosity_of = single_viscosity(viscosity_of)
 
     @ti.func
     def answer_of(
@@ -148,14 +153,37 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
         parameters: ti.template(),
         memory: ti.template(),
         shape: ti.template(),
+        unit,
     ):
-        if ti.static(averaged):
+        if ti.static(mixed and averaged):
+            averages = averages_of(body, segment, pack, corners, width)
+            return force_of(x, y, weight, parameters, memory, unit, averages)
+        elif ti.static(mixed and stored):
+            return force_of(shape, y, weight, parameters, memory, unit)
+        elif ti.static(mixed):
+            return force_of(x, y, weight, parameters, memory, unit)
+        elif ti.static(averaged):
             averages = averages_of(body, segment, pack, corners, width)
             return force_of(x, y, weight, parameters, law_of, memory, averages)
         elif ti.static(stored):
             return force_of(shape, y, weight, parameters, law_of, memory)
         else:
             return force_of(x, y, weight, parameters, law_of, memory)
+
+    @ti.func
+    def viscous_answer(x: ti.template(), y: ti.template(), w: ti.template(), speed, square, unit):
+        if ti.static(mixed):
+            return viscosity_of(x, y, w, speed, square, unit)
+        else:
+            return viscosity_of(x, y, w, speed, square)
+
+    @ti.func
+    def unit_of(body: ti.template(), material):
+        """Return the length in which a pass in mixed precision measures the cells, else 1."""
+        if ti.static(mixed):
+            return body.params[material + constants_end]
+        else:
+            return 1.0
 
     @ti.func
     def scatter(body: ti.template(), at, pack, base, own, force: ti.template()):
@@ -196,6 +224,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
             at = segment * SEGMENT
             cell_end, material = body.segments[at + END_CELL], body.segments[at + MATERIAL]
             parameters = constants_of(body, material, law_of)
+            unit = unit_of(body, material)
             first_pack, end_pack = body.segments[at + FIRST_PACK], body.segments[at + END_PACK]
             delayed = [zero + 0.0 for _ in range(3 * corners if delays else 0)]  # corner forces of the pack before
             for pack in range(first_pack, end_pack):
@@ -216,7 +245,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                 shape = [load(body.position, shape_at + i * width, width) for i in range(stored)]
                 if ti.static(delays):
                     scatter(body, at, ti.max(pack - 1, first_pack), base, own, delayed)
-                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory, shape)
+                answer = answer_of(body, segment, pack, x, y, weight, parameters, memory, shape, unit)
                 energy += answer[1]
                 change = ti.min(change, answer[2])
                 if ti.static(len(answer) > 3):
@@ -243,7 +272,7 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
                             here *= with_mass(body, start + k * width, body.params[MASSLESS], width)
                     w = [[velocity[k][c] for k in range(corners)] for c in range(3)]
                     constants = [body.params[material + VISCOSITY + i] for i in range(LAME - VISCOSITY)]
-                    added = viscosity_of(x, y, w, constants[0], constants[1])
+                    added = viscous_answer(x, y, w, constants[0], constants[1], unit)
                     rate = constants[3] * here * added[3]
                     fastest = ti.max(fastest, rate)
                     # cap the viscous pressure so that it at most reverses the strain rate of a cell: until a step above
@@ -294,17 +323,24 @@ def make_block_phase(kind: str, law: str, viscous: bool, cornered: bool, plastic
 
 
 @functools.cache
-def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered: bool):
+def make_cell_phase(kinds: tuple[tuple[str, str], ...], viscous: bool, cornered: bool, mixed: bool = False):
     """Return cell_phase(first, end, body, stride, commit), the force pass over chunks first..end; memoised.
 
     kinds: of cells, each an element (a name in `elements.FUNCTIONS`) with a law (a name in `materials.LAWS`); viscous:
     with bulk viscosity (bulk_viscosity.py); cornered: with contact cells; stride: GRAIN as an outermost parallel loop,
-    1 inside a serial loop over steps; commit: 1 if laws with state store it (point_memory.py). A kernel that calls it
-    needs KEEP_VECTORS (compile_options.py).
+    1 inside a serial loop over steps; commit: 1 if laws with state store it (point_memory.py); mixed: ordinary cells
+    compute in float32, contact cells and products for the stable step in float64 (mixed_cells.py). A kernel that calls
+    it needs KEEP_VECTORS (compile_options.py).
     """
     flowing = [LAWS[law].plastic is not None for _, law in kinds]
     plastic = any(flowing)
     phases = [make_block_phase(kind, law, viscous, cornered, plastic) for kind, law in kinds]
+    if mixed:
+        quick = [make_block_phase(kind, law, viscous, False, plastic, mixed) for kind, law in kinds]
+        phases = [
+            by_kind_of_cell(exact, rough, LAWS[law].plastic is not None)
+            for exact, rough, (_, law) in zip(phases, quick, kinds, strict=True)
+        ]
     count, numbers = len(kinds), group_size(*cell_groups(viscous, plastic))
     flow = places(*cell_groups(viscous, plastic))
     limiting = [not LAWS[law].linear for _, law in kinds]

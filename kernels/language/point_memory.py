@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import taichi as ti
 
 from ..lanes import STEP
+from .precision import single
 
 
 class PointMemory(NamedTuple):
@@ -35,12 +36,16 @@ WORK, STRAIN, WARMING, RELEASED = range(4)  # numbers of `tally`
 
 @ti.func
 def recall(memory: ti.template(), point):
-    """Return the stored state of a point, each number a vector over the lanes."""
+    """Return the stored state of a point, each number a vector over the lanes, in the precision of the caller."""
     first = point * (memory.size * memory.width)
-    return [
+    kept = [
         ti.Vector([memory.state[memory.start + first + i * memory.width + lane] for lane in range(memory.width)])
         for i in range(memory.size)
     ]
+    if ti.static(single()):  # the compiler has no cast of vectors
+        return [ti.Vector([ti.cast(kept[i][lane], ti.f32) for lane in range(memory.width)]) for i in range(memory.size)]
+    else:
+        return kept
 
 
 @ti.func

@@ -5,6 +5,8 @@ Such lists compile several times faster than `ti.Matrix`, and the vectoriser see
 
 import taichi as ti
 
+from .precision import single
+
 
 @ti.func
 def trace(a):
@@ -88,20 +90,38 @@ def plus_identity(a, factor):
 
 @ti.func
 def to_bits(a):
-    """Return the 64 bits of a float, or of each lane of a vector of floats, as u64.
+    """Return the bits of a float, or of each lane of a vector of floats, as u64, in float32 as u32.
 
     `ti.bit_cast` takes no vectors; the compiler folds the lanes into one register reinterpretation.
     """
     if ti.static(a.is_tensor()):
-        return ti.Vector([ti.bit_cast(a[i], ti.u64) for i in range(a.n)])
+        return ti.Vector([whole_of(a[i]) for i in range(a.n)])
+    else:
+        return whole_of(a)
+
+
+@ti.func
+def from_bits(a):
+    """Return the float, or the vector of floats, with these bits."""
+    if ti.static(a.is_tensor()):
+        return ti.Vector([float_of(a[i]) for i in range(a.n)])
+    else:
+        return float_of(a)
+
+
+@ti.func
+def whole_of(a):
+    """Return the bits of one number."""
+    if ti.static(single()):
+        return ti.bit_cast(a, ti.u32)
     else:
         return ti.bit_cast(a, ti.u64)
 
 
 @ti.func
-def from_bits(a):
-    """Return the float, or the vector of floats, with these u64 bits."""
-    if ti.static(a.is_tensor()):
-        return ti.Vector([ti.bit_cast(a[i], ti.f64) for i in range(a.n)])
+def float_of(a):
+    """Return the number with these bits."""
+    if ti.static(single()):
+        return ti.bit_cast(a, ti.f32)
     else:
         return ti.bit_cast(a, ti.f64)

@@ -4,12 +4,14 @@
     exp(a) - 1 = 2^k (exp(r) - 1) + (2^k - 1),  a = k ln 2 + r, |r| <= ln 2 / 2
 
 by exponent bits and series in Estrin form (see `log_split` for the first); errors of one or two units in the last
-place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (a library call would end vectorisation).
+place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (a library call would end vectorisation). In
+float32 (precision.py) they are those of single_transcendental.py.
 """
 
 import taichi as ti
 
-from . import tensor3
+from . import single_transcendental, tensor3
+from .precision import or_in_single
 
 JACOBIAN_FLOOR = 1e-10  # below it ln J and 1/J are taken at the floor: finite numbers for an inverted cell
 LN2 = 0.6931471805599453094
@@ -32,6 +34,7 @@ def log_series(z):
     return low + high * (z2 * z2)
 
 
+@or_in_single(single_transcendental.log_split)
 @ti.func
 def log_split(change):
     """Return [e - ln(1 + e), 1/(1 + e)] of e = change, both accurate to the last digits also for tiny e.
@@ -52,6 +55,7 @@ def log_split(change):
     return [(e - t) - k * LN2 + f * (t - z * series), inverse * (2.0 + t)]
 
 
+@or_in_single(single_transcendental.logarithm)
 @ti.func
 def logarithm(a):
     """Return ln a of a normal number a > 0; for any other finite a a finite number, so that unused lanes do no harm."""
@@ -65,6 +69,7 @@ def logarithm(a):
     return k * LN2_HIGH + (k * LN2_LOW + (t - f * (t - z * series)))
 
 
+@or_in_single(single_transcendental.inverse_cube_root)
 @ti.func
 def inverse_cube_root(a):
     """Return a^(-1/3) of a normal number a > 0, to one or two units in the last place, without a division.
@@ -87,6 +92,14 @@ def exponential_less_one(a):
     return exponential_split(a)[0]
 
 
+@or_in_single(single_transcendental.exponential)
+@ti.func
+def exponential(a):
+    """Return exp(a), with a limited to -300 .. 300."""
+    return 1.0 + exponential_split(a)[0]
+
+
+@or_in_single(single_transcendental.exponential_split)
 @ti.func
 def exponential_split(a):
     """Return [exp(a) - 1, exp(a) - 1 - a], both accurate also for tiny a, with a limited to -300 .. 300."""

@@ -25,6 +25,8 @@ import taichi as ti
 
 from ..language import tensor3
 from ..language.point_memory import any_above_zero
+from ..language.precision import by_precision
+from ..language.single_transcendental import SMALLEST_JACOBIAN
 from ..language.transcendental import JACOBIAN_FLOOR, inverse_cube_root
 from .equation_of_state import EQUATIONS_OF_STATE, EquationOfState
 from .law import Law, Plastic, Tangent
@@ -34,7 +36,7 @@ STATE = ("D_xx", "D_yy", "D_zz", "D_xy", "D_xz", "D_yz", "plastic strain", "temp
 STRAIN, WARMING = 6, 7
 PARAMETERS = ("K", "mu", "1/(rho c)", "heat share", "T_init")
 SHARE, INITIAL = 3, 4
-TINY = 1e-60
+TINY, TINY_SINGLE = 1e-60, 1e-30
 SMALLEST = 0.3  # limit of 3 mu/G3 from below
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PLACE = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  # of component ij among the six
@@ -89,13 +91,14 @@ def make_law(yield_stress: YieldStress, state_equation: EquationOfState) -> Law:
         The plastic part is left out where no lane yields.
         """
         mu = parameters[1]
-        root = inverse_cube_root(1.0 + ti.max(change, 0.0 * change + (JACOBIAN_FLOOR - 1.0)))
+        lowest = ti.static(by_precision(JACOBIAN_FLOOR, SMALLEST_JACOBIAN) - 1.0)
+        root = inverse_cube_root(1.0 + ti.max(change, 0.0 * change + lowest))
         scale = root * root
         b = elastic_strain(h, old)
         mean = (b[0] + b[1] + b[2]) * (1.0 / 3.0)
         d = [scale * (b[i] - (mean if ti.static(i < 3) else 0.0)) for i in range(6)]
         square, third = twice(d, d), third_invariant(d)
-        trial = mu * ti.sqrt(1.5 * square + TINY)
+        trial = mu * ti.sqrt(1.5 * square + ti.static(by_precision(TINY, TINY_SINGLE)))
         begin = start(old[STRAIN], parameters[INITIAL] + old[WARMING], 0.0 - pressure, parameters)
         f = trial - begin[0]
         zero = 0.0 * f

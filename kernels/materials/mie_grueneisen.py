@@ -23,7 +23,7 @@ the heat has taken up, so the energy balance counts heat once, where it is dissi
 
 import taichi as ti
 
-from ..language.transcendental import exponential_less_one
+from ..language.transcendental import exponential, exponential_less_one
 
 PARAMETERS = ("s", "Gamma", "rho c/K")
 STATE = ("reduced temperature rise", "heat over rho c")
@@ -52,12 +52,12 @@ def make_functions(first: int):
         steep = bulk * (1.0 + near) * (left * left * left)
         total = zero
         for i in ti.static(range(len(POINTS))):
-            grown = 1.0 + exponential_less_one((1.0 - POINTS[i]) * gamma * m)
+            grown = exponential((1.0 - POINTS[i]) * gamma * m)
             part = 1.0 / (1.0 - POINTS[i] * near)
             total = total + WEIGHTS[i] * grown * (part * part * part)
         lost = bulk * slope * (m * m * m) * total
         losing = 0.5 * (steep * m - shock) + gamma * lost  # dD/dm
-        grown = 1.0 + exponential_less_one(gamma * m)
+        grown = exponential(gamma * m)
         warm = bulk * capacity * (old[REDUCED] * grown)
         pressure = shock - gamma * lost + gamma * warm
         energy = 0.5 * shock * m - lost + (warm - bulk * capacity * old[HEAT])
@@ -67,7 +67,7 @@ def make_functions(first: int):
     def warmed(e, parameters, old, rise):
         power = (0.0 - parameters[first + 1]) * e
         grown = exponential_less_one(power)
-        reduced = old[REDUCED] + (1.0 + exponential_less_one(0.0 - power)) * rise
+        reduced = old[REDUCED] + exponential(0.0 - power) * rise
         return [parameters[INITIAL] * grown + reduced * (1.0 + grown), reduced, old[HEAT] + rise]
 
     @ti.func

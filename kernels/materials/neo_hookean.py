@@ -20,10 +20,41 @@ from ..language.implicit_geometry import (
     volume_slope,
     volume_slope_change,
 )
+from ..language.precision import or_in_single
+from ..language.single_transcendental import SMALLEST_JACOBIAN
 from ..language.transcendental import log_split
 from .law import Law, StepLaw, tangent_form
 
 
+@ti.func
+def update_by_strain(h, parameters):
+    """Return what `update` returns by E = (H + H^t + H^t H)/2, for float32.
+
+    In a rotation H rounds E by d = 1e-7. P = F S with a symmetric S leaves no torque, and terms of second order in E
+    leave an error of W of mu E d; as `update` forms them the torque would be mu d and the error mu d. With j = J - 1
+
+        J^2 = 1 + 2 tr E + b,  b = 4 tr cof E + 8 det E,  tr E - j = (j tr E - b)/(1 + J),  C^-1 = cof C / J^2
+    """
+    lam, mu = parameters[0], parameters[1]
+    square = tensor3.transposed_product(h, h)
+    e = [[0.5 * (h[i][j] + h[j][i] + square[i][j]) for j in range(3)] for i in range(3)]
+    cofactor_e = tensor3.cofactor(e)
+    first = tensor3.trace(e)
+    beyond = 4.0 * tensor3.trace(cofactor_e) + 8.0 * tensor3.determinant(e, cofactor_e)
+    growth = 2.0 * first + beyond
+    metric = ti.max(1.0 + growth, 0.0 * growth + SMALLEST_JACOBIAN * SMALLEST_JACOBIAN)  # J^2
+    jacobian = ti.sqrt(metric)
+    change = growth / (1.0 + jacobian)
+    inverse = tensor3.scaled(1.0 / metric, tensor3.cofactor(tensor3.plus_identity(tensor3.scaled(2.0, e), 1.0)))
+    shear, spherical = tensor3.product(inverse, e), lam * jacobian * change
+    second = [[2.0 * mu * shear[i][j] + spherical * inverse[i][j] for j in range(3)] for i in range(3)]
+    moved = tensor3.product(h, second)
+    stress = [[second[i][j] + moved[i][j] for j in range(3)] for i in range(3)]
+    energy = mu * ((change * first - beyond) / (1.0 + jacobian) + log_split(change)[0]) + 0.5 * lam * change * change
+    return [stress, energy, tensor3.volume_change(h, tensor3.cofactor(h))]
+
+
+@or_in_single(update_by_strain)
 @ti.func
 def update(h, parameters):
     lam, mu = parameters[0], parameters[1]

@@ -19,12 +19,13 @@ parameters: lam, the shear modulus sum(mu_p alpha_p)/2, then mu_p/alpha_p and al
 import taichi as ti
 
 from ..language import tensor3
+from ..language.precision import by_precision
 from ..language.transcendental import exponential_less_one, exponential_split, log_split
 from .law import Law, StepLaw, Tangent
 
 PAIRS = 3
 SWEEPS = 5  # sweeps of Jacobi rotations; four make the off-diagonal entries smaller than rounding
-TINY = 1e-300
+TINY, TINY_SINGLE = 1e-300, 1e-37
 
 
 @ti.func
@@ -37,7 +38,7 @@ def magnitude(a):
 def rotation(first, second, shared):
     """Return [t, cos, sin] of the Jacobi rotation that zeroes the entry `shared` of two diagonal entries, |t| <= 1."""
     x, y = second - first, 2.0 * shared
-    length = ti.max(magnitude(x) + ti.sqrt(x * x + y * y), magnitude(y) + TINY)
+    length = ti.max(magnitude(x) + ti.sqrt(x * x + y * y), magnitude(y) + ti.static(by_precision(TINY, TINY_SINGLE)))
     t = ti.select(x < 0.0, 0.0 - y, y) / length
     c = 1.0 / ti.sqrt(1.0 + t * t)
     return [t, c, t * c]

@@ -24,10 +24,11 @@ from typing import Any, NamedTuple
 
 import taichi as ti
 
-from ..language.transcendental import exponential_less_one, logarithm
+from ..language.precision import by_precision
+from ..language.transcendental import exponential, logarithm
 
 FIRST = 5  # place of the first constant of a yield stress among the parameters (j2.py)
-TINY = 1e-300
+TINY, TINY_SINGLE = 1e-300, 1e-30
 COLDEST = 1e-12  # smallest T*
 SMALLEST_STRAIN = 1e-8  # plastic strain in the power of johnson_cook, at least
 NEWTON_GUINAN, NEWTON_COOK = 2, 4
@@ -52,7 +53,7 @@ class YieldStress(NamedTuple):
 @ti.func
 def power(a, exponent):
     """Return a^exponent of a positive number."""
-    return 1.0 + exponential_less_one(exponent * logarithm(a))
+    return exponential(exponent * logarithm(a))
 
 
 @ti.func
@@ -94,7 +95,7 @@ def guinan_start(ep, temperature, pressure, parameters):
     zero = 0.0 * ep
     below = ti.max(zero + (melting - temperature), zero + 1e-6 * melting)
     softening = ti.max(1.0 + by_pressure * pressure - by_heat * (temperature - reference), zero)
-    softening = softening * (1.0 + exponential_less_one(0.0 - sharpness * temperature / below))
+    softening = softening * exponential(0.0 - sharpness * temperature / below)
     softening = ti.select(zero + temperature < melting, softening, zero)
     curve = guinan_curve(ep, parameters)
     return [softening * curve[0], softening * curve[1], softening, curve[2]]
@@ -139,10 +140,11 @@ def cook_flow(begin, f, modulus, ep, parameters):
     initial, factor, exponent = parameters[FIRST], parameters[FIRST + 1], parameters[FIRST + 2]
     by_rate, step = parameters[FIRST + 3], parameters[-1]
     softening, trial = begin[1], f + begin[0]
-    safe = ti.max(f, zero + TINY)
+    tiny = ti.static(by_precision(TINY, TINY_SINGLE))
+    safe = ti.max(f, zero + tiny)
     # ln of the increment at which the rate is rate0
-    slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], TINY)), 600.0)
-    alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + TINY)
+    slow = ti.select(step > 0.0, logarithm(ti.max(step * parameters[FIRST + 4], tiny)), 600.0)
+    alpha = ti.max(by_rate * begin[0], 1e-12 * begin[0] + tiny)
     ratio = logarithm(alpha / modulus)
     most = logarithm(safe / modulus)
     kap = safe / alpha + slow - ratio
@@ -152,7 +154,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
     z = ti.min(z, most)
     steep, dep = zero, zero
     for _ in ti.static(range(NEWTON_COOK)):
-        dep = 1.0 + exponential_less_one(z)
+        dep = exponential(z)
         strain = ti.max(ep + dep, zero + SMALLEST_STRAIN)
         grown = factor * power(strain, exponent)
         faster = ti.max(z - slow, zero)
@@ -165,7 +167,7 @@ def cook_flow(begin, f, modulus, ep, parameters):
         change = left / (modulus * dep + steep)
         z = ti.min(z + ti.max(ti.min(change, zero + LONGEST), zero - LONGEST), most)
     fast = begin[0] * (1.0 + by_rate * ti.max(z - slow, zero))
-    return [1.0 + exponential_less_one(z), steep / dep, fast]
+    return [exponential(z), steep / dep, fast]
 
 
 YIELD_STRESSES = {

@@ -30,15 +30,17 @@ def make_step(
     damped: str = "",
     viscous: bool = False,
     cornered: bool = False,
+    mixed: bool = False,
 ):
     """Return the step kernel for kinds of cells (element, law), memoised.
 
     step(first, end, ranges, *arrays of a `bundles.Body` in the order of the signature) takes the cells of chunks
     first..end, then the nodes in `ranges` parts (0: none). All arrays are flat; `rows` is zero at the start. For laws
     with state, `commit` follows `ranges`: 1 if the points store their new state.
-    damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells.
+    damped: name of the damping law (damping.py); viscous: with bulk viscosity; cornered: with contact cells; mixed: in
+    mixed precision (mixed_cells.py).
     """
-    cell_phase, volume_phase = make_cell_phase(kinds, viscous, cornered), make_volume_phase(kinds)
+    cell_phase, volume_phase = make_cell_phase(kinds, viscous, cornered, mixed), make_volume_phase(kinds)
     count = len(kinds)
 
     @ti.func

@@ -80,6 +80,7 @@ def make_serial_step(
     driven: bool = False,
     has_springs: bool = False,
     rigid_bodies: bool = False,
+    mixed: bool = False,
 ):
     """Return the serial kernel for a scene with these terms, memoised.
 
@@ -89,7 +90,7 @@ def make_serial_step(
     force pass, for small domains; measures: includes that over the contact cells, if they are few; damped: name of the
     damping law (damping.py); viscous: with bulk viscosity; tied: with images of a periodic body; loaded: "loads", or ""
     without (loads.py); driven: functions of time drive supports; has_springs: springs act on boundary nodes;
-    rigid_bodies: with rigid bodies that move.
+    rigid_bodies: with rigid bodies that move; mixed: in mixed precision (mixed_cells.py).
     """
     has_contact = contact_model is not None
     block, has_load = options.block, contact_model not in (None, "gaps")
@@ -97,9 +98,10 @@ def make_serial_step(
     kick_has_friction = has_friction and options.kick_friction
     solve_has_friction = contact_model == "massless" and options.static_friction
     has_viscous_cells = contact_model == "massless" and options.viscous
-    cell_phase = make_cell_phase(cells, viscous, contact_model == "massless") if passes or measures else None
+    cornered = contact_model == "massless"
+    cell_phase = make_cell_phase(cells, viscous, cornered, mixed and passes) if passes or measures else None
     volume_phase = make_volume_phase(cells)
-    cell_kinds, cornered = len(cells), contact_model == "massless"
+    cell_kinds = len(cells)
     plastic = any(LAWS[law].plastic is not None for _, law in cells)
     timed = (viscous and plastic) or any(LAWS[law].rates for _, law in cells)
     # only what the scene needs is imported; Taichi needs the other names to exist

@@ -55,7 +55,7 @@ def add(subparsers: Any) -> None:
     parser.add_argument(
         "--seconds", metavar="S", type=words.positive, help="time budget per configuration (default: 10)"
     )
-    options.add(parser, "--arch")
+    options.add(parser, "--arch", "--precision")
     options.add(parser, "--out", default=Path("runs/bench"), help="(default: runs/bench)")
     parser.add_argument(
         "--quick",
@@ -119,6 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
         threads[:1] if arguments.arch == "cuda" else threads,
         contacts=tuple(arguments.contact),
         arch=arguments.arch,
+        precision=arguments.precision,
         steps=arguments.steps,
         seconds=arguments.seconds,
         batches=3 if arguments.quick else 5,
@@ -147,6 +148,7 @@ def _defaults() -> dict[str, Any]:
         "contact": ["none", "normal", "full"],
         "seconds": 10.0,
         "arch": "cpu",
+        "precision": "f64",
     }
 
 
@@ -156,7 +158,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if len(asked) > 1:
         raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")
     alone = asked[0] if asked else ""
-    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch") if alone else ():
+    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch", "precision") if alone else ():
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name}", getattr(arguments, name), f"{alone} {ONLY[alone]}")
     one = {"": (), "--solvers": ("sizes", "threads")}.get(alone, ("sizes",))

@@ -21,6 +21,10 @@ SHARED: dict[str, dict[str, Any]] = {
         "help": "a Python file or module to run first, which registers own laws (tcontact.register_law); repeatable",
     },
     "--out": {"metavar": "DIR", "type": words.folder},
+    "--precision": {
+        "choices": ("f64", "mixed"),
+        "help": "arithmetic of the ordinary cells: float64, or float32 on differences in float64 (default: f64)",
+    },
     "--quiet": {"action": "store_true", "help": "no progress bar, no table: only failures are printed"},
     "--set": {"metavar": "KEY=VALUE", "action": "append", "default": []},
     "--threads": {"metavar": "N", "type": words.whole, "help": "CPU threads (default: all cores)"},

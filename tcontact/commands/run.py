@@ -42,7 +42,7 @@ def add(subparsers: Any) -> None:
     )
     between = "wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)"
     options.add(parser, "--checkpoint", help=between)
-    options.add(parser, "--arch", "--threads", "--quiet", "--force", "--import")
+    options.add(parser, "--arch", "--precision", "--threads", "--quiet", "--force", "--import")
     parser.set_defaults(run=run)
 
 
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     if is_scene(arguments.case):
         return run_scene(arguments, _start, finish)
     arguments.frames = 60 if arguments.frames is None else arguments.frames
-    arguments.arch = arguments.arch or "cpu"
+    arguments.arch, arguments.precision = arguments.arch or "cpu", arguments.precision or "f64"
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
     if not hasattr(case, "scene"):
@@ -101,6 +101,7 @@ def _start(
             frames=arguments.frames,
             threads=arguments.threads,
             arch=arguments.arch,
+            precision=arguments.precision,
             progress=not arguments.quiet,
             pressures=True,
             history_every=getattr(arguments, "history_every", 1),

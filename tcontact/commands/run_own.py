@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ..base.errors import InputError
 from ..device import runtime
 from ..results import report
 from . import folder
@@ -13,6 +14,8 @@ from . import folder
 
 def run_own(case: Any, parameters: dict[str, Any], out: Path, arguments: argparse.Namespace, show: Any) -> int:
     """Solve, check, write files and print the table; return the exit code."""
+    if arguments.precision == "mixed":
+        raise InputError("--precision", arguments.precision, f"{arguments.case} has no cells; leave it out")
     runtime.start(arguments.arch, arguments.threads)
     runs = case.solve(**parameters)
     checks = [check.to_dict() for check in case.checks(runs)]

@@ -49,7 +49,8 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     scene, scheme, options, given = read_scene(file, arguments.set)
     # `tcontact resume` reads it again, from anywhere, and writes what was written here
     arguments.case, arguments.scene = str(file.resolve()), str(file)
-    defaults = {"frames": 60, "threads": None, "history_every": 1, "history_rows": MOST_ROWS, "arch": "cpu"}
+    defaults: dict[str, Any] = {"frames": 60, "threads": None, "history_every": 1, "history_rows": MOST_ROWS}
+    defaults |= {"arch": "cpu", "precision": "f64"}
     for key, default in defaults.items():
         if getattr(arguments, key, None) is None:
             setattr(arguments, key, options.get(key, default))

@@ -92,7 +92,8 @@ class Domain:
 
     numbers: numbers of the bodies in the scene; pairs: its bodies that are in contact with each other; springs: those
     of its bodies; obstacles: rigid bodies of the obstacles, if some move freely; chunks: chunks of its cells
-    (packing.py), None = as many as suit the threads; records_friction: frames hold slip and friction work of its
+    (packing.py), None = as many as suit the threads; mixed: its ordinary cells compute in float32
+    (kernels/cells/mixed_cells.py); records_friction: frames hold slip and friction work of its
     contact nodes; node_start, contact_start [bodies + 1]: first node and contact node of a body; boundary_place: for
     every body, places [s] of its boundary nodes among those of the domain; rigid: rigid bodies that move with it. The
     other attributes are those of `BodyPlan` for all bodies.
@@ -109,6 +110,7 @@ class Domain:
         self.bodies, self.numbers, self.pairs, self.springs = bodies, numbers, pairs, springs
         self.obstacles = obstacles
         self.chunks: int | None = None
+        self.mixed = False
         self.records_friction = False
         contacts = [body.contact for body in bodies]
         self.node_start = _starts([len(body.reference) for body in bodies])
@@ -356,8 +358,8 @@ class Domain:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options of its kernels for damping and bulk viscosity; empty without these."""
-        return self.bodies[0].options
+        """Options of its kernels for damping, bulk viscosity and mixed precision; empty without these."""
+        return self.bodies[0].options | ({"mixed": True} if self.mixed else {})
 
 
 def _starts(counts: list[int]) -> np.ndarray:

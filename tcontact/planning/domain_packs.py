@@ -14,6 +14,7 @@ from .lumped_mass import masses_in_parts
 from .packing import CHUNKS, WIDTH, Block, CellPacks, pack_blocks
 
 CHUNK = 1 << 11  # packs whose shapes are computed at once
+SAMPLE = 1 << 14  # cells, about, of whose edges the median is taken
 
 
 def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, str], int] | None = None) -> CellPacks:
@@ -40,7 +41,8 @@ def pack_domain(domain: Domain, chunks: int = CHUNKS, kept: Mapping[tuple[str, s
 def material_places(domain: Domain) -> list[int]:
     """Return where the constants of every block begin in `params`."""
     viscous = _viscous_numbers(domain)
-    sizes = [viscous + len(block.material.parameters) for block in domain.blocks]
+    more = viscous + (1 if domain.mixed else 0)
+    sizes = [more + len(block.material.parameters) for block in domain.blocks]
     return [lanes.MATERIALS + viscous + sum(sizes[:number]) for number in range(len(sizes))]
 
 
@@ -63,7 +65,18 @@ def material_numbers(domain: Domain, block: CellBlock) -> list[float]:
         numbers += [speed, square, material.density, uneven]
     if domain.dissipates:
         numbers += [material.lame_lambda, material.lame_mu]
-    return [*numbers, *material.parameters]
+    unit = [length_unit(domain.reference, block.cells)] if domain.mixed else []
+    return [*numbers, *material.parameters, *unit]
+
+
+def length_unit(reference: np.ndarray, cells: np.ndarray) -> float:
+    """Return the length unit [m] of cells in mixed precision: the power of two next to the median of their first edges.
+
+    reference: positions [n, 3] [m] of the nodes; cells [m, corners].
+    """
+    some = cells[:: 1 + len(cells) // SAMPLE]
+    edges = np.linalg.norm(reference[some[:, 1]] - reference[some[:, 0]], axis=1)
+    return float(2.0 ** np.round(np.log2(np.median(edges))))
 
 
 def massless_count(domain: Domain) -> int:

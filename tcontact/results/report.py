@@ -63,7 +63,7 @@ def run_attributes(result: Result) -> dict[str, Any]:
         data["maxima"] = {name: vars(found) for name, found in result.maxima.items()}
     data["last_row"] = {name: column[-1] for name, column in result.history.items()}
     data["versions"] = versions()
-    data |= {"arch": runtime.arch(), "threads": runtime.threads()}
+    data |= {"arch": runtime.arch(), "threads": runtime.threads(), "precision": result.precision}
     return plain(data)
 
 
@@ -176,6 +176,7 @@ def lines(data: Mapping[str, Any]) -> list[str]:
     dt, limit = _number(data["dt"]), _number(data["dt_limit"])
     memory = sum(data["memory_bytes"].values()) / 1e6
     where = f"{data['arch']}, {data['threads']} threads"
+    where += ", mixed precision" if data.get("precision") == "mixed" else ""
     rows = {
         "dt": f"{si(dt, 's')} = {dt / limit if limit else math.nan:.2f} of the limit {si(limit, 's')}",
         "wall": f"{data['wall_s']:.2f} s, compile {data['compile_s']:.2f} s ({where})",

@@ -41,7 +41,7 @@ class Result:
     in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law keeps a
     state, of every body the numbers of each of its blocks [cells, points, numbers], with which `simulate(initial=)`
     goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps, also those that the
-    history does not keep.
+    history does not keep; precision: "f64" or "mixed", as `simulate` was asked for.
     """
 
     ok: bool
@@ -68,6 +68,7 @@ class Result:
     metals: dict[str, np.ndarray] = field(default_factory=dict)
     points: tuple[tuple[np.ndarray, ...], ...] = ()
     maxima: dict[str, Maximum] = field(default_factory=dict)
+    precision: str = "f64"
 
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 

@@ -33,6 +33,7 @@ from .end_checks import end_warnings
 from .guards import Guards, Stop
 from .history import MOST_ROWS, History
 from .interrupts import interrupts
+from .precision import precision_of
 from .progress import ProgressBar
 from .recorder import Recorder
 from .rigid_step import RigidStep
@@ -425,6 +426,7 @@ class Run:
             metals=metal_fields(self.states) if self.scene.plastic else {},
             points=tuple(state.points() for state in self.states) if has_state(self.scene) else (),
             maxima=self._maxima(),
+            precision=precision_of(self.planned),
         )
 
     def _maxima(self) -> dict[str, Maximum]:

@@ -22,6 +22,7 @@ from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
 from .folder_lock import locked
 from .loop import Run
+from .precision import check_precision, set_precision
 from .progress import ProgressBar
 from .recorder import FILE, Recorder, writing_beside
 from .simulation import carry_out, record_friction, start_of_scene
@@ -35,12 +36,14 @@ def resume(
     arch: str = "cpu",
     progress: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = 60.0,
+    precision: str | None = None,
 ) -> Result:
     """Resume the run that stopped in `folder` and return its `Result`, with history and frames from its start.
 
     scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
     checkpoint; threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits);
-    checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run. A damaged checkpoint is replaced by the older
+    checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which another one
+    cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older
     one, with a warning.
 
     Raises `InputError` if the scene differs, naming the difference, if there is no checkpoint, or if another
@@ -60,13 +63,18 @@ def resume(
         stored = latest(path)
         physics = fingerprint(scene, scheme)
         compare(stored.head["physics"], physics)
+        kept = stored.head.get("precision", "f64")
+        if precision is not None and precision != kept:
+            raise InputError("precision", precision, f"the run computes in {kept!r}; resume it so, or run again")
+        check_precision(kept, scheme, arch)
         planned = plan(scene)
         scheme.check(planned)
+        set_precision(planned, kept)
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)
         names = ("physics", "history_every", "history_rows", "pressures", "fields", "keep", "chunks")
-        head = {name: stored.head[name] for name in names}
+        head = {name: stored.head[name] for name in names} | {"precision": kept}
         rows = head["history_every"], head["pressures"], head["history_rows"]
         for domain in planned.domains:  # the same bits on a machine with another number of threads
             domain.chunks = head["chunks"]

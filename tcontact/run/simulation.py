@@ -35,6 +35,7 @@ from .checkpoint.options import checked
 from .folder_lock import locked
 from .history import MOST_ROWS
 from .loop import Run
+from .precision import check_precision, set_precision
 from .progress import ProgressBar
 from .recorder import Recorder, check_folder, make_folder, unwritten, writing_beside
 
@@ -53,6 +54,7 @@ def simulate(
     checkpoint: float | dict[str, Any] | Checkpoint | None = None,
     fields: Sequence[str] | str | None = None,
     history_rows: int = MOST_ROWS,
+    precision: str = "f64",
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -69,7 +71,9 @@ def simulate(
     nodes with friction "slip_distance" [m], the path along which they slid on what they touched, and "friction_work"
     [J/m^2], its work over the area weight of the node (`plan(scene).bodies[i].contact_areas()`), both between two
     bodies on the slave; history_rows: largest number of rows: beyond it every second one is dropped and `history_every`
-    doubles (sums over time and maxima still include every step; a message before the run says so).
+    doubles (sums over time and maxima still include every step; a message before the run says so); precision: "f64",
+    or "mixed": float32 arithmetic in the ordinary cells, on differences of displacements that are formed in float64,
+    all else in float64 (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.
@@ -89,6 +93,7 @@ def simulate(
     validate.whole("history_rows", history_rows, 2)
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
+    check_precision(precision, scheme, arch)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
@@ -100,6 +105,7 @@ def simulate(
     planned = plan(scene)
     scheme.check(planned)
     _warn_steep(scene, planned)
+    set_precision(planned, precision)
     if folder is not None:
         record_friction(planned, wanted)
     runtime.start(arch, threads)
@@ -127,7 +133,7 @@ def simulate(
         if options is not None:
             head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
             head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
-            head["chunks"] = chunks_for(runtime.threads())
+            head |= {"chunks": chunks_for(runtime.threads()), "precision": precision}
             head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
             start = None if initial is None else (displacement, velocity)
             new = contents.prints(run)

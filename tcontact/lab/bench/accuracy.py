@@ -13,14 +13,17 @@ from . import blocks, reference
 LARGEST = 32  # cells along an edge; the check uses the same kernels on at most this many
 
 
-def step_errors(kind: str, law: str, size: int) -> dict[str, float | int]:
+def step_errors(kind: str, law: str, size: int, mixed: bool = False) -> dict[str, float | int]:
     """Return the errors of one pass of force and update at random displacements, largest difference over largest value.
 
     force_error: nodal forces; elastic_error: the elastic energy; update_error: the change of u; check_cells: cells.
+    mixed: in mixed precision.
     """
     scene, displacement = blocks.shaken(kind, law, min(size, LARGEST))
     body = plan(scene).bodies[0]
-    term = InternalForce(Domain((body,)))
+    domain = Domain((body,))
+    domain.mixed = mixed
+    term = InternalForce(domain)
     start = displacement[body.node_order]
     u, v = arrays.put(start), arrays.zeros(start.size)
     kick, drift = 1e-6, 2e-6

@@ -94,6 +94,7 @@ def pairs_of_bodies(size: int, threads: Sequence[int], arch: str, say: Say) -> l
 def compile_seconds(kind: str, law: str, contact: str, at: Configuration) -> dict[str, Any]:
     """Return compile_cold_s and compile_warm_s: new processes, with an empty kernel cache and then with a full one."""
     options = {"kind": kind, "law": law, "contact": contact, "arch": at.arch, "threads": at.threads}
+    options |= {"precision": at.precision}
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as cache:
         for name in ("compile_cold_s", "compile_warm_s"):
@@ -184,7 +185,7 @@ def _versions() -> dict[str, str]:
 
 def _scale(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
     """Add the rate over that of one thread (another process, minutes apart)."""
-    same = ("kind", "law", "size", "arch", "contact")
+    same = ("kind", "law", "size", "arch", "precision", "contact")
     for other in rows:
         if other["ok"] and row["ok"] and other["threads"] == 1 and all(row[n] == other[n] for n in same):
             row["over_one_thread"] = row["rate"]["median"] / other["rate"]["median"]

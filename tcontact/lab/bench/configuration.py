@@ -23,7 +23,8 @@ class Configuration:
     kind: of KINDS, hex8 = boxes along the axes, hex8-turned = boxes turned about one, hex8-skew = parallelepipeds,
     hex8-distorted = inner nodes moved, hex8-reduced = one-point hexes, hex8-mean-dilatation = one volume change per
     hex; contacts: of "none", "normal" and "full" (removal of the massless contact on one face); threads: CPU threads;
-    steps: per batch, None = chosen; seconds: time budget; batches: at least so many of each kind of work.
+    precision: "f64" or "mixed"; steps: per batch, None = chosen; seconds: time budget; batches: at least so many of
+    each kind of work.
     """
 
     kind: str
@@ -32,6 +33,7 @@ class Configuration:
     threads: int
     contacts: tuple[str, ...] = ("none",)
     arch: str = "cpu"
+    precision: str = "f64"
     steps: int | None = None
     seconds: float = 10.0
     batches: int = 5
@@ -48,7 +50,7 @@ class Configuration:
 
     def row(self, contact: str) -> dict[str, Any]:
         """Return the columns that name a row."""
-        names = ("kind", "law", "size", "threads", "arch")
+        names = ("kind", "law", "size", "threads", "arch", "precision")
         return {name: getattr(self, name) for name in names} | {"cells": self.cells, "contact": contact}
 
     def failed(self, reason: str) -> list[dict[str, Any]]:

@@ -35,7 +35,8 @@ class WholeStep:
 
     def __init__(self, configuration: Configuration, contact: str, steps: int | None) -> None:
         self.result: Result | None = None
-        self._options: dict[str, Any] = {"threads": configuration.threads, "arch": configuration.arch}
+        names = ("threads", "arch", "precision")
+        self._options: dict[str, Any] = {name: getattr(configuration, name) for name in names}
         few = self._run(blocks.block(configuration.kind, configuration.law, configuration.size, contact))
         if steps is None:
             fast = WEIGHT[configuration.element] * BATCH / configuration.cells
@@ -60,7 +61,8 @@ def measure(configuration: Configuration) -> dict[str, Any]:
     """Return the rows of a configuration, and what was measured beside them."""
     runtime.start(configuration.arch, configuration.threads)
     load = timing.load()
-    errors = accuracy.step_errors(configuration.kind, configuration.law, configuration.size)
+    mixed = configuration.precision == "mixed"
+    errors = accuracy.step_errors(configuration.kind, configuration.law, configuration.size, mixed)
     free = WholeStep(configuration, "none", configuration.steps)
     steps = round(free.scene.duration / free.dt + 0.5)
     whole: dict[str, WholeStep] = {"none": free}
@@ -74,7 +76,7 @@ def measure(configuration: Configuration) -> dict[str, Any]:
     works: dict[str, timing.Work] = {f"step {contact}": run for contact, run in whole.items()}
     side = Beside(free, configuration, steps)
     taken = timing.rounds(works | side.works, configuration.seconds, configuration.batches)
-    parts = {contact: parts_of_a_step(run.scene) for contact, run in whole.items()}
+    parts = {contact: parts_of_a_step(run.scene, configuration.precision) for contact, run in whole.items()}
     found = side.facts | errors | {"load": [load, timing.load()], "steps": steps}
     results = {contact: run.result for contact, run in whole.items() if run.result is not None}
     return {"rows": rows_of(configuration, taken, results, parts, found, failures)}
@@ -88,10 +90,13 @@ class Beside:
         body = plan(scene).bodies[0]
         zero, velocity = np.zeros((len(body.reference), 3)), scene.bodies[0].initial_velocity
         finish = runtime.load().sync
-        state = DomainState(scene, Domain((body,)), [zero], [velocity])
+        domain = Domain((body,))
+        domain.mixed = configuration.precision == "mixed"
+        state = DomainState(scene, domain, [zero], [velocity])
         plain = PlainStep(body, zero, velocity[body.node_order], dt)
         force = state.internal_force
-        bare = without_energy(force, body.variant, body.body.material.law)
+        exact = state if not domain.mixed else DomainState(scene, Domain((body,)), [zero], [velocity])
+        bare = without_energy(exact.internal_force, body.variant, body.body.material.law)
 
         def ours() -> None:
             force.advance(state.u, state.v, dt / 2, dt / 2, dt)
@@ -113,7 +118,7 @@ class Beside:
             "plain": timing.batch(plain.step, steps, finish),
             "copy": timing.host_copy(configuration.threads) if configuration.arch == "cpu" else _device_copy(finish),
         }
-        if not state.domain.small:  # a small one takes many steps a launch and has no such kernel
+        if not state.domain.small and not domain.mixed:  # a small one takes many steps a launch and has no such kernel
             self.works["no energy"] = timing.batch(no_energy, steps, finish)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...planning.planning import plan
 from ...run.loop import Run
+from ...run.precision import set_precision
 from ...run.progress import ProgressBar
 from ...scene.scene import Scene
 from ...schemes.explicit.central_difference import CentralDifference
@@ -85,11 +86,13 @@ class FirstStep(ProgressBar):
             self._after = None
 
 
-def parts_of_a_step(scene: Scene) -> dict[str, float]:
+def parts_of_a_step(scene: Scene, precision: str = "f64") -> dict[str, float]:
     """Return seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has."""
+    planned = plan(scene)
+    set_precision(planned, precision)
     run = Run(
         scene,
-        plan(scene),
+        planned,
         CentralDifference(),
         [np.zeros((body.mesh.node_count, 3)) for body in scene.bodies],
         [np.array(body.initial_velocity) for body in scene.bodies],

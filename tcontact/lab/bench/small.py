@@ -52,14 +52,14 @@ def bar(arch: str, threads: int) -> dict[str, Any]:
     }
 
 
-def compilation(kind: str, law: str, contact: str, arch: str, threads: int) -> dict[str, Any]:
+def compilation(kind: str, law: str, contact: str, arch: str, threads: int, precision: str = "f64") -> dict[str, Any]:
     """Return the seconds by which the first run of a small block takes longer than the second: compiling, loading."""
     runtime.start(arch, threads)
     scene = blocks.block(kind, law, 4, contact)
     begin = perf_counter()
-    first = simulate(scene, arch=arch, threads=threads)
+    first = simulate(scene, arch=arch, threads=threads, precision=precision)
     middle = perf_counter()
-    simulate(scene, arch=arch, threads=threads)
+    simulate(scene, arch=arch, threads=threads, precision=precision)
     if not first.ok:
         raise RuntimeError(f"{first.reason}: {first.message}")
     return {"compile_s": (middle - begin) - (perf_counter() - middle)}

@@ -22,6 +22,7 @@ ledger       what the same kernel costs less without the energy density and with
              the sums over nodes (kinetic energy, momenta) are in both, the looks at the stable step in neither
 compile      seconds of the first small run beyond the second, in a new process: empty kernel cache / filled one
 err f        nodal force against NumPy on a randomly deformed mesh, largest difference over largest value
+f32          beside the threads: the cells of this row compute in mixed precision
 err E        largest energy error of the timed run"""
 
 
@@ -102,7 +103,9 @@ def _cells(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _head(row: Mapping[str, Any]) -> dict[str, str]:
     cells = {name: str(row[name]) for name in ("kind", "law", "size")}
-    return cells | {"thr": str(row["threads"]) if row["arch"] == "cpu" else row["arch"], "contact": row["contact"]}
+    where = str(row["threads"]) if row["arch"] == "cpu" else row["arch"]
+    where += " f32" if row.get("precision") == "mixed" else ""
+    return cells | {"thr": where, "contact": row["contact"]}
 
 
 def _machine(machine: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:

@@ -41,11 +41,12 @@ def nothing(reason: str, but: str = "") -> dict[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a case: the scene, its time scheme, how many steps make a row."""
+    """One run of a case: the scene, its time scheme, how many steps make a row, its precision."""
 
     scene: Scene
     scheme: CentralDifference = field(default_factory=CentralDifference)
     history_every: int = 1
+    precision: str = "f64"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,12 @@ def evaluate(case: HardCase, full: bool = False, threads: int | None = None) -> 
         warnings.simplefilter("ignore")
         try:
             for run in case.runs(full):
-                result = tc.simulate(run.scene, run.scheme, threads=threads, history_every=run.history_every)
+                options: dict[str, Any] = {
+                    "threads": threads,
+                    "history_every": run.history_every,
+                    "precision": run.precision,
+                }
+                result = tc.simulate(run.scene, run.scheme, **options)
                 results.append(result)
             stopped = [result for result in results if not result.ok]
             checks = case.judge_stopped(results) if stopped else case.judge(results)

@@ -35,7 +35,7 @@ CLASSES: dict[str, dict[str, type]] = {
 NESTED = ("hardening", "pressure", "friction")  # arguments that are objects of plain data themselves
 METALS = {name: metal for name, metal in vars(metals).items() if isinstance(metal, metals.Metal)}
 SCENE_PARTS = ("contact", "friction", "damping", "viscosity")  # places that may be "none"
-RUN = ("scheme", "frames", "threads", "arch", "history_every", "history_rows")
+RUN = ("scheme", "frames", "threads", "arch", "precision", "history_every", "history_rows")
 SURFACE = ("surface", "cells", "margin", "scale")  # options of an Sdf from a file of triangles
 
 

@@ -1,4 +1,4 @@
-"""Invariances: units, the direction of the wall, and the numbering of nodes and cells must not matter."""
+"""Invariances: units, the direction of the wall, the numbering of nodes and cells, and float32 must not matter."""
 
 from __future__ import annotations
 
@@ -39,6 +39,19 @@ def cases() -> list[HardCase]:
             lambda results: [
                 _same(results, order=_order(results[0].scene.bodies[0].mesh.node_count)),
                 *_right(results),
+            ],
+        ),
+        HardCase(
+            "drop-in-f32-against-f64",
+            "the same drop in mixed precision: float32 cells on float64 differences",
+            lambda full: [_run(full), replace(_run(full), precision="mixed")],
+            lambda results: [
+                ck.equals("runs in mixed precision", sum(one.precision == "mixed" for one in results), 1),
+                _same(results, bound=1e-6),
+                _rounding("contact force", results, "contact_force"),
+                _rounding("energy", results, "energy"),
+                *_right(results),
+                *sound(results[1:], energy=0.02),
             ],
         ),
     ]
@@ -98,7 +111,11 @@ def _renumbered(full: bool) -> Run:
 
 
 def _same(
-    results: list[Result], scale: float = 1.0, turn: np.ndarray | None = None, order: np.ndarray | None = None
+    results: list[Result],
+    scale: float = 1.0,
+    turn: np.ndarray | None = None,
+    order: np.ndarray | None = None,
+    bound: float = 1e-9,
 ) -> ck.Check:
     """Check the end positions of both runs in the frame of the first, relative to the size of the body."""
     first, second = results
@@ -110,7 +127,15 @@ def _same(
     size = first.scene.bodies[0].mesh.size
     pressed = float(first.history["contact_force"].max())
     difference = float(np.abs(moved - first.position).max()) / size
-    return ck.at_most("difference of the end positions / size", difference if pressed > 0.0 else np.nan, 1e-9)
+    return ck.at_most("difference of the end positions / size", difference if pressed > 0.0 else np.nan, bound)
+
+
+def _rounding(name: str, results: list[Result], column: str) -> ck.Check:
+    """Check the largest difference of a column between both runs over its largest value: it is that of rounding."""
+    first, second = (result.history[column] for result in results)
+    if len(first) != len(second):
+        return ck.at_most(f"difference of the {name}", np.inf, 1e-5)
+    return ck.at_most(f"difference of the {name}", float(np.abs(second - first).max() / np.abs(first).max()), 1e-5)
 
 
 def _right(results: list[Result]) -> list[ck.Check]:
