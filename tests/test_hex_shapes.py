@@ -99,6 +99,21 @@ def test_the_plan_takes_boxes_only_where_the_error_is_rounding():
     assert variant(bent, cells) == "hex8"
 
 
+@pytest.mark.parametrize("flatness", [1.0, 1e-2, 1e-3, 1e-4])
+def test_the_force_of_the_variant_of_bent_flat_cells_is_that_of_any_cell(flatness):
+    """To 1e-9: the corners of turned plates are moved by less and less until the plan calls them parallelepipeds."""
+    nodes, cells = graded((1.0, 1.0, flatness))
+    random = np.random.default_rng(0)
+    u = 0.05 * flatness * random.uniform(-1, 1, nodes.shape)
+    away, seen = random.uniform(-1, 1, nodes.shape), set()
+    for size in (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 0.0):
+        bent = nodes @ TURN.T[:, [2, 0, 1]] + size * away
+        name = variant(bent, cells)
+        seen.add(name)
+        agree(Step(name, "neo_hookean", bent, cells).force(u), Step("hex8", "neo_hookean", bent, cells).force(u), 1e-9)
+    assert seen == {"hex8", "hex8-affine"}
+
+
 def test_a_run_of_boxes_is_that_of_the_same_cells_with_their_corners_turned():
     """The plan takes the kernel of boxes for the one and that of parallelepipeds for the other."""
     nodes, cells = graded()

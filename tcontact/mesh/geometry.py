@@ -249,14 +249,18 @@ _UPPER = np.array([(k in (1, 2, 5, 6), k in (2, 3, 6, 7), k > 3) for k in range(
 
 
 def parallelepipeds(nodes: FloatArray, cells: IntArray) -> bool:
-    """Return whether every hex8 is a parallelepiped, to 1e-11 of its size: its Jacobian is then constant."""
+    """Return whether every hex8 is a parallelepiped: its Jacobian is then constant.
+
+    To 1e-11 of its longest edge and 1e-10 of its shortest, which bounds the error of the force of flat cells.
+    """
     operator = np.zeros((7, 8))  # three edges, then the way from where the edges lead to a corner
     for row, ends in zip(operator, ((1,), (3,), (4,), (2, 1, 3), (5, 1, 4), (7, 3, 4), (6, 1, 3, 4)), strict=True):
         row[ends[0]], row[list(ends[1:])] = 1.0, -1.0
     operator[:, 0] = -operator.sum(axis=1)
     for _, vectors in differences(nodes, cells, operator):
         sizes = np.abs(vectors).max(axis=1)
-        if (sizes[3:].max(axis=0) > 1e-11 * sizes[:3].max(axis=0)).any():
+        limit = np.minimum(1e-11 * sizes[:3].max(axis=0), 1e-10 * sizes[:3].min(axis=0))
+        if (sizes[3:].max(axis=0) > limit).any():
             return False
     return True
 
