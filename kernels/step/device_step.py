@@ -17,6 +17,7 @@ from ..cells.device_cells import CELL_NUMBERS, FLOW_NUMBERS, make_device_cell
 from ..columns import NODE_SUMS, cell_groups, group_columns
 from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
 from ..language.arguments import ARRAY
+from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
 from ..nodes.device_nodes import moved_node, node_force, step_numbers
@@ -106,7 +107,7 @@ def make_device_step(
             cell_loop(i, row, commit, before, body, lists)
         node_loop(row, ti.static([kick_before, kick_after, drift, g0, g1, g2]), body, lists)
 
-    return kernel_of(device_step, signature, ("row", "commit"), STEPS)
+    return compiled_with(kernel_of(device_step, signature, ("row", "commit"), STEPS), **LEAVE_TO_LLVM)
 
 
 @ti.kernel

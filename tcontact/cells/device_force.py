@@ -8,7 +8,6 @@ import numpy as np
 
 from ..device import arrays
 from ..device.launch import Prepared
-from ..kernels import lanes
 from ..kernels.columns import NODE_SUMS, cell_groups, group_size
 from ..planning.device_lists import corner_places, device_threads, parts_of
 from ..planning.domain import Domain
@@ -26,10 +25,10 @@ class DeviceForce(InternalForce):
     """
 
     def __init__(self, domain: Domain) -> None:
-        from ..kernels.step.device_ledger import ledger_places, make_ledger
-        from ..kernels.step.device_step import make_device_step
         from ..kernels.language.bundles import DeviceLists
         from ..kernels.language.signatures import arguments, signature_of
+        from ..kernels.step.device_ledger import ledger_places, make_ledger
+        from ..kernels.step.device_step import make_device_step
 
         super().__init__(domain, chunks=1)
         self.threads = device_threads(self.packs, len(domain.reference))
@@ -40,9 +39,7 @@ class DeviceForce(InternalForce):
         self.corner_forces = arrays.zeros(3 * len(self.packs.connectivity))
         self.partial_sums = arrays.zeros(self.numbers * self.threads)
         self.ledger = arrays.zeros(size)
-        self._lists = DeviceLists(
-            self.parts, self.node_corners, self.corner_forces, self.partial_sums, self.ledger
-        )
+        self._lists = DeviceLists(self.parts, self.node_corners, self.corner_forces, self.partial_sums, self.ledger)
         signature = signature_of({"body": self.device_bundle(), "lists": self._lists})
         self.step = make_device_step(domain.kinds, signature, self.threads, **domain.options)
         self.kernel = Prepared(self.step)

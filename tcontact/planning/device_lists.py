@@ -8,6 +8,7 @@ from ..kernels import lanes
 from .domain import Domain
 from .packing import WIDTH, CellPacks
 
+
 def device_threads(packs: CellPacks, nodes: int) -> int:
     """Return the threads of each loop: the power of two that has a thread for every cell and node, within limits."""
     wanted = max(packs.lanes, nodes, lanes.FEWEST_THREADS)
@@ -21,7 +22,8 @@ def parts_of(packs: CellPacks, domain: Domain) -> np.ndarray:
     """
     count = len(domain.kinds)
     segments = packs.segments.reshape(-1, lanes.SEGMENT)
-    firsts, parts = [], []
+    firsts: list[int] = []
+    parts: list[list[int]] = []
     for kind in range(count):
         firsts.append(len(parts))
         lane = 0
