@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cuda_scenes
 
+import tcontact as tc
 from tcontact.cells.device_force import DeviceForce
 from tcontact.device import arrays, runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
@@ -36,6 +37,8 @@ def main(out: str) -> None:
     runtime.start("cuda")
     found = {"calls": np.array(calls_of_a_block())}
     for name, make in cuda_scenes.FORCES.items():
+        (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
+        found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
         found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
     for name in cuda_scenes.RUNS:
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}
