@@ -109,7 +109,7 @@ def test_registers_and_spills(found, folder):
     tool = cuda_device.FAKE.parent / "registers.py"
     if cuda_device.real() or not tool.is_file():
         pytest.skip("PTX is kept by fake_cuda.sh alone")
-    if importlib.util.find_spec("nvidia.cuda_nvcc") is None and shutil.which("ptxas") is None:
+    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
         pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
     loops = {len(found[f"{name}/kinds"]) + 1: name for name in cuda_scenes.FORCES}
     for module in sorted(folder.glob("module_*.ptx")):
