@@ -111,12 +111,13 @@ def test_registers_and_spills(found, folder):
         pytest.skip("PTX is kept by fake_cuda.sh alone")
     if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
         pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
-    loops = {len(found[f"{name}/kinds"]) + 1: name for name in cuda_scenes.FORCES}
+    over: list[str] = []
+    names = list(cuda_scenes.FORCES)  # in the order in which the worker compiles them
     for module in sorted(folder.glob("module_*.ptx")):
         count = module.read_text().count(".entry device_step")
-        if count not in loops:
+        if not names or count != len(found[f"{names[0]}/kinds"]) + 1:
             continue
-        name = loops.pop(count)
+        name = names.pop(0)
         command = [sys.executable, str(tool), str(module)]
         report = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         rows = [line.replace("/", " ").split() for line in report.splitlines()]
@@ -127,5 +128,6 @@ def test_registers_and_spills(found, folder):
             registers, spills = int(row[1]), max(int(row[7]), int(row[8]))
             print(f"{kind:45} {registers:4} registers, {spills:5} B of spills")
             assert registers <= REGISTERS
-            assert spills <= ABOVE.get(str(kind), SPILLS), kind
-    assert not loops
+            over += [kind] if spills > ABOVE.get(str(kind), SPILLS) else []
+    assert not names
+    assert not over
