@@ -7,6 +7,7 @@ from oracle import meshes
 from scenes import block
 
 import tcontact as tc
+from tcontact.cases import cube_impact
 from tcontact.device import arrays
 
 TURN = meshes.rotation(17)
@@ -111,13 +112,19 @@ def crushed():
     return tc.Scene([body], [], 4e-3, contact=None), tc.CentralDifference(dt=1e-5)
 
 
+def wall():
+    """Return a cube that hits a wall, which the kernels of the CPU step on the device, and its scheme."""
+    return cube_impact.scene(cells=2), tc.CentralDifference(cfl=0.5)
+
+
+CONTACT = {"wall": wall}
 RUNS = {"tumbling": tumbling, "forged": forged, "crushed": crushed}
 FORCES = {"every_element": every_element, "every_law": every_law}
 
 
 def run(name, arch):
     """Return what a run leaves: positions, velocities, columns of its history, steps and the reason of its end."""
-    scene, scheme = RUNS[name]()
+    scene, scheme = (RUNS | CONTACT)[name]()
     result = tc.simulate(scene, scheme, arch=arch, progress=False)
     found = {"position": result.position, "velocity": result.velocity, "steps": result.steps, "reason": result.reason}
     return found | {f"history_{column}": np.asarray(values) for column, values in result.history.items()}

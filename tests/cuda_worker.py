@@ -40,7 +40,7 @@ def main(out: str) -> None:
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
         found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
-    for name in cuda_scenes.RUNS:
+    for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}
     np.savez(out, **found)
 

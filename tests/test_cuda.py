@@ -78,6 +78,16 @@ def test_runs_are_those_of_the_cpu(found, name):
         assert (np.abs(own[key] - values)[same] <= 1e-11 * scale).all(), key
 
 
+@pytest.mark.parametrize("name", cuda_scenes.CONTACT)
+def test_contact_is_that_of_the_cpu(found, name):
+    """Its kernels are those of the CPU, with their vectors split into scalars."""
+    expected = cuda_scenes.run(name, "cpu")
+    assert found[f"{name}/steps"] == expected["steps"]
+    assert np.abs(expected["history_contact_force"]).max() > 0.0
+    for key in ("position", "velocity", "history_kinetic", "history_elastic", "history_contact_force"):
+        assert relative(found[f"{name}/{key}"], expected[key]) < 1e-11, key
+
+
 def test_metals_flow_in_their_run(found):
     work = found["forged/history_plastic_work"]
     assert work[-1] > 1e-3 * found["forged/history_kinetic"][0]

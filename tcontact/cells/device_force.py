@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +29,6 @@ class DeviceForce(InternalForce):
         from ..kernels.language.bundles import DeviceLists
         from ..kernels.language.signatures import arguments, signature_of
         from ..kernels.step.device_ledger import ledger_places, make_ledger
-        from ..kernels.step.device_step import make_device_step
 
         super().__init__(domain, chunks=1)
         self.threads = device_threads(self.packs, len(domain.reference))
@@ -40,11 +40,18 @@ class DeviceForce(InternalForce):
         self.partial_sums = arrays.zeros(self.numbers * self.threads)
         self.ledger = arrays.zeros(size)
         self._lists = DeviceLists(self.parts, self.node_corners, self.corner_forces, self.partial_sums, self.ledger)
-        signature = signature_of({"body": self.device_bundle(), "lists": self._lists})
-        self.step = make_device_step(domain.kinds, signature, self.threads, **domain.options)
+        self.step = self.kernel_for(domain.kinds, **domain.options)
         self.kernel = Prepared(self.step)
         self._ledger = Prepared(make_ledger(signature_of({"lists": self._lists}), self.plastic, self.threads))
         self._of_lists = arguments({"lists": self._lists})
+
+    def kernel_for(self, kinds: tuple[tuple[str, str], ...], **options: Any) -> Callable[..., None]:
+        """Return the step kernel for kinds of cells (element, law) that stand in these arrays."""
+        from ..kernels.language.signatures import signature_of
+        from ..kernels.step.device_step import make_device_step
+
+        signature = signature_of({"body": self.device_bundle(), "lists": self._lists})
+        return make_device_step(kinds, signature, self.threads, **options)
 
     def force_rows(self) -> arrays.Array:
         """Return an array without room: the corners of all cells have rows of their own."""
