@@ -6,7 +6,8 @@ bundles of named arrays (`language.bundles`, `language.signatures`). Each file o
 The rooms, from top to bottom; each imports only what stands below it:
 
     pictures    triangles to pixels
-    step        whole steps: the parallel force pass with the motion of the nodes, and everything else in one launch
+    step        whole steps: the parallel force pass with the motion of the nodes, and everything else in one launch;
+                on a GPU a thread per cell and a thread per node (`step.device_step`)
     layer       the implicit step of many friction layers
     static      the static solve of the massless contact nodes: measure, tangent, sweeps or MPRGP, and what surrounds it
     contact     constraint rows, the obstacles that fill them, contact loads, friction, viscosity of contact cells

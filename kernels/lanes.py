@@ -43,3 +43,12 @@ VISCOSITY, LAME = -6, -2
 ISLAND = 4
 SWEEP_LANES = 8  # contact nodes of one colour that a sweep updates at once
 MAXIMUM_ROWS = 256  # time levels in one launch of a small domain
+# steps on a GPU, a thread per cell and per node (kernels/step/device_step.py): threads of a block; threads of a launch,
+# a power of two between these; values that one thread adds up in a stage of the sums over all threads; rows of a block
+# of steps whose sums stay on the device
+DEVICE_BLOCK, FEWEST_THREADS, MOST_THREADS, FOLD, DEVICE_ROWS = 128, 1024, 1 << 16, 32, 32
+# numbers of a part, the ordinary or the contact cells of a block: first and end lane among those of its kind of cells;
+# count of cells without the lanes that fill up the last pack; starts of pack 0 in `connectivity`, of the material in
+# `params`, of pack 0 in `memory` and of its stored shapes in `position`
+PART = 7
+FIRST_LANE, END_LANE, PART_CELLS, PART_CONNECTIVITY, PART_MATERIAL, PART_MEMORY, PART_SHAPE = range(PART)

@@ -54,6 +54,22 @@ class Body(NamedTuple):
         return self.bulk_viscosity is not None
 
 
+class DeviceLists(NamedTuple):
+    """Arrays of steps on a GPU beside those of the body (kernels/step/device_step.py).
+
+    parts: for every kind of cells its first part, then the end of all, then the parts (lanes.py); node_corners: start
+    of the corners of every node [n + 1], then the places of these corners in `connectivity`, ascending;
+    corner_forces [pack, corner, component, lane]; partial_sums [number, thread] of one step; ledger: sums of the rows
+    of a block of steps in stages (device_ledger.py).
+    """
+
+    parts: Index = None
+    node_corners: Index = None
+    corner_forces: Array = None
+    partial_sums: Array = None
+    ledger: Array = None
+
+
 class Boundary(NamedTuple):
     """Boundary nodes, the contact nodes first: nodes [s], mass and inverse tensors [s, 6], load [s, 3] = f_ext.
 

@@ -19,7 +19,8 @@ class PointMemory(NamedTuple):
     state: the array; start: place of number 0 of point 0 in lane 0; size: numbers per point; width: lanes; commit: 1 if
     the new state is stored; pressure: of the cell [U', mean of J - 1], [] where every point has its own; tally: of a
     law with plastic flow dissipated energy, largest plastic strain and temperature rise of the points, energy that
-    hourglass modes let go.
+    hourglass modes let go. single: the memory is that of one cell, in the lane where `start` is, and its numbers are
+    scalars.
     """
 
     state: Any
@@ -29,6 +30,7 @@ class PointMemory(NamedTuple):
     commit: Any
     pressure: Any = ()
     tally: Any = None
+    single: bool = False
 
 
 WORK, STRAIN, WARMING, RELEASED = range(4)  # numbers of `tally`
@@ -36,16 +38,27 @@ WORK, STRAIN, WARMING, RELEASED = range(4)  # numbers of `tally`
 
 @ti.func
 def recall(memory: ti.template(), point):
-    """Return the stored state of a point, each number a vector over the lanes, in the precision of the caller."""
+    """Return the stored state of a point, in the precision of the caller.
+
+    Each number is a vector over the lanes, or of a single cell a scalar.
+    """
     first = point * (memory.size * memory.width)
-    kept = [
+    if ti.static(memory.single):
+        return [memory.state[memory.start + first + i * memory.width] for i in range(memory.size)]
+    elif ti.static(single()):  # the compiler has no cast of vectors
+        kept = lanes_of(memory, first)
+        return [ti.Vector([ti.cast(kept[i][lane], ti.f32) for lane in range(memory.width)]) for i in range(memory.size)]
+    else:
+        return lanes_of(memory, first)
+
+
+@ti.func
+def lanes_of(memory: ti.template(), first):
+    """Return the numbers of a point, each a vector over the lanes; first: place of the first one behind `start`."""
+    return [
         ti.Vector([memory.state[memory.start + first + i * memory.width + lane] for lane in range(memory.width)])
         for i in range(memory.size)
     ]
-    if ti.static(single()):  # the compiler has no cast of vectors
-        return [ti.Vector([ti.cast(kept[i][lane], ti.f32) for lane in range(memory.width)]) for i in range(memory.size)]
-    else:
-        return kept
 
 
 @ti.func
@@ -87,8 +100,11 @@ def store(memory: ti.template(), point, new):
     if memory.commit != 0:
         first = point * (memory.size * memory.width)
         for i in ti.static(range(memory.size)):
-            for lane in ti.static(range(memory.width)):
-                memory.state[memory.start + first + i * memory.width + lane] = new[i][lane]
+            if ti.static(memory.single):
+                memory.state[memory.start + first + i * memory.width] = new[i]
+            else:
+                for lane in ti.static(range(memory.width)):
+                    memory.state[memory.start + first + i * memory.width + lane] = new[i][lane]
 
 
 @ti.func

@@ -61,10 +61,12 @@ def arguments(bundles: dict[str, Any]) -> tuple[Any, ...]:
     return tuple(found.values())
 
 
-def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **options):
-    """Make a `ti.kernel` that calls function(*numbers, *bundles).
+def kernel_of(
+    function, signature: Signature, numbers: tuple[str, ...] = (), reals: tuple[str, ...] = (), **options
+):  # fmt: skip
+    """Make a `ti.kernel` that calls function(*numbers, *reals, *bundles).
 
-    numbers: names of integer arguments (i32), which come first; options: values of the fields that are no arrays.
+    numbers, reals: names of arguments i32 and f64, which come first; options: values of the fields that are no arrays.
     Raises `TypeError` for more arguments than Taichi takes, which it would refuse only when the kernel is called.
     """
     arrays = signature.arguments()
@@ -79,12 +81,12 @@ def kernel_of(function, signature: Signature, numbers: tuple[str, ...] = (), **o
         scope[bundle.__name__] = bundle
         built.append(f"ti.static({bundle.__name__}({', '.join(parts)}))")
     scope |= {f"option_{field}": value for field, value in options.items()}
-    heads = [*(f"{number}: ti.i32" for number in numbers), *kinds]
+    heads = [*(f"{number}: ti.i32" for number in numbers), *(f"{real}: ti.f64" for real in reals), *kinds]
     title = function.__name__
     if len(heads) > MOST:
         shares = ", ".join(f"{name} {len(present)}" for name, _bundle, present in signature.bundles)
         raise TypeError(f"kernel {title} has {len(heads)} arguments ({shares}), Taichi takes {MOST}: join some arrays")
-    source = f"def {title}({', '.join(heads)}):\n    function({', '.join([*numbers, *built])})\n"
+    source = f"def {title}({', '.join(heads)}):\n    function({', '.join([*numbers, *reals, *built])})\n"
     file = f"<kernel {title} {id(function)}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
     exec(compile(source, file, "exec"), scope)

@@ -32,19 +32,20 @@ if TYPE_CHECKING:
 class InternalForce:
     """Force pass over the cells of a domain; it moves ordinary nodes and only sums the force of boundary nodes.
 
-    packs: the packed cells; corner_rows: force rows of the corners of contact cells, by boundary node.
+    packs: the packed cells; corner_rows: force rows of the corners of contact cells, by boundary node. chunks: of the
+    cells, None = those of the domain.
     """
 
     name = "internal-force"
 
-    def __init__(self, domain: Domain) -> None:
+    def __init__(self, domain: Domain, chunks: int | None = None) -> None:
         from ..kernels.elements import FUNCTIONS
         from ..kernels.language.signatures import signature_of
         from ..kernels.materials import LAWS
         from ..kernels.step.internal_force import make_step
 
         kept = {kind: FUNCTIONS[kind[0]].points * len(LAWS[kind[1]].state) for kind in domain.kinds}
-        self.packs = packs = pack_domain(domain, domain.chunks or chunks_for(runtime.threads()), kept)
+        self.packs = packs = pack_domain(domain, chunks or domain.chunks or chunks_for(runtime.threads()), kept)
         self.chunks = packs.chunks
         self.gravity, self.pulled = domain.gravity, domain.pulled  # pulled: the loads set it in every step
         self.connectivity = arrays.share(packs.connectivity)
@@ -53,7 +54,7 @@ class InternalForce:
         self.info = arrays.share(packs.with_boundary(domain.boundary))
         self.reference = arrays.share(positions_and_shapes(domain, packs))
         self.mass = arrays.share(domain.lumped)
-        self.rows = arrays.zeros(3 * packs.row_count)
+        self.rows = self.force_rows()
         self.special_force = arrays.zeros(3 * len(domain.boundary))
         self.node_sums = arrays.zeros(packs.chunks * NODE_SUMS)
         self.corner_rows = arrays.put(corner_lists(domain, packs)) if len(packs.corners) else None
@@ -83,6 +84,10 @@ class InternalForce:
         self.step = make_step(domain.kinds, signature, **domain.options, cornered=cornered)
         self.kernel: Callable[..., None] = Prepared(self.step)
         self._measure = Prepared(self.step)
+
+    def force_rows(self) -> arrays.Array:
+        """Make the force rows."""
+        return arrays.zeros(3 * self.packs.row_count)
 
     def advance(
         self,

@@ -3,6 +3,7 @@
 from copy import copy
 from typing import Any
 
+from ...cells.device_force import DeviceForce
 from ...cells.internal_force import InternalForce
 from ...device import runtime
 from ...device.launch import Prepared
@@ -17,7 +18,11 @@ def without_energy(force: InternalForce, variant: str, law: str) -> InternalForc
     name = law + " without energy"
     LAWS.setdefault(name, LAWS[law]._replace(update=_bare(LAWS[law].update)))
     other = copy(force)
-    other.kernel = Prepared(internal_force.make_step(((variant, name),), signature_of({"body": force.bundle()})))
+    kinds = ((variant, name),)
+    if isinstance(force, DeviceForce):
+        other.kernel = Prepared(force.kernel_for(kinds))
+    else:
+        other.kernel = Prepared(internal_force.make_step(kinds, signature_of({"body": force.bundle()})))
     return other
 
 

@@ -19,7 +19,9 @@ import numpy as np
 from ...device import arrays
 from ...device.launch import Prepared
 
-SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts")  # written in every step before it is read
+# written in every step before it is read
+SCRATCH = ("trial", "answer", "_scratch", "raw", "_raw", "_parts", "corner_forces", "partial_sums", "ledger", "_kept",
+           "_lists", "_of_lists")  # fmt: skip
 PLAIN = (bool, int, float, str, type(None))
 
 Prints = dict[str, tuple[str, int]]  # array by path: first path to the same array, checksum

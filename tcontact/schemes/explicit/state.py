@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...cells.device_force import DeviceForce
 from ...cells.internal_force import InternalForce
 from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
@@ -25,6 +26,7 @@ from ...planning.rigid import names_of
 from ...scene.scene import Scene
 from ..sensors import Sensors, sensed
 from .body_view import BodyView
+from .device_step import DeviceSteps, steps_on_device
 from .serial_step import SerialStep
 from .timed import Timed
 
@@ -60,7 +62,8 @@ class DomainState:
             self._rate_place = group_size(*self.groups[: self.groups.index("rigid")]) + RIGID.rigid_rate
         self.u = arrays.share(self._started(displacement))
         self.start_velocity = self._started(velocity)
-        self.internal_force = InternalForce(domain)
+        on_device = steps_on_device(scene, domain)
+        self.internal_force: InternalForce = DeviceForce(domain) if on_device else InternalForce(domain)
         self.boundary_nodes: BoundaryNodes | None = None
         self.loads: AppliedLoads | None = None
         if len(domain.boundary):
@@ -85,18 +88,23 @@ class DomainState:
             rows = MAXIMUM_ROWS if domain.small else 1
             self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
         self.serial: SerialStep | None = None
-        if any(part is not None for part in (self.boundary_nodes, self.contact, self.rigid)) or domain.small:
+        parts_of_step = self.boundary_nodes, self.contact, self.rigid
+        if any(part is not None for part in parts_of_step) or (domain.small and not on_device):
             terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
             self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
             if domain.small:
                 self.serial.use_for_products()
         self.v = arrays.share(self._massive(self.start_velocity))
+        self.device: DeviceSteps | None = None
+        if isinstance(self.internal_force, DeviceForce):
+            self.device = DeviceSteps(self.internal_force, self.u, self.v)
         self.timed: list[Timed] = [] if self.driven is None else [self.driven]
         self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
         self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []
         several = 1
         if not domain.small and self.layered is None and self.sensors is None:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
+        several = several if self.device is None else self.device.rows_at_once
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
 
@@ -202,6 +210,10 @@ class DomainState:
         """
         force, serial, places = self.internal_force, self.serial, self._places
         rows = self.prepare(time, *steps, rows)
+        if self.device is not None:
+            found = self.device.advance((kick_before, kick_after, drift), steps, rows, jacobian, energy)
+            self._raw[: len(found), : found.shape[1]] = found
+            return len(found)
         if self.domain.small and serial is not None:
             force.set_steps(kick_before, kick_after, drift, before=steps[0])
             limits = jacobian, energy, viscous_rate, touching, rigid_rate
@@ -282,6 +294,7 @@ class DomainState:
             cells,
             self.images,
             self.rigid,
+            self.device,
         ):
             if term is not None:
                 result[term.name] = result.get(term.name, 0) + arrays.size_in_bytes(term.owned())

@@ -1,0 +1,63 @@
+"""Finds a CUDA device for the tests: a real one, or one that runs PTX on the CPU, `fake_cuda.sh`.
+
+The latter is looked for at TCONTACT_FAKE_CUDA (the path of the file), else at ../shared/gpu beside the checkout. It
+counts launches, copies and waiting, and can run the threads of a launch in reversed order; it needs gcc.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from conftest import SHORT
+
+ROOT = Path(__file__).resolve().parent.parent
+WORKER = ROOT / "tests" / "cuda_worker.py"
+FAKE = Path(os.environ.get("TCONTACT_FAKE_CUDA") or ROOT.parent / "shared" / "gpu" / "fake_cuda.sh")
+
+
+def real() -> bool:
+    """Return whether there is a real device."""
+    count = ctypes.c_int(0)
+    try:
+        driver = ctypes.CDLL("libcuda.so.1")
+        return driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0 and count.value > 0
+    except (OSError, AttributeError):
+        return False
+
+
+def missing() -> str:
+    """Return why the tests of CUDA cannot run here, "" if they can."""
+    if real():
+        return ""
+    if not FAKE.is_file():
+        return "no CUDA device, and no fake_cuda.sh (set TCONTACT_FAKE_CUDA to its path)"
+    return "" if shutil.which("gcc") else "no CUDA device; fake_cuda.sh needs gcc"
+
+
+def results(folder: Path, reverse: bool = False) -> dict[str, np.ndarray]:
+    """Run the worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
+
+    reverse: the threads of every launch run in the other order, where the device can do that.
+    """
+    environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
+    command = [sys.executable, str(WORKER), str(folder / "found.npz")]
+    if not real():
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tcontact" / "ptx"
+        tool = ROOT / "tests" / "translated_ptx.py"
+        environment |= {
+            "FAKE_CUDA_DIR": str(folder),
+            "FAKE_CUDA_LOG": str(folder / "calls"),
+            "FAKE_CUDA_TOOL": f"{sys.executable} {tool} {FAKE.parent / 'ptx2c.py'} {cache}",
+        }
+        environment |= {"FAKE_CUDA_REVERSE": "1"} if reverse else {}
+        command = ["sh", str(FAKE), *command]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-4000:]
+    with np.load(folder / "found.npz") as found:
+        return dict(found)

@@ -1,0 +1,49 @@
+"""What the tests of CUDA run in a process of its own: python cuda_worker.py OUT.npz; Taichi cannot be started twice."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import cuda_scenes
+
+import tcontact as tc
+from tcontact.cells.device_force import DeviceForce
+from tcontact.device import arrays, runtime
+from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.planning.planning import plan
+
+
+def calls_of_a_block() -> str:
+    """Return what the driver is asked for in a block of rows after the first one, where a log of it exists."""
+    log = Path(os.environ.get("FAKE_CUDA_LOG", os.devnull))
+    scene, _scheme = cuda_scenes.crushed()
+    (domain,) = plan(scene).domains
+    force, u, v = DeviceForce(domain), *(arrays.zeros(3 * len(domain.reference)) for _ in range(2))
+    force.advance(u, v, 0.0, 0.0, 0.0)
+    before = log.stat().st_size
+    for row in range(DEVICE_ROWS):
+        force.advance(u, v, 1e-6, 1e-6, 2e-6, before=2e-6, row=row)
+    return log.read_bytes()[before:].decode() if log.is_file() else ""
+
+
+def main(out: str) -> None:
+    """Run everything and store it."""
+    runtime.start("cuda")
+    found = {"calls": np.array(calls_of_a_block())}
+    for name, make in cuda_scenes.FORCES.items():
+        (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
+        found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
+        found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
+    for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
+        found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}
+    np.savez(out, **found)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,143 @@
+"""CUDA: what a device computes is what the CPU computes, in any order of threads, without waiting within a block."""
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+
+import cuda_device
+import cuda_scenes
+import numpy as np
+import pytest
+
+from tcontact.cells.internal_force import InternalForce
+from tcontact.kernels.columns import raw_places
+from tcontact.kernels.lanes import DEVICE_ROWS
+
+REASON = cuda_device.missing()
+pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
+REGISTERS, SPILLS = 255, 300  # of a thread; bytes, stores and loads each
+# hexahedra whose points have geometries of their own, a pressure of the cell or plastic flow spill more [B]; their 63
+# modes of position, displacement and force alone fill half the registers
+ABOVE = {
+    "hex8 neo_hookean": 700,
+    "hex8-mean-dilatation-box neo_hookean": 600,
+    "hex8-mean-dilatation-affine neo_hookean": 600,
+    "hex8-mean-dilatation neo_hookean": 950,
+    "hex8 j2_linear": 1100,
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cuda")
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    """What the device computed (cuda_worker.py)."""
+    return cuda_device.results(folder)
+
+
+def relative(one, other):
+    """Return the largest difference over the largest value."""
+    return np.abs(one - other).max() / np.abs(other).max()
+
+
+@pytest.mark.parametrize("name", cuda_scenes.FORCES)
+def test_forces_are_those_of_the_cpu(found, parallel_path, name):
+    """Of every element and law: 1e-13 of the largest force of the body."""
+    first, energies = 0, 0.0
+    for body in cuda_scenes.FORCES[name]():
+        force, sums = cuda_scenes.forces(InternalForce, [body])
+        own = found[f"{name}/force"][first : first + len(force)]
+        assert relative(own, force) < 1e-13, (body.formulation, body.mesh.kind, body.material)
+        first += len(force)
+        energies += sums[raw_places(False).cells.elastic]
+    assert first == len(found[f"{name}/force"])
+    assert found[f"{name}/sums"][raw_places(False).cells.elastic] == pytest.approx(energies, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", cuda_scenes.RUNS)
+def test_runs_are_those_of_the_cpu(found, name):
+    """Positions, velocities and every column of the history: 1e-11; the same steps and the same end."""
+    own = {key.partition("/")[2]: value for key, value in found.items() if key.startswith(f"{name}/")}
+    expected = cuda_scenes.run(name, "cpu")
+    assert own["steps"] == expected["steps"] > DEVICE_ROWS
+    assert own["reason"] == expected["reason"] == ("inverted-cell" if name == "crushed" else "finished")
+    energy = np.abs(expected["history_kinetic"]).max()
+    for key, values in expected.items():
+        if key in ("steps", "reason"):
+            continue
+        assert own[key].shape == values.shape, key
+        same = np.isfinite(values)
+        assert (np.isfinite(own[key]) == same).all(), key
+        scale = np.abs(values[same]).max(initial=0.0)
+        scale = energy if key in ("history_energy", "history_elastic") else scale
+        scale = 1.0 if key == "history_energy_error" else scale
+        assert (np.abs(own[key] - values)[same] <= 1e-11 * scale).all(), key
+
+
+@pytest.mark.parametrize("name", cuda_scenes.CONTACT)
+def test_contact_is_that_of_the_cpu(found, name):
+    """Its kernels are those of the CPU, with their vectors split into scalars."""
+    expected = cuda_scenes.run(name, "cpu")
+    assert found[f"{name}/steps"] == expected["steps"]
+    assert np.abs(expected["history_contact_force"]).max() > 0.0
+    for key in ("position", "velocity", "history_kinetic", "history_elastic", "history_contact_force"):
+        assert relative(found[f"{name}/{key}"], expected[key]) < 1e-11, key
+
+
+def test_metals_flow_in_their_run(found):
+    work = found["forged/history_plastic_work"]
+    assert work[-1] > 1e-3 * found["forged/history_kinetic"][0]
+
+
+def test_threads_in_reversed_order_give_the_same_bits(found, tmp_path):
+    """No thread reads what another one of its launch writes."""
+    if cuda_device.real():
+        pytest.skip("a real device runs its threads in its own order")
+    other = cuda_device.results(tmp_path, reverse=True)
+    assert set(other) == set(found)
+    for key, values in found.items():
+        if values.dtype == float:
+            assert np.array_equal(other[key], values, equal_nan=True), key
+
+
+def test_a_block_of_rows_launches_twice_a_step_and_copies_nothing(found):
+    """But Taichi sends the arguments of each launch, without waiting."""
+    if cuda_device.real():
+        pytest.skip("calls of a real driver are not counted")
+    calls = [line.split()[0] for line in str(found["calls"]).splitlines()]
+    assert calls.count("launch") == 2 * DEVICE_ROWS
+    assert set(calls) <= {"launch", "allocasync", "freeasync", "HtoDasync"}
+    assert calls.count("HtoDasync") == DEVICE_ROWS
+
+
+def test_registers_and_spills(found, folder):
+    """No kernel of a step needs more registers than a thread has, and few of their values go to memory."""
+    tool = cuda_device.FAKE.parent / "registers.py"
+    if cuda_device.real() or not tool.is_file():
+        pytest.skip("PTX is kept by fake_cuda.sh alone")
+    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
+        pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
+    over: list[str] = []
+    names = list(cuda_scenes.FORCES)  # in the order in which the worker compiles them
+    for module in sorted(folder.glob("module_*.ptx")):
+        count = module.read_text().count(".entry device_step")
+        if not names or count != len(found[f"{names[0]}/kinds"]) + 1:
+            continue
+        name = names.pop(0)
+        command = [sys.executable, str(tool), str(module)]
+        report = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        rows = [line.replace("/", " ").split() for line in report.splitlines()]
+        kinds = {f"kernel_{i}_": kind for i, kind in enumerate([*found[f"{name}/kinds"], "nodes"])}
+        assert len(rows) == count
+        for row in rows:
+            kind = next(kind for part, kind in kinds.items() if part in row[0])
+            registers, spills = int(row[1]), max(int(row[7]), int(row[8]))
+            print(f"{kind:45} {registers:4} registers, {spills:5} B of spills")
+            assert registers <= REGISTERS
+            over += [kind] if spills > ABOVE.get(str(kind), SPILLS) else []
+    assert not names
+    assert not over
