@@ -23,6 +23,7 @@ The rooms, from top to bottom; each imports only what stands below it:
     volume_places  places of volume changes averaged at nodes; host and kernels share it
     load_places places of the data of loads; host and kernels share it
     lanes       sizes and places that the host and the kernels agree on
+    engine      the one module that imports the compiler, Taichi
 
 `cells.cell_phase` adds the corner forces of a chunk of cells only into rows of that chunk, without atomics, and
 `nodes.node_phase` sums the rows of all chunks in order, so that the bits depend on the number of chunks alone.

@@ -53,6 +53,7 @@ KERNEL_ROOMS = (
     "volume_places",
     "load_places",
     "lanes",
+    "engine",
 )
 HEAVY = {"taichi", "matplotlib", "PIL", "rich", "h5py", "meshio", "imageio_ffmpeg", "scipy", "vtk"}
 

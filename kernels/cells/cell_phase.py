@@ -25,10 +25,9 @@ their points dissipate, which are those of the step that ends at the present sta
 
 import functools
 
-import taichi as ti
-
 from .. import elements
 from ..columns import CELLS, cell_groups, group_size, places
+from ..engine import ti
 from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,

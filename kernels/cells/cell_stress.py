@@ -11,12 +11,11 @@ Several states of a body, one after the other in `u`, are computed in one launch
 
 import functools
 
-import taichi as ti
-
 from .. import elements
 from ..elements.hex8 import hex_modes, hex_slopes
 from ..elements.hex8_mean_dilatation import along
 from ..elements.tet4_node_averaged import averaged_volume
+from ..engine import ti
 from ..lanes import WIDTH
 from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX

@@ -6,9 +6,8 @@ of 8 lanes is 64 contiguous bytes. Each cell stores its corner forces in places 
 `corner_forces` [pack, corner, component, lane]; the nodes add them up in a fixed order (nodes/device_nodes.py).
 """
 
-import taichi as ti
-
 from .. import elements
+from ..engine import ti
 from ..lanes import PART_CONNECTIVITY, PART_MATERIAL, PART_MEMORY, PART_SHAPE, WIDTH
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK, PointMemory
 from ..materials import LAWS

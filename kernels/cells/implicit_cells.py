@@ -7,8 +7,7 @@ Forces are summed node by node, blocks colour by colour (cells of a colour share
 of threads. P and dP/dF include the weights of the points.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 

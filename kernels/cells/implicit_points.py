@@ -7,8 +7,7 @@ Strain increments come from d alone, 2 dE = dC = 2 sym(F_m^t dF), so that they s
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.arguments import ARRAY, INDEX
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.implicit_geometry import cofactor, identity, volume_change

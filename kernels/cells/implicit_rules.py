@@ -16,8 +16,7 @@ With mean dilatation (`implicit_cells.dilatations`) parameters[0] is 0 here, and
 lam (Theta - 1) of the two levels replace it, as (p0 + p1)/2 2 G where S* is discrete.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.implicit_geometry import (
     cofactor,
     identity,

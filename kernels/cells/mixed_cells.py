@@ -23,8 +23,7 @@ Contact cells, whose forces the static solve balances to its tolerance, and prod
 differences of forces, stay in float64 (cell_phase.py), and so do all nodes, sums and state of points.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import FREE
 from ..language.point_memory import RELEASED, STRAIN, WARMING, WORK
 from ..language.precision import in_single

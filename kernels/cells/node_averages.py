@@ -5,9 +5,8 @@ images of a periodic body have the average of their master. Its number is the no
 average is summed in the order of its list: it has the same bits on any number of threads. Places: volume_places.py.
 """
 
-import taichi as ti
-
 from ..elements.tet4_node_averaged import linear_tet_volume, tet_volume
+from ..engine import ti
 from ..lanes import CONNECTIVITY, LANE, SEGMENT
 from ..language.vectors import load
 from ..volume_places import CHANGES, INVERSES, NUMBERS, RING, RING_CELL, RING_CELLS, SHARES, SHIFTS, STARTS

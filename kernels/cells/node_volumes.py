@@ -8,9 +8,8 @@ of their corners, the "ring".
 
 import functools
 
-import taichi as ti
-
 from .. import elements
+from ..engine import ti
 from ..lanes import CONNECTIVITY, END_PACK, FIRST_PACK, LANE, SEGMENT, WIDTH
 from ..language.vectors import load, store
 from ..materials import LAWS

@@ -8,10 +8,9 @@ formulations without packs and lanes this was the fastest.
 
 import functools
 
-import taichi as ti
-
 from .. import elements
 from ..elements.points import geometry, point_force
+from ..engine import ti
 from ..lanes import MATERIALS
 from ..language.arguments import ARRAY, INDEX
 from ..materials import LAWS

@@ -16,10 +16,9 @@ of y^3 + 3 y^2 = 2 + det S; from y = sqrt((2 + det S)/3), which is too large, tw
 import functools
 from typing import NamedTuple
 
-import taichi as ti
-
 from .. import elements
 from ..elements.cell_spread import SPREADS
+from ..engine import ti
 from ..lanes import CHUNK_COUNT, CONNECTIVITY, END_PACK, FIRST_PACK, GRAIN, MATERIAL, SEGMENT, WIDTH
 from ..language import tensor3
 from ..language.arguments import Array

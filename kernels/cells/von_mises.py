@@ -8,9 +8,8 @@ centre, in one-point hexes the mean one (elements/).
 
 import functools
 
-import taichi as ti
-
 from .. import elements
+from ..engine import ti
 from ..lanes import WIDTH
 from ..language import tensor3
 from ..language.arguments import ARRAY, INDEX

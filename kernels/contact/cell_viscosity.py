@@ -18,10 +18,9 @@ dissipates (f^{n-1} + f^n)/2 . (x^n - x^{n-1}).
 
 import functools
 
-import taichi as ti
-
 from .. import elements
 from ..cells.cell_phase import gather
+from ..engine import ti
 from ..lanes import (
     CHUNK_BITS,
     CHUNK_COUNT,

@@ -15,8 +15,7 @@ coordinates of a point in a quadrilateral come from Newton's method.
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 from ..language.entries import three

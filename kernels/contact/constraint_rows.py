@@ -10,9 +10,8 @@ rows only. They set the force of every row; `hand_over` applies it to the node, 
 computes the load of the partner from it.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
+from ..engine import ti
 from .islands import node_count
 
 EPSILON = 32 * 2.220446049250313e-16  # relative rounding error of a gap, or of a sum of many displacements

@@ -7,9 +7,8 @@
 The contact nodes come first in the list of boundary nodes.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
+from ..engine import ti
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric
 from .constraint_rows import normal_of, number_of, set_number, set_vector, velocity_of

@@ -5,9 +5,8 @@ static solve of that level, so that the massless nodes stand exactly at the obst
 on nodes and obstacle alike.
 """
 
-import taichi as ti
-
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, RIGID, loads_place
+from ..engine import ti
 from ..lanes import GRAVITY
 from ..language.entries import put_three, three
 from ..nodes.rigid_record import angular_velocity, inverse_inertia, kind_of, record_of, turn_of

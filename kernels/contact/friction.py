@@ -9,9 +9,8 @@ The regularised law (Oden and Martins 1985) is |t| = c phi(|s|/e), phi(z) = z (2
 instead of sticking.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
+from ..engine import ti
 from ..lanes import FRICTION_NODE
 
 # `friction`: slip speed [m/s] of the regularised law, step [s] of the static solve; then for every contact node:

@@ -11,8 +11,7 @@ Behind the numbers of the contact nodes in `contact.friction` stand their areas 
 the pairs of bodies first and then of the obstacles, and their tables (speeds, pressures, coefficients).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import DECAY, FRICTION_LAW, JUMP, PRESSURES, SHEAR_LIMIT, SPEEDS, TABLE
 from ..language.entries import row
 from ..pair_places import AREA, FIRST_ENTRY, MASTERS, NODE_ROW, PAIRS, SIDES

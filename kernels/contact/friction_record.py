@@ -5,8 +5,7 @@ the time level, then what the last kick adds to both in the step that starts the
 the slip is that of its steps. A node with several rows has the longest slip of those with a force.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from .islands import node_count
 
 RECORD = 4

@@ -7,8 +7,7 @@ one point among their nodes. One force pass over the contact cells serves all.
 the nodes without rows (behind the contact nodes in their list) and the contact blocks (lanes.py).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import ISLAND
 
 

@@ -9,9 +9,8 @@ motion of its point by a unit impulse. Its nodes are solved one after another, a
 the kinetic energy, so that any number of nodes sticks to a light obstacle.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
+from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric

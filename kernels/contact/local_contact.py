@@ -10,7 +10,7 @@ not change the result by a bit. Where normals are linearly dependent, the motion
 shortest lambda with the same N^t lambda is taken.
 """
 
-import taichi as ti
+from ..engine import ti
 
 SINGULAR = 1e-13  # normals are linearly dependent when a pivot is below this times its diagonal entry
 TIE = 1e-12  # rounding error of W lambda + c, over the largest penetration

@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.arguments import ARRAY
 from ..language.bundles import ContactOptions, Obstacles
 from .obstacles import gap_and_normal

@@ -4,9 +4,8 @@ Row r = k * slots + p of node k stands for obstacle candidates[r], the last one 
 Where there are more than MAXIMUM_SLOTS obstacles, the candidates are the nearest ones.
 """
 
-import taichi as ti
-
 from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
+from ..engine import ti
 from ..lanes import MAXIMUM_SLOTS
 from ..language.entries import row, three
 from ..nodes.rigid_record import kind_of

@@ -5,7 +5,7 @@ Grid: D and grad D interpolated trilinearly between nodes; beyond the grid D(c) 
 point c; the normal is the unit vector along grad D. `Box.local` and `Sdf.local` compute this on the host.
 """
 
-import taichi as ti
+from ..engine import ti
 
 
 @ti.func

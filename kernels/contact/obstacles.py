@@ -7,8 +7,7 @@ If obstacles move, `obstacles.motion` holds a row of records per time level and 
 of sampled distances follow the rows. Only the shapes in `obstacles.options.shapes` are compiled.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import OBSTACLE
 from ..language.entries import three
 from .obstacle_shapes import box_gap_normal, grid_gap_normal

@@ -9,9 +9,8 @@ Friction layers lower the limit; the slip that they are solved with is that of t
 rows.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
+from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
 from ..nodes.boundary_nodes import symmetric

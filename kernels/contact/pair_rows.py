@@ -14,8 +14,7 @@ nu is the mean normal of the faces of a row, renewed with every gap; weights and
 large (`is_stale`). Places of the data: pair_places.py.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.entries import row
 from ..pair_places import (
     CENTRE,

@@ -19,7 +19,7 @@ forces and its tangent (static/viscous_tangent.py), so q acts on these nodes imp
 warms the points of the cell. The volume and its derivatives are those of the element (elements/).
 """
 
-import taichi as ti
+from ..engine import ti
 
 FLATTEST = 1e-9  # smallest ratio of volume to reference volume used here; the host stops runs with such cells
 

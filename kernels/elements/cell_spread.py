@@ -10,8 +10,7 @@ has a regular mesh of such cells. V: volume at rest. (Flanagan and Belytschko 19
 Each function takes the corners x[c][k] and returns [v, vectors] with  sum of w w^t = corners sum over k of b_k b_k^t.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .hex8 import hex_modes, hex_slopes
 from .tet4 import tet_derivatives

@@ -14,8 +14,7 @@ The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123
     s12 = (x2 x x23 + x13 x x1)/3,   s13 = (x23 x x3 + x1 x x12)/3,   s23 = (x3 x x13 + x12 x x2)/3,   s123 = 0
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate

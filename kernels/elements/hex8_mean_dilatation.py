@@ -15,8 +15,7 @@ without cancellation. A law with plastic flow has its own pressure and energy of
 law has the mean of tr H instead, (s0.u)/D(x), and the slopes at rest.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.point_memory import recall
 from .hex8 import hex_centre, hex_mode_forces, hex_slopes, hex_viscosity
 from .hex8_modes import hex_corner_forces, hex_modes

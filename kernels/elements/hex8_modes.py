@@ -8,7 +8,7 @@ give G = 8 du/dr, for example G_1 = c1 + c12 r2 + c13 r3 + c123 r2 r3.
 (Hughes, The Finite Element Method, ch. 3; Flanagan and Belytschko 1981 for the modes.)
 """
 
-import taichi as ti
+from ..engine import ti
 
 GAUSS = 1.0 / 3.0**0.5
 

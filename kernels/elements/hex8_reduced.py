@@ -26,8 +26,7 @@ the committed plastic strain, Y/(Y + 3 mu ep) times the elastic one, which never
 commits is dissipated ("hourglass_work" of the history).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.point_memory import RELEASED, recall, respond
 from .hex8 import hex_corner_forces, hex_modes, hex_slopes, hex_viscosity

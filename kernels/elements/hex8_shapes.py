@@ -13,8 +13,7 @@ times D/a1, D/(a1 a2), .. 1. Edges of parallelepipeds are those at the first cor
 
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .hex8_modes import GAUSS, hex_gradients, hex_modes, hex_plane
 

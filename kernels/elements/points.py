@@ -10,8 +10,7 @@ vectors in Taichi 1.7.4: write 0.0 - a, use `tensor3.to_bits`. Differences of di
 first, never sums of displacements (METHOD 6).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.point_memory import respond
 

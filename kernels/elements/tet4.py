@@ -4,8 +4,7 @@
 not be gathered and A not be inverted in every step: H = G A^-1, dW/dG = D P A^-t.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate

@@ -15,8 +15,7 @@ and vanishes with the strain; elastic laws need none. The linear law has e = tr 
 averages are made in cells/node_volumes.py.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .points import geometry, point_force
 from .record import CellFunctions

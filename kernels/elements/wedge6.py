@@ -16,8 +16,7 @@ m = d + (P + Q)/3 between the centres of the triangles,
 (Hughes, The Finite Element Method, ch. 3; triangle rule of Strang and Fix.)
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .bulk_viscosity import pressure_rate
 from .points import cross, dot, geometry, plus, point_force

@@ -9,7 +9,7 @@ for loops over cells, which become 5 to 10 % slower.
 
 import functools
 
-import taichi as ti
+from ..engine import ti
 
 KEEP_VECTORS = {"real_matrix_scalarize": False}
 LEAVE_TO_LLVM = {"opt_level": 0}

@@ -9,8 +9,7 @@ import linecache
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import taichi as ti
-
+from ..engine import ti
 from .expressions import Expression, Graph
 from .transcendental import exponential_less_one, exponential_split, inverse_cube_root, log_split, logarithm
 

@@ -1,6 +1,6 @@
 """Three numbers of a flat array as a vector."""
 
-import taichi as ti
+from ..engine import ti
 
 
 @ti.func

@@ -6,8 +6,7 @@ A configuration is E = (C - I)/2 and j = J - 1, never a difference of large numb
 E1 (`along`) that makes J1 grow by `growth`; everything of level 0 is held.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from .transcendental import log_split
 
 SERIES = 1e-3  # |z| below which log1p(z)/z is differentiated by its series

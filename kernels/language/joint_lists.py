@@ -4,7 +4,8 @@ The array begins with the place of every list; number i of list k is array[array
 """
 
 import numpy as np
-import taichi as ti
+
+from ..engine import ti
 
 
 @ti.func

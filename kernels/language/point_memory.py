@@ -7,8 +7,7 @@ flow the points of a cell add up what they dissipate in `tally`.
 
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import STEP
 from .precision import single
 

@@ -9,8 +9,9 @@ differ from 1) are `by_precision`.
 import functools
 from typing import Any
 
-import taichi as ti
 from taichi.lang import impl
+
+from ..engine import ti
 
 
 def single() -> bool:

@@ -9,8 +9,7 @@ compile-time option.
 import linecache
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from .arguments import ARRAY, INDEX, Array, Index, Shared
 
 MOST = 64  # arguments of a kernel in Taichi, arrays and numbers

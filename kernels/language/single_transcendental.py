@@ -4,8 +4,7 @@ The formulas of `transcendental` with exponents of 8 bits and mantissas of 23, a
 float32 needs. Constants of the logarithm: those of the C library of FreeBSD (msun, e_logf.c), a minimax polynomial.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from . import tensor3
 
 SMALLEST_JACOBIAN = 1e-6  # as JACOBIAN_FLOOR of `transcendental`; 1 less this number differs from 1

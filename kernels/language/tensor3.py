@@ -3,8 +3,7 @@
 Such lists compile several times faster than `ti.Matrix`, and the vectoriser sees straight-line arithmetic only.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from .precision import single
 
 

@@ -8,8 +8,7 @@ place, for exp(a) - 1 also near a = 0. No branches: lanes stay vectors (a librar
 float32 (precision.py) they are those of single_transcendental.py.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from . import single_transcendental, tensor3
 from .precision import or_in_single
 

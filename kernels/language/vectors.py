@@ -1,6 +1,6 @@
 """Load and store of contiguous numbers of an array as the lanes of one vector; such kernels need KEEP_VECTORS."""
 
-import taichi as ti
+from ..engine import ti
 
 MASK = 0x3FFFFFFF  # of an index: with it the compiler knows that at + 1, ... do not overflow, and loads whole vectors
 

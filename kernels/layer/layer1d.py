@@ -14,8 +14,7 @@ which a thread takes `width`: 8 and 8 as SIMD vectors on a CPU, 32 and 1 on a GP
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.arguments import ARRAY
 from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.vectors import load, store

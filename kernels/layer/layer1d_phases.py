@@ -12,8 +12,7 @@ the surface and one substitution back per step. Node columns are weight, gain, l
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import exponential_less_one
 from ..language.vectors import load, store
 from .layer1d_residual import BACK, GAIN, LINK, NODE, ROOM, SCRATCH, WARMTH

@@ -9,8 +9,7 @@ Values are vectors over `width` cells. A material is the list of `material`, a s
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import exponential_less_one, logarithm
 from ..language.vectors import load, store
 

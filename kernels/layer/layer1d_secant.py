@@ -7,8 +7,7 @@ evaluated. A lane fails if it leaves 0 < sig < s_melt or does not converge.
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import exponential_less_one, logarithm
 from ..language.vectors import load
 from .layer1d_residual import ROUNDING, SQRT3, WARMTH, magnitude, make_residual

@@ -7,8 +7,7 @@ sum grows exponentially. The other methods try the secants of the paper first (`
 
 import functools
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import logarithm
 from .layer1d_residual import ROUNDING, SMALL, magnitude, make_residual
 from .layer1d_secant import make_secant

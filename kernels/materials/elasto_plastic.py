@@ -21,8 +21,7 @@ point. An elastic point keeps its state bit for bit; nothing cancels at small st
 symmetric part.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.point_memory import any_above_zero
 from ..language.precision import by_precision

@@ -9,8 +9,7 @@ All give p = -U' = -K e at small strains.
 
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import log_split
 from . import mie_grueneisen
 

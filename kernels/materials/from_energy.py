@@ -14,8 +14,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.emission import body, function
 from ..language.expressions import Derivative, Expression
 from ..language.small_strains import SmallStrains

@@ -16,7 +16,7 @@ the list of the stored values, `new` the values after the step.
 
 from typing import Any, NamedTuple
 
-import taichi as ti
+from ..engine import ti
 
 
 class Tangent(NamedTuple):

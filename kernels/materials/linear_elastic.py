@@ -4,8 +4,7 @@ Its second derivative is A_ab = mu (G_a . G_b) I + mu G_b x G_a + lam G_a x G_b 
 have separate rules for it (implicit_points.py).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .law import Law, tangent_form
 

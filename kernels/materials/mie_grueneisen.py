@@ -21,8 +21,7 @@ Heat dQ raises T by dQ/(rho0 c), theta by exp(-Gamma m) times this, and leaves W
 the heat has taken up, so the energy balance counts heat once, where it is dissipated.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.transcendental import exponential, exponential_less_one
 
 PARAMETERS = ("s", "Gamma", "rho c/K")

@@ -5,8 +5,7 @@ M = 2 (c1 + 2 c2), and of the St Venant-Kirchhoff law with lam = 4 c2 and mu = -
 discrete stress are sums too. parameters: bulk, M, 4 c2.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from . import neo_hookean, st_venant_kirchhoff
 from .law import Law, StepLaw
 

@@ -8,8 +8,7 @@ with p = lam (J-1) + the pressure of the cell (mean dilatation). Over a step (im
 S* = mu (I - s DD) + lam (J0 + J1 - 2) G,  s = 2/(J0 + J1) ln(J1/J0)/(J1 - J0).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.implicit_geometry import (
     cofactor,

@@ -16,8 +16,7 @@ parameters: lam, the shear modulus sum(mu_p alpha_p)/2, then mu_p/alpha_p and al
 (Ogden, Proc. R. Soc. Lond. A 328, 567, 1972. Eigenvalues: cyclic Jacobi, Golub and Van Loan, ch. 8.5.)
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from ..language.precision import by_precision
 from ..language.transcendental import exponential_less_one, exponential_split, log_split

@@ -5,8 +5,7 @@
 S is linear in E, so that S((E0 + E1)/2) : (E1 - E0) = W1 - W0 exactly.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..language import tensor3
 from .law import Law, StepLaw, tangent_form
 

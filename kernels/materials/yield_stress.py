@@ -22,8 +22,7 @@ no library calls.
 
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..language.precision import by_precision
 from ..language.transcendental import exponential, logarithm
 

@@ -6,9 +6,8 @@ M^+ is zero in prescribed and massless components: prescribed ones keep their ve
 since the static solve places them. special_force is the internal force less the contact force.
 """
 
-import taichi as ti
-
 from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
+from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row, three
 from .damping import damping_force

@@ -9,8 +9,7 @@ Massless components have no damping. A damping law has a name (tcontact/scene/di
 ("" for none), and a branch in each of these functions.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import DAMPING, KICK_BEFORE
 
 

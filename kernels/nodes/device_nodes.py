@@ -8,8 +8,7 @@ Step sizes and gravity are arguments of the launch, so that no number has to be 
 
 from typing import Any, NamedTuple
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import DAMPING, FREE, WIDTH
 from .damping import damped_acceleration
 

@@ -9,8 +9,7 @@ table or -1, then the number of these axes; `supports.speeds` holds the velociti
 [m] that add to D, then the table: for each level of a launch and each axis the numbers below.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import DRIFT, DRIVEN_AXIS
 from .boundary_nodes import component_count, symmetric
 

@@ -6,7 +6,7 @@
 after `gather` no force, so that sums over the boundary nodes count every degree of freedom once.
 """
 
-import taichi as ti
+from ..engine import ti
 
 
 @ti.func

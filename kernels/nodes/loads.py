@@ -9,9 +9,8 @@ Work from level n to n+1: sum of (F^n + F^{n+1})/2 . (u^{n+1} - u^n), also of ma
 load_places.py says where the data stand.
 """
 
-import taichi as ti
-
 from ..columns import APPLIED
+from ..engine import ti
 from ..lanes import GRAVITY, KICK_BEFORE
 from ..language.entries import put_three, row, three
 from ..load_places import (

@@ -8,9 +8,8 @@ in special_force [3*s+c], and it is not moved here. With params[FREE] = 1 (produ
 `node_sums` [ranges, NODE_SUMS] (columns.py) are those of the moved nodes, with u before the drift and v_n.
 """
 
-import taichi as ti
-
 from ..columns import NODE_SUMS, NODES
+from ..engine import ti
 from ..lanes import CHUNK_BITS, CHUNK_MASK, DRIFT, FREE, GRAVITY, KICK_AFTER, KICK_BEFORE
 from .damping import damped_acceleration
 

@@ -8,9 +8,8 @@ quaternion. Angular momentum is exact in free flight, and the midpoint makes the
 order (Simo and Wong, Int. J. Numer. Meth. Eng. 31, 19, 1991, with the force of the leapfrog). Places: rigid_places.py.
 """
 
-import taichi as ti
-
 from ..columns import FIRST, RIGID, RIGID_SUMS, ROW_POSE, ROW_POSE_SIZE, SUPPORT, SUPPORT_SUMS
+from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.entries import put_three, three
 from ..rigid_places import (

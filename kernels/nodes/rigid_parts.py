@@ -7,8 +7,7 @@ drives a body is what its leapfrog (rigid_body.py) would need to reach the presc
 hold as for supports.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import DAMPING, DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.entries import put_three, row, three
 from ..rigid_places import ARMS_AT, FORCE, MASS, MEAN_SPIN, MOMENT, MOVED, SPIN, START, TURN, VELOCITY

@@ -1,8 +1,7 @@
 """The record of a rigid body (rigid_places.py): its pose, its inertia turned into the world, its angular velocity."""
 
-import taichi as ti
-
 from ..columns import RIGID
+from ..engine import ti
 from ..language.entries import three
 from ..rigid_places import AXES, COUNT, HEAD, INVERSE_MOMENTS, KIND, MOMENTS, MOVED, RECORD, SPIN, START, SUMS_AT, TURN
 from .rotations import matrix_of

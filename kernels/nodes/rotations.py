@@ -1,6 +1,6 @@
 """Rotations as unit quaternions (w, x, y, z), whose matrices stay orthogonal to rounding over any number of steps."""
 
-import taichi as ti
+from ..engine import ti
 
 
 @ti.func

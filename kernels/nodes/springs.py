@@ -12,9 +12,8 @@ As arguments of a kernel are few, the numbers of springs stand behind the mass t
 numbers; for each spring those below; for each entry its boundary node and weight.
 """
 
-import taichi as ti
-
 from ..columns import SPRING, SPRING_SUMS
+from ..engine import ti
 from ..lanes import KICK_AFTER, KICK_BEFORE, SPRING_ENTRY, SPRING_HEAD, SPRING_NUMBERS
 from ..language.entries import put_three, row, three
 from .boundary_nodes import symmetric

@@ -8,8 +8,7 @@ belongs to exactly one of its triangles. One thread owns a band of rows and take
 the first one stays, whatever the number of threads.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import GRAIN
 from ..language.arguments import ARRAY, INDEX
 

@@ -7,11 +7,10 @@ corners of a contact cell when its tangent is renewed, `sum_members` makes of th
 and `averaged_entry` the stiffness of an entry of K_KK. Lists and numbers: volume_places.py.
 """
 
-import taichi as ti
-
 from ..cells.node_averages import place
 from ..contact.islands import first_node
 from ..elements.tet4_node_averaged import of_volume
+from ..engine import ti
 from ..volume_places import (
     BLOCKS,
     CHANGES,

@@ -7,11 +7,10 @@ rows taken before. Without a row in reach the nearest one enters alone. A row th
 the next solve takes it first if it is violated, and a node that stays deep in one is squeezed, which stops the run.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import set_vector
 from ..contact.islands import node_count
 from ..contact.pair_rows import pair_row
+from ..engine import ti
 from ..node_places import PLACES
 from ..pair_places import SQUEEZED
 from .control import REACH

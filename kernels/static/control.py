@@ -12,7 +12,7 @@ linear contact problem by sweeps or MPRGP, move the nodes, measure again (solve.
 Residuals are relative to F_ref, the force scale of the island (solve.py).
 """
 
-import taichi as ti
+from ..engine import ti
 
 # numbers of `stats` [islands, STATS]
 F_REF, RESIDUAL, SWEEPS = 0, 1, 2  # force scale [N]; residual; sweeps (or products) so far in this solve

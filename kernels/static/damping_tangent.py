@@ -8,10 +8,9 @@ some ten times softer, makes the iteration diverge. One volume change per cell i
 
 import functools
 
-import taichi as ti
-
 from ..contact.cell_viscosity import RATE, cells_place
 from ..elements import FUNCTIONS
+from ..engine import ti
 from ..lanes import CONTACT_BLOCK, FIRST_CELL, GRADIENTS_AT, LAME, LAST_CELL, MATERIAL_AT, NODES_AT, POINTS, WEIGHTS_AT
 from ..language.entries import row
 from .surface_tangent import MAXIMUM_CORNERS, add_pair, cell_volume, gradients_at

@@ -8,13 +8,12 @@ limit, or that would remove a remaining overlap. Forces that the static solve le
 that carry the mass of the contact node, like its loads: momentum is conserved at any residual.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
 from ..contact.constraint_rows import normal_of, set_number, set_vector, sum_of_rows, vector_of
 from ..contact.islands import first_node, island_count, node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
+from ..engine import ti
 from ..language.entries import row
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, LEFT, LINEAR, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE

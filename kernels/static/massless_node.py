@@ -5,10 +5,9 @@
 in the massless components of a node, x = x_0 + B d with B = basis [3, block]; unused columns of B are zero.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import EPSILON, normal_of, number_of
 from ..contact.local_contact import multipliers
+from ..engine import ti
 
 SHORT = 1e-6  # a row whose normal is shorter than this in the massless components exerts no force on the node
 

@@ -19,10 +19,9 @@ negative curvature shows that K is indefinite; the solve then ends, and the swee
 The phases are functions of one pack, at most LANES nodes of one colour. Sums are taken in a fixed order.
 """
 
-import taichi as ti
-
 from ..contact.islands import first_pack
 from ..contact.pair_rows import spread
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES

@@ -1,7 +1,6 @@
 """Forces on the contact nodes of a pack that the motion of their neighbours causes, for both static solvers."""
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import MASK, load
 

@@ -11,8 +11,7 @@ exerts no force in its massless components (n = 0) has no bound. Nodes with seve
 vectors over the lanes; lanes beyond the pack are computed but neither stored nor summed.
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.tensor3 import cofactor, determinant
 from ..language.vectors import load, store

@@ -9,12 +9,11 @@ theirs, and starts anew where the step turns against the gradient (O'Donoghue an
 and open are found on the way; rows of obstacles have no masters.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import normal_of, set_number, set_vector, vector_of
 from ..contact.friction import tangents
 from ..contact.islands import first_node
 from ..contact.pair_rows import spread
+from ..engine import ti
 from ..node_places import PLACES
 from .control import (
     F_REF,

@@ -10,11 +10,10 @@ from which node_basis.py makes the basis of the node. These blocks do not bound 
 projected step comes from the largest one, found by power iteration.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import normal_of
 from ..contact.islands import first_node, first_pack, node_count
 from ..contact.pair_rows import collect, entry, lift_of, pair_row, spread, weight
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import PLACES

@@ -10,10 +10,9 @@ mean gradient of a hex does not change when its contact nodes move in an hourgla
 
 import functools
 
-import taichi as ti
-
 from ..elements import FUNCTIONS
 from ..elements.hex8_reduced import HOURGLASS, softened
+from ..engine import ti
 from ..lanes import (
     CONTACT_BLOCK,
     FIRST_CELL,

@@ -7,12 +7,11 @@ solves for a single node, with what stays the same in all sweeps of a linear pro
 into System.response (places: node_places.Rubbing). Pressing force and friction go back to the rows by `end_rubbing`.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import normal_of, number_of, set_number, set_vector, vector_of
 from ..contact.friction import ROUNDS as ROOT_ROUNDS
 from ..contact.friction import SINGULAR, STOPPED, tangents
 from ..contact.islands import first_node
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import RUBBING

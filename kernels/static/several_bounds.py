@@ -7,8 +7,7 @@ s_i = (A_ii sum_j |A_ij| / (A_ii A_jj)^1/2)^-1/2 with A = B^-t D B^-1 leave no e
 of a projected step is that of nodes with one row, whose T^t D T is the identity (node_basis.py).
 """
 
-import taichi as ti
-
+from ..engine import ti
 from ..node_places import PLACES
 from .massless_node import entries, square
 

@@ -6,8 +6,6 @@ T: the two tangents of the contact. The work of friction over a step is -(t^n + 
 the energy balance uses for all forces.
 """
 
-import taichi as ti
-
 from ..columns import SUMS
 from ..contact.constraint_rows import (
     friction_cone,
@@ -35,6 +33,7 @@ from ..contact.friction_record import record_step
 from ..contact.islands import node_count
 from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, weight
+from ..engine import ti
 from ..language.entries import put_three, row, three
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW
 from .massless_node import basis_of, entries, largest, settle, square, violated

@@ -12,13 +12,12 @@ the nodes of the sum of |f_cell,k| over the cells of node k.
 
 import functools
 
-import taichi as ti
-
 from .. import elements
 from ..contact.cell_viscosity import RATE, stiffen, viscous_force
 from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_node, island_count
 from ..contact.pair_rows import collect as collect_forces
+from ..engine import ti
 from ..lanes import CONTACT_BLOCK, KIND, STEP
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row

@@ -12,10 +12,9 @@ Where volume changes are averaged at nodes, averaged_tangent.py adds theirs; it 
 
 import functools
 
-import taichi as ti
-
 from ..elements import FUNCTIONS
 from ..elements.tet4_node_averaged import GUARD
+from ..engine import ti
 from ..lanes import (
     CONTACT_BLOCK,
     FIRST_CELL,

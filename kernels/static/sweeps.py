@@ -16,11 +16,10 @@ The defect of a sweep is the largest change of a node times its stiffness. It is
 update, so it estimates the remaining residual from above.
 """
 
-import taichi as ti
-
 from ..contact.constraint_rows import EPSILON
 from ..contact.islands import first_node, first_pack
 from ..contact.local_contact import multipliers
+from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load, store
 from .control import (

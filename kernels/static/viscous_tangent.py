@@ -10,9 +10,8 @@ the iteration diverge.
 
 import functools
 
-import taichi as ti
-
 from ..elements import FUNCTIONS
+from ..engine import ti
 from ..lanes import CONTACT_BLOCK, FIRST_CELL, LANE_AT, LAST_CELL, MASSLESS, NODES_AT
 from ..language.entries import row
 from .surface_tangent import add_pair, cell_volume

@@ -11,9 +11,8 @@ within a block, and nothing is added with atomics.
 
 import functools
 
-import taichi as ti
-
 from ..columns import NODE_SUMS, cell_groups, group_columns
+from ..engine import ti
 from ..lanes import DEVICE_BLOCK, DEVICE_ROWS, FOLD
 from ..language.signatures import Signature, kernel_of
 from .raw_rows import START

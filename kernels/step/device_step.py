@@ -11,10 +11,9 @@ only launches. Results do not depend on the order in which threads run.
 
 import functools
 
-import taichi as ti
-
 from ..cells.device_cells import CELL_NUMBERS, FLOW_NUMBERS, make_device_cell
 from ..columns import NODE_SUMS, cell_groups, group_columns
+from ..engine import ti
 from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
 from ..language.arguments import ARRAY
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with

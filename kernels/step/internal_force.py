@@ -12,10 +12,9 @@ for the same numbers of chunks and node ranges, on any number of threads. `param
 
 import functools
 
-import taichi as ti
-
 from ..cells.cell_phase import make_cell_phase
 from ..cells.node_volumes import make_volume_phase
+from ..engine import ti
 from ..lanes import GRAIN
 from ..language.compile_options import KEEP_VECTORS, compiled_with
 from ..language.signatures import Signature, kernel_of

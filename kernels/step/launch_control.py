@@ -1,8 +1,7 @@
 """Numbers with which host and serial kernel control a launch, and the rows that the host must check."""
 
-import taichi as ti
-
 from ..columns import raw_places
+from ..engine import ti
 from ..nodes.rigid_record import rigid_rate
 from ..rigid_places import LIMIT
 from .raw_rows import row_width

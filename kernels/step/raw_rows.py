@@ -4,9 +4,8 @@ A row holds the sums over the nodes, those over the cells (with viscosity also t
 ones), then all of `sums`.
 """
 
-import taichi as ti
-
 from ..columns import CELLS, NODE_SUMS, cell_groups, group_columns, group_size
+from ..engine import ti
 from ..lanes import CHUNK_COUNT
 
 START = {"sum": 0.0, "min": 1e300, "max": 0.0}

@@ -9,13 +9,12 @@ share. With a penalty on nodes with mass k_i is its stiffness. A node counts bef
 within `reach` seconds: the step must be short before the first kick.
 """
 
-import taichi as ti
-
 from ..columns import RIGID
 from ..contact.constraint_rows import normal_of, number_of, vector_of
 from ..contact.islands import node_count
 from ..contact.obstacle_rows import position
 from ..contact.obstacles import MEAN_VELOCITY, POINT, RECORD, velocity_at
+from ..engine import ti
 from ..language.entries import row, three
 from ..nodes.rigid_record import kind_of, record_of, turn_of
 from ..nodes.rotations import matrix_of

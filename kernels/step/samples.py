@@ -4,7 +4,7 @@ what probes and maxima measure (tcontact/schemes/sensors.py).
 `samples`: number of nodes, the nodes, then for each row displacement (3) [m] and velocity (3) [m/s] of every node.
 """
 
-import taichi as ti
+from ..engine import ti
 
 SAMPLE = 6
 

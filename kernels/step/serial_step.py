@@ -22,11 +22,10 @@ are many, in a parallel pass before the launch; started at `viscous`, the kernel
 
 import functools
 
-import taichi as ti
-
 from ..cells.cell_phase import keep_places, make_cell_phase
 from ..cells.node_averages import ring_changes
 from ..cells.node_volumes import make_volume_phase
+from ..engine import ti
 from ..lanes import CHUNK_COUNT, GRAVITY, MAXIMUM_SLOTS
 from ..lanes import STEP as STEP_LENGTH
 from ..language.bundles import ContactOptions

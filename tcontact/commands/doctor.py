@@ -17,6 +17,7 @@ from .. import cases
 from ..device import runtime
 from ..results.report import versions
 from . import settings
+from .engines import compare_engines
 
 FIRST_STEPS = 1e-3  # share of the duration of a case, about
 
@@ -33,6 +34,12 @@ def add(subparsers: Any) -> None:
         action="store_true",
         help="take the first steps of every case and draw a picture, so that later runs find the kernels in the cache:"
         " some minutes",
+    )
+    parser.add_argument(
+        "--engines",
+        action="store_true",
+        help="make short runs with Taichi and with every installed compiler that can take its place, such as its fork"
+        " Quadrants, and compare their bits: some minutes",
     )
     parser.set_defaults(run=run)
 
@@ -52,6 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     failed = self_test()
     if arguments.compile:
         compile_cases(cases.names())
+    if arguments.engines:
+        compare_engines()
     return failed
 
 

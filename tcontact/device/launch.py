@@ -67,8 +67,9 @@ class Prepared:
     def _prepare(self, arguments: tuple[Any, ...]) -> None:
         """Find the compiled kernel of these arguments; use ordinary calls if Taichi has changed."""
         try:
-            from taichi.lang import impl
+            from ..kernels.engine import ti
 
+            impl = ti.lang.impl
             primal = self.kernel._primal  # type: ignore[attr-defined]
             program = impl.get_runtime().prog
             inner = primal.compiled_kernels[primal.ensure_compiled(*arguments)]

@@ -33,14 +33,16 @@ def load() -> ModuleType:
     os.environ.setdefault("HOME", _home())  # without one Taichi aborts the process
     try:
         with quick_import():
-            import taichi
+            from ..kernels.engine import ti
     except ImportError as error:
         if "libX11" in str(error):
             raise ImportError(
                 "Taichi needs the system library libX11.so.6; install it: apt-get install libx11-6"
             ) from error
+        if engine := os.environ.get("TCONTACT_ENGINE"):
+            raise ImportError(f"TCONTACT_ENGINE={engine}: {error}; install it, or unset this variable") from error
         raise
-    return taichi
+    return ti
 
 
 def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
@@ -84,7 +86,6 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
                 offline_cache_file_path=str(cache if cached else Path(__file__).parent),
                 cpu_max_num_threads=wanted,
                 log_level=ti.ERROR,
-                verbose=False,
             )
     except RuntimeError as error:
         raise MemoryError(f"Taichi cannot be started: {error}") from error

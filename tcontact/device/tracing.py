@@ -41,9 +41,10 @@ def quick_import() -> Iterator[None]:
 def quicken() -> None:
     """Replace the slow functions of Taichi, once per process, after its import."""
     try:
-        from taichi.lang import impl, kernel_impl
-        from taichi.lang.ast import ast_transformer_utils
+        from ..kernels.engine import ti
 
+        impl, kernel_impl = ti.lang.impl, ti.lang.kernel_impl
+        ast_transformer_utils = ti.lang.ast.ast_transformer_utils
         context: Any = ast_transformer_utils.ASTTransformerContext
         lines, file = functools.cache(_source_lines(kernel_impl.getsourcelines)), kernel_impl.getsourcefile
         kernel_impl.textwrap, kernel_impl._inside_class, context.get_pos_info  # noqa: B018 - raises if one is missing
