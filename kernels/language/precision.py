@@ -9,14 +9,12 @@ differ from 1) are `by_precision`.
 import functools
 from typing import Any
 
-from taichi.lang import impl
-
 from ..engine import ti
 
 
 def single() -> bool:
     """Return whether the function that is inlined here computes in float32."""
-    return impl.get_runtime().default_fp == ti.f32
+    return ti.lang.impl.get_runtime().default_fp == ti.f32
 
 
 def by_precision(double: float, in_float32: float) -> float:
@@ -29,7 +27,7 @@ def in_single(function: Any) -> Any:
 
     @functools.wraps(function)
     def inlined(*arguments: Any, **named: Any) -> Any:
-        runtime = impl.get_runtime()
+        runtime = ti.lang.impl.get_runtime()
         before = runtime.default_fp
         runtime.default_fp = ti.f32
         try:
