@@ -11,6 +11,7 @@ from tcontact.cases import incompressible_beam, penetration_energy, tumbling_blo
 from tcontact.commands.cli import main
 from tcontact.planning.planning import plan
 from tcontact.schemes.implicit.solution.linear_solver import DIRECT
+from tcontact.show import plots
 
 
 def verdicts(case, result):
@@ -66,10 +67,8 @@ def test_options_of_a_scheme_from_the_command_line(tmp_path, capsys):
 
 
 def test_penetration_energies_are_drawn_in_two_panels(tmp_path, monkeypatch):
-    from matplotlib.figure import Figure
-
     drawn = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr(plots, "_save", lambda figure, path: drawn.append(figure))
     time = np.linspace(0.0, 1e-3, 11)
     history = {"time": time, "contact": 1e-3 * np.sin(np.pi * time / 1e-3)}
     labels = [f"{name} mass, {share:g} dt" for name in penetration_energy.NAMES for share in penetration_energy.STEPS]

@@ -192,7 +192,9 @@ def functions():
         importlib.import_module(module.name)
     kernel_impl = pytest.importorskip("taichi.lang.kernel_impl")
     found = [one.func for one in gc.get_objects() if isinstance(one, (kernel_impl.Func, kernel_impl.Kernel))]
-    return [one for one in found if one.__module__.startswith(kernels.__name__) and one.__name__ not in globals()]
+    return [
+        one for one in found if (one.__module__ or "").startswith(kernels.__name__) and one.__name__ not in globals()
+    ]
 
 
 def test_the_source_of_a_function_is_that_of_inspect():
