@@ -46,7 +46,7 @@ def relative(one, other):
 
 @pytest.mark.parametrize("name", cuda_scenes.FORCES)
 def test_forces_are_those_of_the_cpu(found, parallel_path, name):
-    """Of every element and law: 1e-13 of the largest force of the body."""
+    """The forces of every element and law agree to 1e-13 of the largest force of the body."""
     first, energies = 0, 0.0
     for body in cuda_scenes.FORCES[name]():
         force, sums = cuda_scenes.forces(InternalForce, [body])

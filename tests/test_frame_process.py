@@ -17,6 +17,7 @@ import tcontact as tc
 from tcontact.results.files import frame_process
 from tcontact.results.files.frame_process import FrameProcess
 from tcontact.results.files.vtkhdf import ResultData, ResultFile
+from tcontact.run.recorder import FILE, Recorder
 
 SCENE = "full removal"
 
@@ -192,3 +193,14 @@ def test_a_run_that_is_killed_keeps_the_frames_it_had_sent(straight, tmp_path):
     assert len(ResultData.open(place / "result.vtkhdf")) == 9
     same(tc.resume(place, SCENES[SCENE](), FINE), straight[0])
     same_files(place, straight[1])
+
+
+def test_an_end_behind_the_last_frame_is_told_without_a_lost_frame(tmp_path):
+    """The process ends when it has written every frame and the run has no other one to send."""
+    (tmp_path / FILE).touch()
+    recorder, file = Recorder.__new__(Recorder), FrameProcess.__new__(FrameProcess)
+    file._failed, file._sent, file.kept = OSError(5, "it has ended"), 2, 2
+    recorder.file, recorder.folder, recorder.times = file, tmp_path, [0.0, 0.0, 1e-3]
+    with pytest.raises(tc.OutputError, match=r"what follows the last frame cannot be written .*the 2 frames before"):
+        recorder.settle()
+    assert recorder.times == [0.0, 0.0, 1e-3]

@@ -235,6 +235,21 @@ def test_deformation_is_magnified_about_the_mean_motion(result):
     np.testing.assert_allclose(np.ptp(three - start, axis=0), 3 * np.ptp(one - start, axis=0), atol=1e-12)
 
 
+@pytest.mark.parametrize("reason", [None, "finished", "inverted-cell"])
+def test_a_cell_that_inverted_is_drawn_from_both_sides(tmp_path, reason):
+    """All faces of a body that is turned inside out look away from the eye."""
+    points, cells = _box(2)
+    with ResultFile.create(tmp_path / "r.vtkhdf", points, [("hex8", cells)]) as file:
+        file.append(0.0, {"displacement": points[:, [1, 0, 2]] - points}, {"von_mises": np.ones(8)})
+        file.write_attributes({} if reason is None else {"reason": reason})
+    studio = Studio(ResultData.open(tmp_path / "r.vtkhdf"), (200, 160), 1.0, None)
+    drawn, draw_into = [], studio._draw
+    studio._draw = lambda scene, *rest: (drawn.append(len(scene.screen)), draw_into(scene, *rest))
+    studio.picture(studio.data.frame(0), "von_mises", (0.0, 2.0), studio.camera("above"))
+    looking, everything = drawn[-1], 6 * 4 * 4
+    assert (looking == everything) == (reason == "inverted-cell")
+
+
 def test_a_broken_last_frame_is_still_drawn(tmp_path):
     points, cells = _box(2)
     with ResultFile.create(tmp_path / "r.vtkhdf", points, [("hex8", cells)]) as file:

@@ -204,10 +204,10 @@ class Recorder:
     def _unwritten_frame(self, error: OSError) -> OutputError:
         """Return the error for the first frame that is not in the file, and forget it and those after it."""
         kept = self.file.kept if isinstance(self.file, FrameProcess) else len(self.times) - 2
-        lost = self.times[kept + 1]
+        lost = self.times[kept + 1 :]
         del self.times[kept + 1 :]
-        kept_text = f"the {kept} frames before it are"
-        return unwritten(self.folder, f"the frame at t = {lost:.6g} s", kept_text, error)
+        what = f"the frame at t = {lost[0]:.6g} s" if lost else "what follows the last frame"
+        return unwritten(self.folder, what, f"the {kept} frames before it are", error)
 
 
 def unwritten(folder: Path, what: str, kept: str, error: OSError) -> OutputError:

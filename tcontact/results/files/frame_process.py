@@ -58,7 +58,7 @@ class FrameProcess:
 
     @classmethod
     def start(cls, size: int, frames: int, inherited: Sequence[int] = ()) -> FrameProcess | None:
-        """Start the process for so many frames of `size` bytes; None where it would not pay or cannot be started.
+        """Start the process for so many frames of `size` [bytes]; None where it would not pay or cannot be started.
 
         inherited: files that stay open, and locked, as long as it writes.
         """

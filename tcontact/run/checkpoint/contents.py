@@ -131,7 +131,7 @@ def _leaves(thing: Any, seen: set[int], path: str = "", owner: Any = None, key: 
             yield Leaf(path, owner, key, thing)
     elif id(thing) in seen or isinstance(thing, (type, Prepared)):
         return
-    elif isinstance(thing, np.ndarray) or type(thing).__module__.startswith("taichi.lang._ndarray"):
+    elif isinstance(thing, np.ndarray) or type(thing).__module__.endswith(".lang._ndarray"):
         yield Leaf(path, owner, key, thing)
     elif isinstance(thing, (list, tuple)):
         seen.add(id(thing))

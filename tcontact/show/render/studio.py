@@ -53,6 +53,7 @@ class Studio:
         described = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
         self.planes, self.solids = read_planes(described), read_solids(described)
         self.poses = [Pose.read(one, index) for index, one in enumerate(described) if one.get("kind") == "plane"]
+        self._finished = data.attributes.get("reason", "finished") == "finished"
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.clip, self.wish = tuple(clip), colours
         self.names = names_of(data)
@@ -246,7 +247,8 @@ class Studio:
         place = window([screen], [0], width, height)
         floor, pixel_behind, scenery = self._scenery(eye.fixed, colours)
         rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
-        whole = self.scale == 1.0 and isinstance(drawable(body.screen), slice)
+        # cells that inverted have faces that look inward
+        whole = self.scale == 1.0 and self._finished and isinstance(drawable(body.screen), slice)
         self._draw(body.front_first(cull=whole), (rows, columns), colours, floor, self.depth, self.pixel)
         place = union(place, darker)
         signs = field, limits, note, chosen
