@@ -217,7 +217,7 @@ def test_a_run_with_mprgp_goes_on_from_a_checkpoint_with_the_same_bits(monkeypat
     assert chosen(scene).projected
     whole = split(monkeypatch, tmp_path, scene, 2)
     assert whole.history["contact_force"][:, 2].max() > 0.0
-    assert whole.history["sweeps"][1:].min() >= 1.0
+    assert whole.history["sweeps"][2:].min() >= 1.0  # the block starts in equilibrium
 
 
 def chosen(scene):

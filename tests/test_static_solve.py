@@ -188,3 +188,13 @@ def test_more_than_three_walls_act_on_the_nodes_near_them(walls):
     few, many = simulate(scene), simulate(more)
     assert np.abs(few.history["contact_force"]).max() > 0.0
     assert np.abs(few.position - many.position).max() <= 1e-7 * 0.2
+
+
+def test_a_body_in_equilibrium_makes_no_sweeps():
+    """Its residual is exactly 0 from the second step on; the first one has no tangent to rely on."""
+    scene = thrown(turn=np.eye(3), speed=0.0, shake=0.0, gravity=False, contact=tc.MasslessContact(removal="full"))
+    result = simulate(scene)
+    assert result.history["sweeps"].max() > 0.0
+    assert not result.history["sweeps"][2:].any()
+    assert not result.history["static_residual"].any()
+    assert np.array_equal(result.position, scene.bodies[0].mesh.nodes)

@@ -54,7 +54,9 @@ def judge(stats: ti.template(), settings: ti.template(), island, first):
     calm = residual <= ti.max(CALM * settings[its + TOLERANCE], stats[at + ROUNDING])
     if first == 1:
         stats[at + SWEEPS] = 0.0
-        if calm and RENEWAL * residual <= left and stats[at + STALE] == 0.0:
+        if residual == 0.0 and stats[at + STALE] == 0.0:  # as in free flight: no solve would move a node
+            stats[at + TODO] = DONE
+        elif calm and RENEWAL * residual <= left and stats[at + STALE] == 0.0:
             stats[at + TODO] = LAST_SWEEP
     else:
         contraction = ti.min(1.0, residual / ti.max(stats[at + BEFORE], aim))

@@ -17,7 +17,8 @@ class MasslessContact:
     alone, rho v^2/Y <= 0.1 (`InputError` above); "normal" and "auto" go along the normals of planes of one direction,
     else along those of their own contact faces.
     penalty: None for the exact constraint, else the stiffness per area [N/m^3] of the obstacle surface.
-    depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps a step.
+    depth: layers of nodes that receive the mass (1 = the paper). sweeps: minimum number of sweeps of a step whose
+    residual is not 0.
     tolerance: bound on `static_residual` (relative); None means 1e-4, with the sweeps going on to 1e-6 if they can;
     below 1e-6 rows of pairs of bodies are built anew after less slip, too, which keeps the angular momentum.
     solver: of the static solve: "gauss-seidel" sweeps, "projected-gradient" (MPRGP: conjugate gradients with bounds,
