@@ -61,6 +61,15 @@ def cube(tmp_path_factory) -> tuple[Path, str]:
     return out, done.stdout + done.stderr
 
 
+def test_the_first_line_comes_before_anything_is_compiled(monkeypatch, capsys, tmp_path):
+    def stopped(*_, **__):
+        raise tc.OutputError("not yet")
+
+    monkeypatch.setattr(tc, "simulate", stopped)
+    assert main(["run", "bar-impact", *SMALL, "--out", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().out == "bar-impact: 4 cells, 20 nodes, no frames\n"
+
+
 def test_info_draws_a_curve_in_a_line():
     line = info.sparkline(np.concatenate([np.zeros(60), np.linspace(0, 1, 60), np.full(60, np.nan)]), 30)
     assert len(line) == 30

@@ -18,7 +18,7 @@ from tcontact.base import moved
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted(path for place in ("tcontact", "kernels", "cases") for path in (ROOT / place).rglob("*.py"))
 KERNELS = [path for path in SOURCES if (ROOT / "kernels") in path.parents and path.name != "__init__.py"]
-HEAVY = {"taichi", "matplotlib", "PIL", "rich"}
+HEAVY = {"taichi", "matplotlib", "PIL", "rich", "unittest", "asyncio"}
 
 
 def relative(path: Path) -> str:

@@ -20,7 +20,8 @@ class VonMises:
     Raises `InputError` for a law that the kernels do not have.
     """
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Body, order: np.ndarray | None = None) -> None:
+        """Prepare for displacements in an order of the nodes [n] of the body; None: their own."""
         from ..kernels.cells.von_mises import make_von_mises
         from ..kernels.materials import LAWS
 
@@ -30,7 +31,8 @@ class VonMises:
             if law not in LAWS:
                 raise InputError("material.law", law, f"the kernels know {', '.join(LAWS)}")
         self._blocks = body.blocks
-        self._position = arrays.put(mesh.nodes)
+        self._position = arrays.put(mesh.nodes if order is None else mesh.nodes[order])
+        place = None if order is None else np.argsort(order)
         self._u = arrays.zeros(3 * mesh.node_count)
         self._whole = np.zeros(mesh.cell_count if len(body.blocks) > 1 else 0)
         kernels = {(block.element, block.material.law): None for block in body.blocks}
@@ -38,7 +40,8 @@ class VonMises:
         self._stateful = {law: bool(LAWS[law].state) for _, law in kernels}
         self._data = []
         for block in body.blocks:
-            packs = pack_cells(block.cells, mesh.node_count, WIDTH)
+            cells = block.cells if place is None else place[block.cells]
+            packs = pack_cells(cells, mesh.node_count, WIDTH)
             numbers, law = shown_parameters(block), LAWS[block.material.law]
             if block.formulation == AVERAGED:  # the pressure of a single cell is no result, and large near poisson 1/2
                 numbers[0] = 0.0
@@ -48,7 +51,7 @@ class VonMises:
             )
 
     def __call__(self, displacement: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
-        """Return the stress [m] [Pa] at a displacement [n, 3] [m] of the user; the next call overwrites it.
+        """Return the stress [m] [Pa] at a displacement [n, 3] [m]; the next call overwrites it.
 
         state [m, numbers]: mean state of the points of every cell (`PointState.of_body`), for laws that have one; None:
         that of the start.

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from ..base.errors import InputError, OutputError
-from ..results.report import versions
+from ..base.version import __version__
 from ..run.interrupts import Terminated, terminations
 from . import bench, doctor, export, info, listing, numbers, render, run, study
 from . import resuming as resume
@@ -30,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
         description="Dynamic contact and impact of deformable solids.",
         epilog="exit code: 0 all well, 1 a run or one of its checks failed, 2 bad usage",
     )
-    top.add_argument("--version", action="version", version=f"tcontact {versions()['tcontact']}")
+    top.add_argument("--version", action="version", version=f"tcontact {__version__}")
     subparsers = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for command in COMMANDS:
         command.add(subparsers)

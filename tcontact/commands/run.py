@@ -87,7 +87,7 @@ def _start(
     """Return the function that runs one scene from its start, and the origin of the run."""
     import tcontact as tc
 
-    if arguments.frames and not arguments.quiet:
+    if not arguments.quiet:
         print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
     origin |= {"scene": arguments.scene} if hasattr(arguments, "scene") else {}
@@ -148,7 +148,10 @@ def finish(
 
 
 def _size(scene: Any, arguments: argparse.Namespace) -> str:
-    """Return the line on what the frames will take on the disk."""
+    """Return the line on what the frames will take on the disk; without any, on what is computed."""
+    if not arguments.frames:
+        cells = sum(body.mesh.cell_count for body in scene.bodies)
+        return f"{cells} cells, {sum(body.mesh.node_count for body in scene.bodies)} nodes, no frames"
     fields = frame_fields.chosen(scene, arguments.fields)
     size = frame_fields.size(scene, arguments.frames, fields) / 1e6
     return f"{arguments.frames} frames of {', '.join(fields)} take {size:.3g} MB"

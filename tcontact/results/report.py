@@ -7,7 +7,6 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ AXES = {3: "xyz", 6: ("xx", "yy", "zz", "xy", "yz", "xz")}  # ends of the names 
 
 def versions() -> dict[str, str]:
     """Return the versions of tcontact, Taichi, numpy and Python, without importing Taichi."""
+    from importlib.metadata import PackageNotFoundError, version
 
     def installed(package: str) -> str:
         try:

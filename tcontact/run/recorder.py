@@ -15,16 +15,19 @@ from ..cells.cell_stress import CellStress, pressure_of
 from ..cells.point_state import has_state, metal_field
 from ..cells.stress import VonMises
 from ..results.files.frame_process import FrameProcess
+from ..results.files.late_fields import Late, whole
 from ..results.files.vtkhdf import ResultData, ResultFile
 from ..results.frame_fields import FRICTION, LAYERS, METAL, STRESS, frame_size
 from ..scene.obstacles.description import describe
 from ..scene.scene import Scene
 from ..schemes.explicit.body_view import BodyView
 from .checkpoint.store import FILES as CHECKPOINTS
+from .contact_fields import ContactFields
 from .folder_lock import check_free, held
 from .snapshot import Snapshot
 
 FILE = "result.vtkhdf"
+CONTACT = "contact_force", "contact_pressure"
 
 
 def check_folder(out: Any) -> Path:
@@ -104,6 +107,7 @@ class Recorder:
         self.obstacles, self.times = scene.obstacles, [0.0]
         self._paired = bool(scene.body_pairs)
         self._stateful = has_state(scene) and not {"von_mises", *METAL, *STRESS}.isdisjoint(fields)
+        self._contact: ContactFields | None = None
         self.stress: list[VonMises] = []
         self.whole_stress: list[CellStress] = []
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
@@ -122,31 +126,22 @@ class Recorder:
 
     def prepare(self) -> None:
         """Prepare for the fields of the frames, before the first one."""
-        if "contact_pressure" in self.fields:
-            area = _joined([state.plan.contact_areas() for state in self.states])
-            self._contact_nodes = np.flatnonzero(area > 0.0)
-            self._area = area[self._contact_nodes]
+        if not set(CONTACT).isdisjoint(self.fields):
+            self._contact = ContactFields(self.states, self._paired)
         if "von_mises" in self.fields:
-            self.stress = [VonMises(state.plan.body) for state in self.states]
+            self.stress = [VonMises(state.plan.body, state.plan.node_order) for state in self.states]
         if "pressure" in self.fields:
             self.whole_stress = [CellStress(state.plan.body) for state in self.states]
 
     def frame(self, time: float, snapshot: Snapshot) -> None:
         """Append the state at `time` [s] in the user's numbering. Raises `OutputError`."""
         self.times.append(float(time))
-        moved = snapshot.displacements
-        nodal = {"displacement": _joined(moved)}
+        nodal: dict[str, np.ndarray | Late] = {"displacement": snapshot.displacement_field()}
         if "velocity" in self.fields:
-            nodal["velocity"] = _joined(snapshot.velocities())
-        if "contact_force" in self.fields or "contact_pressure" in self.fields:
-            force = _joined([state.contact_force() for state in self.states])
-            if "contact_force" in self.fields:
-                nodal["contact_force"] = force
-            if "contact_pressure" in self.fields:
-                if self._paired:
-                    self._area = _joined([state.contact_areas() for state in self.states])[self._contact_nodes]
-                nodal["contact_pressure"] = pressure = np.zeros(len(force))
-                pressure[self._contact_nodes] = np.linalg.norm(force[self._contact_nodes], axis=1) / self._area
+            nodal["velocity"] = snapshot.velocity_field()
+        if self._contact is not None:
+            contact = dict(zip(CONTACT, self._contact.fields(), strict=True))
+            nodal |= {name: contact[name] for name in CONTACT if name in self.fields}
         if not LAYERS.keys().isdisjoint(self.fields):
             layers = [state.layer_fields() for state in self.states]
             nodal |= {name: _joined([one[name] for one in layers]) for name in layers[0] if name in self.fields}
@@ -158,10 +153,10 @@ class Recorder:
         if self._stateful:
             kept = [state.point_state() for state in self.states]
         if self.stress:
-            parts = zip(self.stress, moved, kept, strict=True)
+            parts = zip(self.stress, snapshot.moved, kept, strict=True)
             cellwise["von_mises"] = _joined([of(part, state) for of, part, state in parts])
         if self.whole_stress:
-            own = zip(self.whole_stress, moved, kept, strict=True)
+            own = zip(self.whole_stress, snapshot.displacements, kept, strict=True)
             cellwise["pressure"] = _joined([pressure_of(of(part[None], state)[0]) for of, part, state in own])
         for name in METAL:
             if name in self.fields:
@@ -171,7 +166,10 @@ class Recorder:
             if isinstance(self.file, ResultFile) and self.process is not None and self.process.ready():
                 self.process.take_over(self.file, self.folder / FILE, self.attributes)
                 self.file = self.process
-            self.file.append(time, nodal, cellwise)
+            if isinstance(self.file, FrameProcess):
+                self.file.append(time, nodal, cellwise)
+            else:
+                self.file.append(time, {name: whole(field) for name, field in nodal.items()}, cellwise)
         except OSError as error:
             raise self._unwritten_frame(error) from error
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
+from ..results.files.late_fields import Late, Part
 from ..schemes.explicit.body_view import BodyView
 
 
@@ -11,21 +14,42 @@ class Snapshot:
     """The state at level n: taken before the step that starts there, complete once the step is done.
 
     v^n is the mean of v^{n-1/2} before and v^{n+1/2} after the kick. before, after [s]: the steps that end and start
-    here; dt [s]: the step of a run, where none has ended; whole: the velocity is that of the level.
+    here; dt [s]: the step of a run, where none has ended; whole: the velocity is that of the level. moved: displacement
+    [n, 3] [m] of every body in the numbering of its plan.
     """
 
     def __init__(self, states: list[BodyView], before: float, after: float, dt: float, whole: bool = False) -> None:
         self.states = states
         # an implicit scheme has the velocity at the level
         self.share = before / (before + after) if before + after > 0.0 and not whole else 0.0
-        self.displacements = [state.displacement() for state in states]
-        self._halves = [state.half_step_velocity() for state in states]
+        self.moved = [np.array(state.latest()) for state in states]
+        self._halves = [np.array(state.half_step_velocity()) for state in states]
         self._massless = [state.massless_velocity(before or dt) for state in states]
+
+    @cached_property
+    def displacements(self) -> list[np.ndarray]:
+        """Return the displacement [n, 3] [m] of every body in the user's numbering."""
+        return [part.values() for part in self.displacement_field().parts]
+
+    def displacement_field(self) -> Late:
+        """Return the displacement [n, 3] [m] of all bodies."""
+        parts = zip(self.moved, self.states, strict=True)
+        return Late(tuple(Part("renumbered", (moved,), (state.plan.place,)) for moved, state in parts))
 
     def velocities(self) -> list[np.ndarray]:
         """Return v^n [n, 3] of every body in the user's numbering."""
+        return [part.values() for part in self.velocity_field().parts]
+
+    def velocity_field(self) -> Late:
+        """Return v^n [n, 3] of all bodies; its arrays change with the next step."""
         parts = zip(self.states, self._halves, self._massless, strict=True)
-        return [
-            state.velocity(old + self.share * (state.half_step_velocity() - old), massless)
-            for state, old, massless in parts
-        ]
+        return Late(tuple(self._velocity(*part) for part in parts))
+
+    def _velocity(self, state: BodyView, old: np.ndarray, massless: np.ndarray | None) -> Part:
+        """Return v^n of a body; old: its velocity before the kick."""
+        plan, new = state.plan, state.half_step_velocity()
+        if plan.images is not None:
+            return Part("as they are", (state.velocity(old + self.share * (new - old), massless),))
+        if massless is None or plan.contact is None:
+            return Part("velocity", (old, new), (plan.place,), (self.share,))
+        return Part("velocity", (old, new, massless), (plan.place, plan.contact.nodes), (self.share,))

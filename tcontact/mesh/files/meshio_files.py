@@ -8,7 +8,6 @@ import re
 import warnings
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
@@ -91,6 +90,8 @@ def read_gmsh(path: Path) -> FileMesh:
 
 def read_file(path: Path, file_format: str) -> Any:
     """Read a mesh by meshio without its printing; its `SystemExit` and warnings of open sections become errors."""
+    from unittest import mock
+
     import meshio
 
     said = io.StringIO()
@@ -117,6 +118,8 @@ def read_file(path: Path, file_format: str) -> Any:
 
 def _read_partly_grouped(path: Path) -> Any:
     """Read a 4.1 file in which only some entities have groups (Mesh.SaveAll=1), which meshio's table refuses."""
+    from unittest import mock
+
     import meshio
     from meshio.gmsh import _gmsh41
 

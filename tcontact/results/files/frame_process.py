@@ -1,9 +1,10 @@
-"""Write frames in a process of its own, so that a run goes on while they are checked and stored.
+"""Write frames in a process of its own, so that a run goes on while they are put together, checked and stored.
 
 A thread would not do: Taichi holds Python's global lock as long as a kernel runs. The run puts the arrays of a frame
-into one of two places of shared memory and sends what they are; the process, which imports neither Taichi nor the rest
-of the program (`frame_server.py`), appends them to the result file and says so. A process that ends, however it does,
-leaves the frames it was sent: the other one reads them to their end, stores them and goes.
+into one of a few places of shared memory and sends what they are; the process, which imports neither Taichi nor the
+rest of the program (`frame_server.py`), makes the fields of them, appends them to the result file and says so. A
+process that ends, however it does, leaves the frames it was sent: the other one reads them to their end, stores them
+and goes.
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from typing import Any
 
 import numpy as np
 
+from .late_fields import Late, Part
 from .vtkhdf import ResultFile
 
-PLACES = 2  # frames in shared memory: one is written, the next one is made
+PLACES = 4  # frames in shared memory: some are written together, the next one is made
+LARGE = 2**26  # bytes of a frame above which there are two
 LEAST = 10**8  # bytes of all frames from which a process is started: 0.4 s of writing, more than its start costs
 FEWEST = 8  # frames
 ALIGNMENT = 64  # bytes, of the arrays of a frame
@@ -38,6 +41,7 @@ START = (  # the package is found without being run: that would import all of th
 )
 ENDED = "the process that writes it has ended"
 Fields = Mapping[str, np.ndarray]
+LateFields = Mapping[str, np.ndarray | Late]
 
 
 class FrameProcess:
@@ -52,6 +56,8 @@ class FrameProcess:
         self._line, self._memory, self._process = line, memory, process
         self._map: mmap.mmap | None = None
         self._room = self._sent = self._first = 0
+        self._places = PLACES
+        self._fixed: dict[int, tuple[int, np.ndarray]] = {}
         self.kept = 0
         self._ready = self._open = False
         self._failed: OSError | None = None
@@ -105,26 +111,46 @@ class FrameProcess:
         self._send("open", str(path), len(file), dict(attributes))
         self._open = True
 
-    def append(self, time: float, point_data: Fields | None = None, cell_data: Fields | None = None) -> None:
-        """Add a frame, see `ResultFile.append`; the arrays may change at once."""
-        self._listen(PLACES - 1)
-        arrays = {("point", name): np.asarray(array) for name, array in (point_data or {}).items()}
-        arrays |= {("cell", name): np.asarray(array) for name, array in (cell_data or {}).items()}
-        size = sum(_whole(array.nbytes) for array in arrays.values())
-        if self._map is None or size > self._room:
-            self._listen(0)
-            self._room = size
-            os.ftruncate(self._memory, PLACES * self._room)
-            self._map = mmap.mmap(self._memory, PLACES * self._room)
-            self._send("room", self._room)
-        at, parts = self._room * ((self._sent - self._first) % PLACES), []
-        for key, array in arrays.items():
-            there = np.frombuffer(self._map, array.dtype, array.size, at).reshape(array.shape)
-            there[...] = array
-            parts.append((*key, array.dtype.str, array.shape, at))
-            at += _whole(array.nbytes)
-        self._send("append", float(time), parts)
+    def append(self, time: float, point_data: LateFields | None = None, cell_data: LateFields | None = None) -> None:
+        """Add a frame, see `ResultFile.append`; the arrays may change at once, except those that a part calls fixed."""
+        fields = {("point", name): _parts(field) for name, field in (point_data or {}).items()}
+        fields |= {("cell", name): _parts(field) for name, field in (cell_data or {}).items()}
+        size = sum(_whole(array.nbytes) for parts in fields.values() for part in parts for array in part.now)
+        self._make_room(size)
+        self._listen(self._places - 1)
+        at, sent = self._room * ((self._sent - self._first) % self._places), []
+        for key, parts in fields.items():
+            described = []
+            for part in parts:
+                arrays = []
+                for array in part.now:
+                    there = np.frombuffer(self._map, array.dtype, array.size, at).reshape(array.shape)  # type: ignore[arg-type]
+                    there[...] = array
+                    arrays.append((array.dtype.str, array.shape, at))
+                    at += _whole(array.nbytes)
+                described.append((part.rule, arrays, [self._known(array) for array in part.fixed], part.numbers))
+            sent.append((*key, described))
+        self._send("append", float(time), sent)
         self._sent += 1
+
+    def _make_room(self, size: int) -> None:
+        """Make the places in shared memory larger if a frame of so many bytes needs it."""
+        if self._map is not None and size <= self._room:
+            return
+        self._listen(0)
+        self._room = size
+        self._places = PLACES if size <= LARGE else 2
+        os.ftruncate(self._memory, self._places * self._room)
+        self._map = mmap.mmap(self._memory, self._places * self._room)
+        self._first = self._sent
+        self._send("room", self._room)
+
+    def _known(self, array: np.ndarray) -> int:
+        """Return the number by which the process knows an array that stays as it is, and send it once."""
+        if id(array) not in self._fixed:
+            self._fixed[id(array)] = len(self._fixed), array
+            self._send("fixed", array)
+        return self._fixed[id(array)][0]
 
     def wait(self) -> None:
         """Wait until the process has written every frame."""
@@ -207,6 +233,11 @@ class FrameProcess:
         if not self._open:
             self._process.kill()
         self._process.wait()
+
+
+def _parts(field: np.ndarray | Late) -> tuple[Part, ...]:
+    """Return the parts of a field; a whole one is a part as it is."""
+    return field.parts if isinstance(field, Late) else (Part("as they are", (np.asarray(field),)),)
 
 
 def _processors() -> int:

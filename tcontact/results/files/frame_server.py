@@ -7,15 +7,18 @@ from __future__ import annotations
 import mmap
 import os
 import signal
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .late_fields import Late, Part
 from .vtkhdf import ResultFile
 
-Part = tuple[str, str, str, tuple[int, ...], int]  # point or cell, name, type, shape, place [bytes]
+Array = tuple[str, tuple[int, ...], int]  # type, shape, place [bytes]
+Sent = tuple[str, list[Array], list[int], tuple[float, ...]]  # rule, arrays of now, numbers of fixed ones, numbers
 
 
 class _Server:
@@ -24,6 +27,7 @@ class _Server:
     def __init__(self, memory: int) -> None:
         self._memory = memory
         self._room: mmap.mmap | None = None
+        self._fixed: list[np.ndarray] = []
         self.file: ResultFile | None = None
 
     def open(self, path: str, frames: int, attributes: dict[str, Any]) -> None:
@@ -34,15 +38,30 @@ class _Server:
         """Read frames from here on from memory of another size."""
         self._room = mmap.mmap(self._memory, os.fstat(self._memory).st_size)
 
-    def append(self, time: float, parts: list[Part]) -> None:
-        """Append a frame."""
+    def fixed(self, array: np.ndarray) -> None:
+        """Keep an array that parts of fields name by its number."""
+        self._fixed.append(array)
+
+    def append(self, time: float, fields: list[tuple[str, str, list[Sent]]]) -> None:
+        """Append a frame, which `commit` brings to disk."""
         assert self.file is not None
-        assert self._room is not None
         data: dict[str, dict[str, np.ndarray]] = {"point": {}, "cell": {}}
-        for kind, name, dtype, shape, at in parts:
-            count = int(np.prod(shape))
-            data[kind][name] = np.frombuffer(self._room, dtype, count, at).reshape(shape)
-        self.file.append(time, data["point"], data["cell"])
+        for kind, name, parts in fields:
+            data[kind][name] = Late(tuple(self._part(*part) for part in parts)).values()
+        self.file.append(time, data["point"], data["cell"], commit=False)
+
+    def commit(self) -> None:
+        """Bring all frames to disk."""
+        assert self.file is not None
+        self.file.commit()
+
+    def _part(self, rule: str, now: list[Array], fixed: list[int], numbers: tuple[float, ...]) -> Part:
+        """Return a part of a field."""
+        assert self._room is not None
+        found = []
+        for dtype, shape, at in now:
+            found.append(np.frombuffer(self._room, dtype, int(np.prod(shape)), at).reshape(shape))
+        return Part(rule, tuple(found), tuple(self._fixed[number] for number in fixed), numbers)
 
     def sync(self) -> None:
         """Wait for the device."""
@@ -65,7 +84,8 @@ class _Server:
             self.file.close()
 
 
-SILENT = {"open", "room"}  # messages without an answer; what fails in them is the answer to the next frame
+TOGETHER = 3  # frames at most that are brought to disk at once
+SILENT = {"open", "room", "fixed"}  # messages without an answer; what fails in them is the answer to the next frame
 
 
 def serve(line: int, memory: int) -> None:
@@ -78,20 +98,33 @@ def serve(line: int, memory: int) -> None:
     server, failed = _Server(memory), None
     talk = Connection(line)
     talk.send("ready")
+    waiting = 0  # frames that are not on the disk: those that come while one is written go there together
     try:
         while True:
+            if waiting and (failed is not None or waiting == TOGETHER or not talk.poll()):
+                failed = failed or _tried(server.commit)
+                for _ in range(waiting):
+                    _answer(talk, failed)
+                waiting = 0
             what, *arguments = talk.recv()
-            if failed is None:
-                try:
-                    getattr(server, what)(*arguments)
-                except Exception as error:
-                    failed = error
-            if what not in SILENT:
+            failed = failed or _tried(getattr(server, what), *arguments)
+            if what == "append":
+                waiting += 1
+            elif what not in SILENT:
                 _answer(talk, failed)
     except EOFError:
         pass
     finally:
         server.close()
+
+
+def _tried(what: Callable[..., None], *arguments: Any) -> Exception | None:
+    """Do something; return what failed in it, or None."""
+    try:
+        what(*arguments)
+    except Exception as error:
+        return error
+    return None
 
 
 def _answer(talk: Connection, failed: Exception | None) -> None:

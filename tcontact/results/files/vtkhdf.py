@@ -183,11 +183,13 @@ class ResultFile:
         time: float,
         point_data: Mapping[str, np.ndarray] | None = None,
         cell_data: Mapping[str, np.ndarray] | None = None,
+        commit: bool = True,
     ) -> None:
         """Add a frame at `time` [s]; point_data: fields [n] or [n,k]; cell_data: fields [cells] or [cells,k].
 
         The first frame fixes names and shapes. Raises `InputError` if a later frame differs or a field has the wrong
-        length; nothing is written then. Non-finite values are kept: they show where a run broke.
+        length; nothing is written then. Non-finite values are kept: they show where a run broke. commit: False
+        leaves it to `commit`, which then brings several frames to disk.
         """
         fields = {("PointData", name): array for name, array in (point_data or {}).items()}
         fields |= {("CellData", name): array for name, array in (cell_data or {}).items()}
@@ -215,7 +217,10 @@ class ResultFile:
         self._file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(self._frames))
         self._stage()  # VTK's reader crashes on more times than steps, so that no kill may leave them
         self._values.append(np.float64(time))
-        self._commit()
+        if commit:
+            self.commit()
+        else:
+            self._stage()
 
     def write_history(self, history: Mapping[str, np.ndarray]) -> None:
         """Store per-step arrays [steps] or [steps,k] in `/tcontact/history`, in place of what was there."""
@@ -227,13 +232,13 @@ class ResultFile:
             if array.ndim == 0:
                 raise InputError(f"history['{name}']", array, "give an array with one row per step")
             _store(group, name, array)
-        self._commit()
+        self.commit()
 
     def write_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Store `attributes` as JSON in `/tcontact/attributes` (numpy values allowed); replaces the earlier ones."""
         text = json.dumps(dict(attributes), default=_plain).encode()
         _store(self._file["tcontact"], "attributes", np.frombuffer(text, dtype=np.uint8))
-        self._commit()
+        self.commit()
 
     def _write_first(self, attributes: Mapping[str, Any]) -> None:
         """Store the attributes of a new file; where that fails close it: HDF5 crashes on an open file at exit."""
@@ -265,8 +270,8 @@ class ResultFile:
         self._file.flush()
         self._disk.stage()
 
-    def _commit(self) -> None:
-        """Bring everything to disk, or nothing."""
+    def commit(self) -> None:
+        """Bring everything to disk, or nothing. Raises `OSError`."""
         self._file.flush()
         self._disk.commit()
 

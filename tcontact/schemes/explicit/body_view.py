@@ -110,8 +110,8 @@ class BodyView:
         return self.displacement() - step * self.velocity(self.half_step_velocity(), self.massless_velocity(step))
 
     def half_step_velocity(self) -> np.ndarray:
-        """Return the present velocity [n, 3] of the components with mass, internal numbering."""
-        return np.array(arrays.get(self.state.v).reshape(-1, 3)[self._nodes])
+        """Return the present velocity [n, 3] of the components with mass, internal numbering: it changes, copy it."""
+        return arrays.get(self.state.v).reshape(-1, 3)[self._nodes]
 
     def massless_velocity(self, dt: float) -> np.ndarray | None:
         """Return the position difference over dt of the massless components [k, 3]; None without any."""
