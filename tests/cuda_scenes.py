@@ -127,4 +127,5 @@ def run(name, arch):
     scene, scheme = (RUNS | CONTACT)[name]()
     result = tc.simulate(scene, scheme, arch=arch, progress=False)
     found = {"position": result.position, "velocity": result.velocity, "steps": result.steps, "reason": result.reason}
+    found["memory"] = sum(result.memory.values())
     return found | {f"history_{column}": np.asarray(values) for column, values in result.history.items()}

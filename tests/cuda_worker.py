@@ -14,6 +14,7 @@ import cuda_scenes
 
 import tcontact as tc
 from tcontact.cells.device_force import DeviceForce
+from tcontact.commands.devices import cuda_lines
 from tcontact.device import arrays, runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
 from tcontact.planning.planning import plan
@@ -35,7 +36,7 @@ def calls_of_a_block() -> str:
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
-    found = {"calls": np.array(calls_of_a_block())}
+    found = {"calls": np.array(calls_of_a_block()), "doctor": np.array(cuda_lines())}
     for name, make in cuda_scenes.FORCES.items():
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])

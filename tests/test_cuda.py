@@ -13,6 +13,8 @@ import pytest
 from tcontact.cells.internal_force import InternalForce
 from tcontact.kernels.columns import raw_places
 from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.planning.planning import plan
+from tcontact.schemes.explicit.device_memory import domain_size, plan_bytes
 
 REASON = cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
@@ -67,7 +69,7 @@ def test_runs_are_those_of_the_cpu(found, name):
     assert own["reason"] == expected["reason"] == ("inverted-cell" if name == "crushed" else "finished")
     energy = np.abs(expected["history_kinetic"]).max()
     for key, values in expected.items():
-        if key in ("steps", "reason"):
+        if key in ("steps", "reason", "memory"):
             continue
         assert own[key].shape == values.shape, key
         same = np.isfinite(values)
@@ -86,6 +88,22 @@ def test_contact_is_that_of_the_cpu(found, name):
     assert np.abs(expected["history_contact_force"]).max() > 0.0
     for key in ("position", "velocity", "history_kinetic", "history_elastic", "history_contact_force"):
         assert relative(found[f"{name}/{key}"], expected[key]) < 1e-11, key
+
+
+@pytest.mark.parametrize("name", [*cuda_scenes.RUNS, *cuda_scenes.CONTACT])
+def test_the_memory_of_a_run_is_foreseen(found, name):
+    """At least what the arrays take, with the search for the stable step and one copy, and little more."""
+    planned = plan((cuda_scenes.RUNS | cuda_scenes.CONTACT)[name]()[0])
+    sizes = [domain_size(domain) for domain in planned.domains]
+    beside = sum(size.search + size.transfer for size in sizes)
+    assert found[f"{name}/memory"] <= plan_bytes(planned) <= 1.1 * found[f"{name}/memory"] + beside
+
+
+def test_doctor_tells_of_the_device(found):
+    lines = [str(line) for line in found["doctor"]]
+    assert lines[0].startswith("1 device(s)" if not cuda_device.real() else "")
+    assert "free; use --arch cuda" in lines[0]
+    assert all("^3 boxes" in line and "bytes a cell" in line for line in lines[1:])
 
 
 def test_metals_flow_in_their_run(found):

@@ -14,15 +14,18 @@ from ...scene.scene import Scene
 from ..sensors import sensed
 
 
-def steps_on_device(scene: Scene, domain: Domain) -> bool:
+def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
     """Return whether `DeviceSteps` can step a domain: on a GPU, if all of its nodes are ordinary ones.
 
     Contact, supports, loads other than constant gravity, springs, rigid parts, periodic bodies, bulk viscosity,
     node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU too, slowly.
+    arch: the backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
-    if runtime.arch() != "cuda" or len(domain.boundary) or domain.contact is not None or domain.images is not None:
+    if (arch or runtime.arch()) != "cuda":
+        return False
+    if len(domain.boundary) or domain.contact is not None or domain.images is not None:
         return False
     if domain.rigid or domain.springs or domain.loaded or domain.viscosity is not None:
         return False
