@@ -132,6 +132,17 @@ def test_a_block_of_rows_launches_twice_a_step_and_copies_nothing(found):
     assert calls.count("HtoDasync") == DEVICE_ROWS
 
 
+def test_the_benchmark_counts_the_calls_of_a_step(found):
+    """Two kinds of cells and the nodes, and once in a block the kept state, three sums and one copy to the host."""
+    if cuda_device.real():
+        pytest.skip("calls of a real driver are not counted")
+    launches, copies, syncs, rows = found["bench"]
+    assert rows == DEVICE_ROWS
+    assert 3.0 < launches <= 3.0 + 8 / DEVICE_ROWS
+    assert 0.0 < copies <= 2 / DEVICE_ROWS
+    assert 0.0 < syncs <= 4 / DEVICE_ROWS
+
+
 def test_registers_and_spills(found, folder):
     """No kernel of a step needs more registers than a thread has, and few of their values go to memory."""
     tool = cuda_device.FAKE.parent / "registers.py"
