@@ -19,15 +19,9 @@ from tcontact.schemes.explicit.device_memory import domain_size, plan_bytes
 REASON = cuda_device.missing()
 pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
 REGISTERS, SPILLS = 255, 300  # of a thread; bytes, stores and loads each
-# hexahedra whose points have geometries of their own, a pressure of the cell or plastic flow spill more [B]; their 63
-# modes of position, displacement and force alone fill half the registers
-ABOVE = {
-    "hex8 neo_hookean": 700,
-    "hex8-mean-dilatation-box neo_hookean": 600,
-    "hex8-mean-dilatation-affine neo_hookean": 600,
-    "hex8-mean-dilatation neo_hookean": 950,
-    "hex8 j2_linear": 1100,
-}
+# a metal at eight points with geometries of their own and a pressure of the cell spills more [B]: the 63 modes of
+# position, displacement and force alone fill half the registers
+ABOVE = {"hex8-mean-dilatation j2_johnson_cook": 480}
 
 
 @pytest.fixture(scope="module")
@@ -133,12 +127,12 @@ def test_a_block_of_rows_launches_twice_a_step_and_copies_nothing(found):
 
 
 def test_the_benchmark_counts_the_calls_of_a_step(found):
-    """Two kinds of cells and the nodes, and once in a block the kept state, three sums and one copy to the host."""
+    """Two kinds of cells and the nodes; once in a block the kept state, three sums and a copy to the host."""
     if cuda_device.real():
         pytest.skip("calls of a real driver are not counted")
     launches, copies, syncs, rows = found["bench"]
     assert rows == DEVICE_ROWS
-    assert 3.0 < launches <= 3.0 + 8 / DEVICE_ROWS
+    assert 3.0 < launches <= 3.0 + 12 / DEVICE_ROWS
     assert 0.0 < copies <= 2 / DEVICE_ROWS
     assert 0.0 < syncs <= 4 / DEVICE_ROWS
 

@@ -28,7 +28,8 @@ def test_traffic_is_that_of_every_array_once_a_launch():
 
 
 def test_the_model_takes_the_nearer_limit(monkeypatch):
-    monkeypatch.setattr(device_model, "OPERATIONS", {("hex8-box", "linear"): 100, ("hex8", "linear"): 10**5})
+    counts = {"hex8-box": ((100, 0),), "hex8": ((10**5 - 100, 10),), "wedge6": (None,)}
+    monkeypatch.setattr(device_model, "COUNTS", counts)
     light, heavy = (device_model.model(kind, "linear", 128) for kind in ("hex8", "hex8-distorted"))
     assert (light["limit"], heavy["limit"]) == ("bytes", "operations")
     bytes_moved = 128**3 * (light["read_per_cell"] + light["written_per_cell"])

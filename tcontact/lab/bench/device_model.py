@@ -3,7 +3,7 @@
     time = sum over the launches of max(bytes / bandwidth, operations / rate) + launches * LAUNCH
 
 Bytes are those of planning/device_traffic.py. Operations of a cell are those that its machine code executes, counted
-once on a device that counts (README of the tests); a fused multiply-add is one operation. Contact is not in it.
+by fake_cuda.sh (tests/test_cuda_counts.py); a fused multiply-add is one operation. Contact is not in it.
 """
 
 from __future__ import annotations
@@ -30,17 +30,37 @@ VARIANTS = {  # kind of the benchmark -> element in the kernels
     "tet4": "tet4-stored",
     "wedge6": "wedge6",
 }
-OPERATIONS: Mapping[tuple[str, str], int] = {}
-NODE_OPERATIONS = 60  # of a node, about
+LAWS = ("linear", "neo-hookean", "mooney-rivlin", "st-venant-kirchhoff", "ogden")
+# additions, products and fused ones of a cell, and its divisions and roots, by the laws above; None: not there
+COUNTS: Mapping[str, tuple[tuple[int, int] | None, ...]] = {
+    "hex8-box": ((1123, 1), (1587, 9), (2347, 9), (1667, 1), (7838, 265)),
+    "hex8-affine": ((1553, 2), (2017, 10), (2777, 10), (2097, 2), (8268, 266)),
+    "hex8": ((2023, 8), (2487, 16), (3239, 16), (2567, 8), (8730, 272)),
+    "hex8-reduced-affine": ((297, 0), (356, 1), (450, 1), (365, 0), (1138, 33)),
+    "hex8-mean-dilatation-box": ((1372, 2), (2022, 10), (2782, 10), None, (8265, 266)),
+    "tet4-stored": ((128, 0), (186, 1), (280, 1), (196, 0), (968, 33)),
+    "wedge6": ((1009, 6), (1357, 12), (1921, 12), (1417, 6), (6067, 204)),
+}
+DIVISION = 10  # operations of a division or a root, about
+NODE_OPERATIONS, CORNER_OPERATIONS = 60, 3  # of a node, and for each of its corners
 
 
 def model(kind: str, law: str, size: int) -> dict[str, Any]:
     """Return bytes and operations per cell of a cube of size^3 hexes, and the time of a step [s] by both limits."""
     count, nodes, moved = size**3 * len(_element(kind).in_box), (size + 1) ** 3, moved_bytes(kind, size)
-    operations = OPERATIONS.get((VARIANTS[kind], law))
+    operations = operations_of(kind, law)
     found = {"kind": kind, "law": law, "size": size, "cells": count}
     found |= {"read_per_cell": moved.read / count, "written_per_cell": moved.written / count}
-    return found | {"operations_per_cell": operations, **_seconds(moved, operations, count, nodes)}
+    return found | {
+        "operations_per_cell": operations,
+        **_seconds(moved, operations, count, nodes, _element(kind).corners),
+    }
+
+
+def operations_of(kind: str, law: str) -> int | None:
+    """Return the operations of a cell; None where they were not counted."""
+    counts = COUNTS[VARIANTS[kind]][LAWS.index(law)] if law in LAWS else None
+    return None if counts is None else counts[0] + DIVISION * counts[1]
 
 
 def moved_bytes(kind: str, size: int) -> Traffic:
@@ -54,10 +74,11 @@ def _element(kind: str) -> Element:
     return ELEMENTS[kind.partition("-")[0]]
 
 
-def _seconds(moved: Traffic, operations: int | None, cells: int, nodes: int) -> dict[str, Any]:
+def _seconds(moved: Traffic, operations: int | None, cells: int, nodes: int, corners: int) -> dict[str, Any]:
     by_bytes = (moved.cells_read + moved.cells_written) / BANDWIDTH
     by_operations = 0.0 if operations is None else operations * cells / RATE
-    of_nodes = max((moved.nodes_read + moved.nodes_written) / BANDWIDTH, NODE_OPERATIONS * nodes / RATE)
+    node_operations = NODE_OPERATIONS * nodes + CORNER_OPERATIONS * corners * cells
+    of_nodes = max((moved.nodes_read + moved.nodes_written) / BANDWIDTH, node_operations / RATE)
     step = max(by_bytes, by_operations) + of_nodes + moved.kept / BANDWIDTH + 2 * LAUNCH
     return {"step_s": step, "limit": "operations" if by_operations > by_bytes else "bytes"}
 
