@@ -52,6 +52,7 @@ def main(out: str) -> None:
     for name, make in cuda_scenes.FORCES.items():
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
+        found[f"{name}/rates"] = cuda_scenes.rates(DeviceForce, make())
         found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
     for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}

@@ -54,6 +54,15 @@ def test_forces_are_those_of_the_cpu(found, parallel_path, name):
     assert found[f"{name}/sums"][raw_places(False).cells.elastic] == pytest.approx(energies, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", cuda_scenes.FORCES)
+def test_shape_rates_are_those_of_the_cpu(found, parallel_path, name):
+    """Of every body, by a thread per cell."""
+    expected = cuda_scenes.rates(InternalForce, cuda_scenes.FORCES[name]())
+    assert (expected > 0.0).sum() >= 18
+    assert np.abs(found[f"{name}/rates"] - expected).max() <= 1e-12 * expected.max()
+    assert ((found[f"{name}/rates"] > 0.0) == (expected > 0.0)).all()
+
+
 @pytest.mark.parametrize("name", cuda_scenes.RUNS)
 def test_runs_are_those_of_the_cpu(found, name):
     """Positions, velocities and every column of the history: 1e-11; the same steps and the same end."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...device import arrays, runtime
-from ...device.launch import Prepared
 from ...kernels.columns import raw_places
 from ...kernels.lanes import DEVICE_ROWS
 from ...planning.domain import Domain
@@ -44,12 +43,9 @@ class DeviceSteps:
     rows_at_once = DEVICE_ROWS
 
     def __init__(self, force: DeviceForce, u: arrays.Array, v: arrays.Array) -> None:
-        from ...kernels.step.device_step import copy_values
-
         self.force = force
         self._state = [part for part in (u, v, force.memory) if part is not None]
         self._kept = [arrays.zeros(int(np.prod(part.shape))) for part in self._state]
-        self._copy = Prepared(copy_values)
         self._places = raw_places(False, force.plastic)
 
     def advance(
@@ -67,14 +63,14 @@ class DeviceSteps:
         """
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
-                self._copy(source, target)
+                arrays.copy(source, target)
         found = self._take(kicks, steps, rows)
         total = found[:, self._places.nodes.kinetic] + found[:, self._places.cells.elastic]
         calm = (total <= energy) & (found[:, self._places.cells.jacobian_min] > jacobian)
         done = rows if calm.all() else int(np.argmin(calm)) + 1
         if done < rows:
             for target, source in zip(self._state, self._kept, strict=True):
-                self._copy(source, target)
+                arrays.copy(source, target)
             found = self._take(kicks, steps, done)
         return found
 
