@@ -8,6 +8,7 @@ from scenes import block
 
 import tcontact as tc
 from tcontact.cases import cube_impact
+from tcontact.cells.shape_rates import ShapeRates
 from tcontact.device import arrays
 
 TURN = meshes.rotation(17)
@@ -72,6 +73,18 @@ def forces(force_class, bodies):
     return -np.array(arrays.get(out)).reshape(-1, 3) * domain.lumped[:, None], np.array(force.sums())
 
 
+def rates(force_class, bodies):
+    """Return the shape rates [2, bodies] of bodies at a random displacement, now and with half of it added."""
+    (domain,) = tc.plan(tc.Scene(bodies, [], 1e-3, contact=None)).domains
+    u = np.random.default_rng(5).normal(size=(len(domain.reference), 3)) * 0.004
+    before = arrays.zeros(u.size)
+    found = ShapeRates(domain, force_class(domain), arrays.put(u), before)
+    answer = found.measure(0.5)
+    found.remember()
+    assert np.array_equal(arrays.get(before).reshape(-1, 3), u)
+    return answer
+
+
 def tumbling():
     """Return two blocks of two laws and kinds of cells that spin under gravity with damping, and their scheme."""
     parts = bodies((block(turn=TURN), SOFT, "full"), (block("tet4", 2), tc.StVenantKirchhoff(3e7, 0.3, 2000.0), "full"))
@@ -127,4 +140,5 @@ def run(name, arch):
     scene, scheme = (RUNS | CONTACT)[name]()
     result = tc.simulate(scene, scheme, arch=arch, progress=False)
     found = {"position": result.position, "velocity": result.velocity, "steps": result.steps, "reason": result.reason}
+    found["memory"] = sum(result.memory.values())
     return found | {f"history_{column}": np.asarray(values) for column, values in result.history.items()}

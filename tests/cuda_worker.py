@@ -14,8 +14,10 @@ import cuda_scenes
 
 import tcontact as tc
 from tcontact.cells.device_force import DeviceForce
+from tcontact.commands.devices import cuda_lines
 from tcontact.device import arrays, runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.lab.bench.driver_calls import calls_of_a_block as calls_per_step
 from tcontact.planning.planning import plan
 
 
@@ -32,13 +34,25 @@ def calls_of_a_block() -> str:
     return log.read_bytes()[before:].decode() if log.is_file() else ""
 
 
+def calls_of_the_bench() -> list[float]:
+    """Return launches, copies and syncs of a step in a block as the benchmark counts them; empty without a log."""
+    scene, scheme = cuda_scenes.tumbling()
+    planned = plan(scene)
+    zero = [body.initial_displacement for body in scene.bodies]
+    (state,) = scheme.states(scene, planned, zero, [body.initial_velocity for body in scene.bodies])
+    found = calls_per_step(state, 1e-6) or {}
+    return [found[kind] for kind in ("launches", "copies", "syncs", "rows") if found]
+
+
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
-    found = {"calls": np.array(calls_of_a_block())}
+    found = {"calls": np.array(calls_of_a_block()), "doctor": np.array(cuda_lines())}
+    found["bench"] = np.array(calls_of_the_bench())
     for name, make in cuda_scenes.FORCES.items():
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
+        found[f"{name}/rates"] = cuda_scenes.rates(DeviceForce, make())
         found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
     for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}

@@ -26,7 +26,7 @@ def make_device_cell(kind: str, law: str):
     det F - 1 for det F, and of a law with plastic flow also FLOW_NUMBERS.
     """
     corners = elements.CORNERS[kind]
-    force_of, functions, law_of = elements.force_of(kind, law), elements.FUNCTIONS[kind], LAWS[law]
+    force_of, functions, law_of = elements.thread_force_of(kind, law), elements.FUNCTIONS[kind], LAWS[law]
     size, stored, plastic = len(law_of.state), functions.stored, law_of.plastic
     pack_memory, share, flows = functions.points * size * WIDTH, functions.share, plastic is not None
     count, rates = len(law_of.parameters), law_of.rates

@@ -15,3 +15,9 @@ def force_of(kind: str, law: str):
     """Return the force function of a kind of cell with a law; some kinds have one of their own for the linear law."""
     functions = FUNCTIONS[kind]
     return (LAWS[law].linear and functions.linear_force) or functions.force
+
+
+def thread_force_of(kind: str, law: str):
+    """Return the force function for a thread with a cell of its own; some kinds have one that needs few registers."""
+    functions = FUNCTIONS[kind]
+    return (LAWS[law].linear and functions.linear_thread_force) or functions.thread_force or force_of(kind, law)

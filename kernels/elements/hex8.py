@@ -16,9 +16,9 @@ The volume V = D/64 of a hex with any corners is a cubic of the modes x1 .. x123
 
 from ..engine import ti
 from ..language import tensor3
-from ..language.point_memory import respond
 from .bulk_viscosity import pressure_rate
 from .hex8_modes import hex_corner_forces, hex_gradients, hex_modes, hex_plane
+from .hex8_points import mode_forces_by_points, point_answer
 from .hex8_shapes import ANY, BOX, PARALLELEPIPED
 from .points import cross, dot, geometry, of_shape, plus
 from .record import CellFunctions
@@ -79,16 +79,6 @@ def hex_mode_forces(x, mode_u, share, parameters, law: ti.template(), memory: ti
 
 
 @ti.func
-def point_answer(g, mapped, parameters, law: ti.template(), memory: ti.template(), point, shape: ti.template()):
-    """Return [Q, energy, det F - 1] of one Gauss point of weight 1 (hex8_shapes.py)."""
-    answer = respond(law, shape.pull(g, mapped), parameters, memory, point, mapped[1])
-    if ti.static(shape.even):
-        return [shape.push(answer[0], mapped), answer[1], answer[2]]
-    else:
-        return [shape.push(answer[0], mapped), mapped[1] * answer[1], answer[2]]
-
-
-@ti.func
 def hex_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
     """Return [corner forces dW/du as [component][corner], energy, smallest det F - 1] of a hex8.
 
@@ -96,6 +86,15 @@ def hex_points(x, u, weight, parameters, law: ti.template(), memory: ti.template
     """
     mode_u = [hex_modes(u[c]) for c in range(3)]
     points = hex_mode_forces(x, mode_u, weight * (1.0 / 512.0), parameters, law, memory, shape)
+    return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
+
+
+@ti.func
+def hex_by_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
+    """Return what `hex_points` returns, point by point (hex8_points.py)."""
+    mode_u = [hex_modes(u[c]) for c in range(3)]
+    zero = [[0.0 for _ in range(7)] for _ in range(3)]
+    points = mode_forces_by_points(x, mode_u, weight * (1.0 / 512.0), parameters, law, memory, shape, zero)
     return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1], points[2]]
 
 
@@ -162,7 +161,12 @@ def hex_centre(x, u):
 
 
 FUNCTIONS = {
-    "hex8": CellFunctions(8, hex_force, hex_force, hex_viscosity, hex_centre),
-    "hex8-affine": CellFunctions(8, affine_hex_force, hex_force, hex_viscosity, hex_centre),
-    "hex8-box": CellFunctions(8, box_hex_force, hex_force, hex_viscosity, hex_centre),
+    "hex8" + name: CellFunctions(
+        8, force, hex_force, hex_viscosity, hex_centre, thread_force=of_shape(hex_by_points, shape)
+    )
+    for name, force, shape in (
+        ("", hex_force, ANY),
+        ("-affine", affine_hex_force, PARALLELEPIPED),
+        ("-box", box_hex_force, BOX),
+    )
 }

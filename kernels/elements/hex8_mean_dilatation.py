@@ -19,6 +19,7 @@ from ..engine import ti
 from ..language.point_memory import recall
 from .hex8 import hex_centre, hex_mode_forces, hex_slopes, hex_viscosity
 from .hex8_modes import hex_corner_forces, hex_modes
+from .hex8_points import mode_forces_by_points
 from .hex8_reduced import six
 from .hex8_shapes import ANY, BOX, PARALLELEPIPED
 from .points import of_shape
@@ -102,6 +103,58 @@ def mean_step_force(x, d, weight, parameters, law: ti.template(), memory: ti.tem
     return with_pressure(points, weight, parameters[0], now[0], now[1], change)
 
 
+@ti.func
+def split_force_by_points(x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()):
+    """Return what `split_force` returns, point by point.
+
+    The sums over the points start from the forces of the pressure: a thread keeps no slopes.
+    """
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    rest = hex_slopes(mode_x)
+    now = hex_slopes([[mode_x[c][m] + mode_u[c][m] for m in range(7)] for c in range(3)])
+    change = 0.5 * ((along(rest[1], mode_u) + along(now[1], mode_u)) - hex_slopes(mode_u)[0])
+    share = weight * (1.0 / 64.0)
+    if ti.static(memory and law.plastic):
+        mean = change / rest[0]
+        volume = law.plastic.volume(mean, parameters, mean_state(memory))
+        within = ti.static(memory._replace(pressure=[volume[0], mean]))
+        start = pressed(share * volume[0], now[1])
+        points = mode_forces_by_points(x, mode_u, weight * SHARE, parameters, law, within, shape, start)
+        return of_corners(points, share * rest[0] * volume[1])
+    else:
+        without = [0.0] + [parameters[i] for i in range(1, len(parameters))]
+        pressure = share * parameters[0] * (change / rest[0])
+        start = pressed(pressure, now[1])
+        points = mode_forces_by_points(x, mode_u, weight * SHARE, without, law, memory, shape, start)
+        return of_corners(points, 0.5 * pressure * change)
+
+
+@ti.func
+def linear_split_force_by_points(
+    x, u, weight, parameters, law: ti.template(), memory: ti.template(), shape: ti.template()
+):
+    """Return what `split_force_by_points` returns for the linear law."""
+    mode_x, mode_u = [hex_modes(x[c]) for c in range(3)], [hex_modes(u[c]) for c in range(3)]
+    rest = hex_slopes(mode_x)
+    change = along(rest[1], mode_u)
+    pressure = weight * ((1.0 / 64.0) * parameters[0]) * (change / rest[0])
+    start, without = pressed(pressure, rest[1]), [0.0, parameters[1]]
+    points = mode_forces_by_points(x, mode_u, weight * SHARE, without, law, memory, shape, start)
+    return of_corners(points, 0.5 * pressure * change)
+
+
+@ti.func
+def pressed(pressure, slopes):
+    """Return the forces p dv/du on the modes [component][mode]; pressure: 1/64 p."""
+    return [[pressure * slopes[m][c] for m in range(6)] + [0.0 * pressure] for c in range(3)]
+
+
+@ti.func
+def of_corners(points, energy):
+    """Return [corner forces, energy, smallest det F - 1] of points and the energy of the pressure."""
+    return [[hex_corner_forces(points[0][c]) for c in range(3)], points[1] + energy, points[2]]
+
+
 FUNCTIONS = {
     "hex8-mean-dilatation" + name: CellFunctions(
         8,
@@ -111,6 +164,8 @@ FUNCTIONS = {
         hex_centre,
         of_shape(linear_split_force, shape),
         "mean-dilatation",
+        thread_force=of_shape(split_force_by_points, shape),
+        linear_thread_force=of_shape(linear_split_force_by_points, shape),
     )
     for name, shape in (("", ANY), ("-affine", PARALLELEPIPED), ("-box", BOX))
 }

@@ -56,3 +56,13 @@ def hex_gradients(plane, c, r1, r2):
     """Return G of one component at (-r1, r2) and (r1, r2) of the level of `plane`, each [direction]."""
     first, third, slope = plane[0] + plane[1] * r2, c[2] + c[5] * r2, (c[4] + c[6] * r2) * r1
     return [[first, plane[2], third - slope], [first, plane[3], third + slope]]
+
+
+@ti.func
+def gradients_at(c, r):
+    """Return G of one component at a point r from its modes."""
+    return [
+        c[0] + c[3] * r[1] + (c[4] + c[6] * r[1]) * r[2],
+        c[1] + c[3] * r[0] + (c[5] + c[6] * r[0]) * r[2],
+        c[2] + c[4] * r[0] + (c[5] + c[6] * r[0]) * r[1],
+    ]

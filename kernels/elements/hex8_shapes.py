@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ..engine import ti
 from ..language import tensor3
-from .hex8_modes import GAUSS, hex_gradients, hex_modes, hex_plane
+from .hex8_modes import GAUSS, gradients_at, hex_gradients, hex_modes, hex_plane
 
 
 class CellShape(NamedTuple):
@@ -25,7 +25,8 @@ class CellShape(NamedTuple):
     coordinates(data) -> [r1, r2, r3] of the point where all are positive; level(data, r1, r3) -> data of the points at
     r3; maps(data, level, r1, r2) -> those of the points at (-r1, r2) and (r1, r2) there; pull(g, map) -> H;
     push(P, map) -> Q, whose sums over the points, forces(data, share, sums), are 512 share times the forces on the
-    modes of u; map[1] is D; even: it is the same at all points, and Q and the energies are summed without it.
+    modes of u; map[1] is D; even: it is the same at all points, and Q and the energies are summed without it. Point by
+    point (hex8_points.py) map_at(data, r) -> the map of a point; moments(data, share, forces) -> the sums of forces.
     """
 
     of_cell: Any
@@ -37,6 +38,8 @@ class CellShape(NamedTuple):
     push: Any
     forces: Any
     even: bool
+    map_at: Any
+    moments: Any
 
 
 @ti.func
@@ -66,6 +69,11 @@ def maps_of_points(data, level, r1, r2):
 
 
 @ti.func
+def map_of_point(data, r):
+    return cofactors([gradients_at(data[c], r) for c in range(3)])
+
+
+@ti.func
 def cofactors(a):
     """Return [cof A, D]."""
     m = tensor3.cofactor(a)
@@ -87,6 +95,12 @@ def equal_shares(data, share, moments):
     return [[share * moments[c][m] for m in range(7)] for c in range(3)]
 
 
+@ti.func
+def over_share(data, share, forces):
+    scale = 1.0 / share
+    return [[scale * forces[c][m] for m in range(7)] for c in range(3)]
+
+
 ANY = CellShape(
     modes_of_cell,
     same_modes,
@@ -97,6 +111,8 @@ ANY = CellShape(
     push,
     equal_shares,
     even=False,
+    map_at=map_of_point,
+    moments=over_share,
 )
 
 
@@ -118,6 +134,11 @@ def same_maps(data, level, r1, r2):
 
 
 @ti.func
+def same_map(data, r):
+    return data
+
+
+@ti.func
 def pull_affine(g, mapped):
     return tensor3.product_transposed(g, mapped[0])
 
@@ -125,6 +146,11 @@ def pull_affine(g, mapped):
 @ti.func
 def shares_of_volume(data, share, moments):
     return equal_shares(data, share * data[1], moments)
+
+
+@ti.func
+def over_volume(data, share, forces):
+    return over_share(data, share * data[1], forces)
 
 
 PARALLELEPIPED = CellShape(
@@ -137,6 +163,8 @@ PARALLELEPIPED = CellShape(
     push,
     shares_of_volume,
     even=True,
+    map_at=same_map,
+    moments=over_volume,
 )
 
 
@@ -173,6 +201,13 @@ def shares_of_faces(data, share, moments):
     return [[scales[m] * moments[c][m] for m in range(7)] for c in range(3)]
 
 
+@ti.func
+def over_faces(data, share, forces):
+    b, scale = data[2], 1.0 / share
+    scales = [b[1] * b[2], b[2] * b[0], b[0] * b[1], b[2], b[1], b[0], 1.0]
+    return [[scale * scales[m] * forces[c][m] for m in range(7)] for c in range(3)]
+
+
 BOX = CellShape(
     lengths_of_cell,
     modes_per_length,
@@ -183,4 +218,6 @@ BOX = CellShape(
     unchanged,
     shares_of_faces,
     even=True,
+    map_at=same_map,
+    moments=over_faces,
 )

@@ -18,7 +18,8 @@ class CellFunctions(NamedTuple):
     tcontact/planning/lumped_mass.py. averaged: the volume change V (J - 1), which volume(x, u) returns (for the linear
     law linear_volume), is averaged at nodes, and force has `averages_of` (cells/node_averages.py) as its last argument.
     stored: count of numbers that describe the cell at rest (tcontact/planning/cell_shapes.py), which force takes in
-    place of x, as a list; 0 if it takes x.
+    place of x, as a list; 0 if it takes x. thread_force, linear_thread_force: the same forces for a thread of a GPU,
+    which has few registers; None: those above.
     """
 
     corners: int
@@ -34,3 +35,5 @@ class CellFunctions(NamedTuple):
     stored: int = 0
     volume: Any = None
     linear_volume: Any = None
+    thread_force: Any = None
+    linear_thread_force: Any = None

@@ -15,7 +15,6 @@ from ..cells.device_cells import CELL_NUMBERS, FLOW_NUMBERS, make_device_cell
 from ..columns import NODE_SUMS, cell_groups, group_columns
 from ..engine import ti
 from ..lanes import DEVICE_BLOCK, END_LANE, FIRST_LANE, PART, PART_CELLS
-from ..language.arguments import ARRAY
 from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
 from ..language.signatures import Signature, kernel_of
 from ..materials import LAWS
@@ -107,10 +106,3 @@ def make_device_step(
         node_loop(row, ti.static([kick_before, kick_after, drift, g0, g1, g2]), body, lists)
 
     return compiled_with(kernel_of(device_step, signature, ("row", "commit"), STEPS), **LEAVE_TO_LLVM)
-
-
-@ti.kernel
-def copy_values(source: ARRAY, target: ARRAY):
-    """Copy an array to one of the same size."""
-    for i in range(source.shape[0]):
-        target[i] = source[i]

@@ -39,18 +39,18 @@ class DeviceForce(InternalForce):
         self.corner_forces = arrays.zeros(3 * len(self.packs.connectivity))
         self.partial_sums = arrays.zeros(self.numbers * self.threads)
         self.ledger = arrays.zeros(size)
-        self._lists = DeviceLists(self.parts, self.node_corners, self.corner_forces, self.partial_sums, self.ledger)
+        self.lists = DeviceLists(self.parts, self.node_corners, self.corner_forces, self.partial_sums, self.ledger)
         self.step = self.kernel_for(domain.kinds, **domain.options)
         self.kernel = Prepared(self.step)
-        self._ledger = Prepared(make_ledger(signature_of({"lists": self._lists}), self.plastic, self.threads))
-        self._of_lists = arguments({"lists": self._lists})
+        self._ledger = Prepared(make_ledger(signature_of({"lists": self.lists}), self.plastic, self.threads))
+        self._of_lists = arguments({"lists": self.lists})
 
     def kernel_for(self, kinds: tuple[tuple[str, str], ...], **options: Any) -> Callable[..., None]:
         """Return the step kernel for kinds of cells (element, law) that stand in these arrays."""
         from ..kernels.language.signatures import signature_of
         from ..kernels.step.device_step import make_device_step
 
-        signature = signature_of({"body": self.device_bundle(), "lists": self._lists})
+        signature = signature_of({"body": self.device_bundle(), "lists": self.lists})
         return make_device_step(kinds, signature, self.threads, **options)
 
     def force_rows(self) -> arrays.Array:
@@ -88,7 +88,8 @@ class DeviceForce(InternalForce):
     def ledger_rows(self, rows: int) -> np.ndarray:
         """Complete the sums of the rows of a block and return them [rows, numbers], nodes then cells."""
         self._ledger(rows, *self._of_lists)
-        return arrays.get(self.ledger)[self._third :].reshape(-1, self.numbers)[:rows]
+        count = rows * self.numbers
+        return arrays.part(self.ledger, self._third, count).reshape(rows, self.numbers)
 
     def sums(self) -> np.ndarray:
         """Return the sums of the last step, which was row 0 of a block."""

@@ -8,6 +8,7 @@ from ..device import arrays
 from ..device.launch import Prepared
 from ..planning.domain import Domain
 from ..planning.domain_packs import material_places
+from .device_force import DeviceForce
 from .internal_force import InternalForce
 
 
@@ -18,6 +19,7 @@ class ShapeRates:
     """
 
     def __init__(self, domain: Domain, force: InternalForce, u: arrays.Array, before: arrays.Array) -> None:
+        from ..kernels.cells.device_shape_rate import make_device_shape_rates
         from ..kernels.cells.shape_rate import Shape, make_shape_rates
         from ..kernels.language.bundles import Body
         from ..kernels.language.signatures import arguments, signature_of
@@ -30,7 +32,8 @@ class ShapeRates:
         self._own, span = places - places[0], int(places[-1] - places[0]) + 1
         self._numbers = int(places[0]), 1, span
         self.u, self.before = u, before
-        self._scratch = arrays.zeros(1 + 2 * span * force.packs.all_chunks)
+        on_device = isinstance(force, DeviceForce)
+        self._scratch = arrays.zeros(1 + 2 * span * (1 if on_device else force.packs.all_chunks))
         body = Body(
             u=self.u,
             v=self.before,
@@ -40,9 +43,15 @@ class ShapeRates:
             position=force.reference,
             params=force.parameters,
         )
-        bundles = {"body": body, "shape": Shape(self._scratch)}
-        self._arrays = arguments(bundles)
-        self._launch = Prepared(make_shape_rates(domain.kinds, signature_of(bundles)))
+        shape = Shape(self._scratch)
+        if isinstance(force, DeviceForce):
+            unused = dict.fromkeys(("chunk_table", "segments"))
+            bundles = {"body": body._replace(**unused), "lists": force.lists, "shape": shape}
+            made = make_device_shape_rates(domain.kinds, signature_of(bundles), force.threads)
+        else:
+            bundles = {"body": body, "shape": shape}
+            made = make_shape_rates(domain.kinds, signature_of(bundles))
+        self._arrays, self._launch = arguments(bundles), Prepared(made)
 
     def measure(self, ahead: float) -> np.ndarray:
         """Return the largest squared rate [2, bodies] [1/s^2] of every body, now and foreseen; 0 in linear bodies.
@@ -61,4 +70,4 @@ class ShapeRates:
 
     def remember(self) -> None:
         """Remember the present displacement for the next look."""
-        arrays.set_values(self.before, arrays.get(self.u))
+        arrays.copy(self.u, self.before)

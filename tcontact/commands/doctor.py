@@ -17,6 +17,7 @@ from .. import cases
 from ..device import runtime
 from ..results.report import versions
 from . import settings
+from .devices import cuda_lines
 from .engines import compare_engines
 
 FIRST_STEPS = 1e-3  # share of the duration of a case, about
@@ -55,7 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
         return 1
     cache = runtime.kernel_cache()
     print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
-    print(f"{'CUDA':<14}{cuda()}")
+    for line in cuda_lines():
+        print(f"{'CUDA':<14}{line}")
     failed = self_test()
     if arguments.compile:
         compile_cases(cases.names())
@@ -123,17 +125,3 @@ def has_library(name: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def cuda() -> str:
-    """Describe the CUDA devices, as the driver itself reports them."""
-    try:
-        driver = ctypes.CDLL("libcuda.so.1")
-    except OSError:
-        return "no driver (CPU only)"
-    count = ctypes.c_int(0)
-    if driver.cuInit(0) != 0 or driver.cuDeviceGetCount(ctypes.byref(count)) != 0 or count.value == 0:
-        return "driver without a usable device (CPU only)"
-    name = ctypes.create_string_buffer(100)
-    driver.cuDeviceGetName(name, 100, 0)
-    return f"{count.value} device(s), first: {name.value.decode(errors='replace')}; use --arch cuda"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 
 from ..base.memory import aligned
 from . import runtime
+from .launch import Prepared
 
 Array = Any  # numpy.ndarray on the CPU, taichi.Ndarray on a GPU; flat, one-dimensional
 
@@ -24,7 +26,7 @@ def put(values: np.ndarray) -> Array:
         return array
     ti = runtime.load()
     device = ti.ndarray(ti.f64 if dtype is np.float64 else ti.i32, flat.size)
-    device.from_numpy(flat.astype(dtype))
+    device.from_numpy(np.ascontiguousarray(flat, dtype=dtype))
     return device
 
 
@@ -36,12 +38,39 @@ def share(values: np.ndarray) -> Array:
 
 def zeros(count: int) -> Array:
     """Make a flat float64 array of zeros on the device."""
+    if runtime.arch() == "cuda":  # without an array of zeros on the host
+        ti = runtime.load()
+        return ti.ndarray(ti.f64, max(count, 1))
     return put(np.broadcast_to(0.0, max(count, 1)))
 
 
 def get(array: Array) -> np.ndarray:
     """Return the values on the host: the array itself on the CPU (copy it to keep it), a copy on a GPU."""
     return array if isinstance(array, np.ndarray) else array.to_numpy()
+
+
+def part(array: Array, first: int, count: int) -> np.ndarray:
+    """Return `count` values from `first` on, on the host, without the others; like `get`."""
+    if isinstance(array, np.ndarray):
+        return array[first : first + count]
+    found = zeros(count)
+    _copy_part()(array, first, found)
+    return found.to_numpy()
+
+
+def copy(source: Array, target: Array) -> None:
+    """Copy the values of a float64 array to one of the same size, on the device."""
+    if isinstance(source, np.ndarray):
+        target[:] = source
+    else:
+        _copy_part()(source, 0, target)
+
+
+@functools.cache
+def _copy_part() -> Prepared:
+    from ..kernels.language.copies import copy_part
+
+    return Prepared(copy_part)
 
 
 def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ..base.errors import InputError
+from .cuda import NoDevice, count_devices
 from .tracing import quick_import, quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
@@ -66,6 +67,8 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
                 f"this process already runs on {_started[0]} with {_started[1]} threads; start a new process",
             )
         return load()
+    if arch == "cuda":
+        _check_device(arch)
     ti = load()
     quicken()
     wanted = threads or cores
@@ -90,7 +93,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     except RuntimeError as error:
         raise MemoryError(f"Taichi cannot be started: {error}") from error
     if arch == "cuda" and ti.cfg.arch != ti.cuda:
-        raise InputError("arch", arch, "no usable CUDA device was found; use arch='cpu'")
+        raise InputError("arch", arch, "Taichi cannot use the device (it loads libcuda.so); use arch='cpu'")
     _started = (arch, wanted)
     return ti
 
@@ -121,6 +124,14 @@ def _takes_files(folder: Path) -> bool:
         return min(shutil.disk_usage(folder).free, _limit("RLIMIT_FSIZE")) >= CACHE_ROOM
     except (OSError, ValueError):
         return False
+
+
+def _check_device(arch: str) -> None:
+    """Refuse a GPU that is not there before Taichi starts, which would start on the CPU. Raises `InputError`."""
+    try:
+        count_devices()
+    except NoDevice as error:
+        raise InputError("arch", arch, f"no usable CUDA device was found: {error}; use arch='cpu'") from error
 
 
 def _check_address_space() -> None:

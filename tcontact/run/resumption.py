@@ -20,6 +20,7 @@ from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import compare, fingerprint
 from .checkpoint.keeper import Keeper, start_of
 from .checkpoint.options import checked
+from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .loop import Run
 from .precision import check_precision, set_precision
@@ -67,9 +68,11 @@ def resume(
         if precision is not None and precision != kept:
             raise InputError("precision", precision, f"the run computes in {kept!r}; resume it so, or run again")
         check_precision(kept, scheme, arch)
+        check_scheme(scheme, arch)
         planned = plan(scene)
         scheme.check(planned)
         set_precision(planned, kept)
+        check_device(planned, arch)
         runtime.start(arch, threads)
         start = start_of(stored)
         displacement, velocity = start or start_of_scene(scene)

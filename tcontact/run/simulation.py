@@ -32,6 +32,7 @@ from .checkpoint import Checkpoint, contents, store
 from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
+from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .history import MOST_ROWS
 from .loop import Run
@@ -94,6 +95,7 @@ def simulate(
     for name, value in (("progress", progress), ("pressures", pressures)):
         validate.flag(name, value)
     check_precision(precision, scheme, arch)
+    check_scheme(scheme, arch)
     options = checked(checkpoint, out)
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
@@ -108,6 +110,7 @@ def simulate(
     set_precision(planned, precision)
     if folder is not None:
         record_friction(planned, wanted)
+    check_device(planned, arch)
     runtime.start(arch, threads)
     check_starts(planned.domains, displacement)
     _check_laws(scene, scheme)

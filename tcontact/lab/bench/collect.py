@@ -14,8 +14,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from ...device import cuda
 from ...results.report import versions
-from . import alternatives, small, timing, waiting
+from . import alternatives, device_model, driver_calls, small, timing, waiting
 from .configuration import Configuration
 
 LONGEST = 3600.0  # [s] that a process may take
@@ -56,6 +57,10 @@ def collect(configurations: Sequence[Configuration], say: Say, quick: bool = Fal
     arch = configurations[0].arch
     threads = list(dict.fromkeys(at.threads for at in configurations))
     size = min(alternatives.LARGEST, max(at.size for at in configurations))
+    if arch == "cuda":
+        report["machine"]["device"] = device()
+        kinds, laws = (list(dict.fromkeys(getattr(at, name) for at in configurations)) for name in ("kind", "law"))
+        report["model"] = device_model.rows(kinds, laws)
     report["alternatives"] = other_ways(size, threads, arch, say)
     if not quick:
         say(f"bar of {small.BAR_CELLS} cells")
@@ -155,9 +160,18 @@ def _python(arguments: list[str], threads: int, cache: str | None) -> subprocess
     if cache is not None:
         environment["TI_OFFLINE_CACHE_FILE_PATH"] = cache
     command = [sys.executable, "-W", "ignore", *arguments]
-    return subprocess.run(
-        command, env=environment, capture_output=True, text=True, timeout=LONGEST, stdin=subprocess.DEVNULL, check=False
-    )
+    with tempfile.TemporaryDirectory(prefix="tcontact-bench-") as folder:
+        if driver_calls.is_fake():
+            environment.setdefault(driver_calls.LOG, f"{folder}/calls")
+        return subprocess.run(
+            command,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=LONGEST,
+            stdin=subprocess.DEVNULL,
+            check=False,
+        )
 
 
 def machine() -> dict[str, Any]:
@@ -170,6 +184,16 @@ def machine() -> dict[str, Any]:
     except (OSError, StopIteration):
         pass
     return {"processor": name, "cores": cores, "load": timing.load(), "versions": _versions()}
+
+
+def device() -> str:
+    """Name the GPU that figures belong to, and say if it is none."""
+    if driver_calls.is_fake():
+        return f"{driver_calls.FAKE} is set: machine code of a GPU run on the CPU, whose times mean nothing"
+    try:
+        return cuda.find_device().name
+    except cuda.NoDevice as error:
+        return f"none: {error}"
 
 
 def _versions() -> dict[str, str]:

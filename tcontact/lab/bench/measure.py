@@ -76,10 +76,12 @@ def measure(configuration: Configuration) -> dict[str, Any]:
     works: dict[str, timing.Work] = {f"step {contact}": run for contact, run in whole.items()}
     side = Beside(free, configuration, steps)
     taken = timing.rounds(works | side.works, configuration.seconds, configuration.batches)
-    parts = {contact: parts_of_a_step(run.scene, configuration.precision) for contact, run in whole.items()}
+    calls: dict[str, dict[str, float]] = {contact: {} for contact in whole}
+    precision = configuration.precision
+    parts = {contact: parts_of_a_step(run.scene, precision, calls[contact]) for contact, run in whole.items()}
     found = side.facts | errors | {"load": [load, timing.load()], "steps": steps}
     results = {contact: run.result for contact, run in whole.items() if run.result is not None}
-    return {"rows": rows_of(configuration, taken, results, parts, found, failures)}
+    return {"rows": rows_of(configuration, taken, results, parts, found, failures, calls)}
 
 
 class Beside:

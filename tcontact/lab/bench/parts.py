@@ -17,6 +17,7 @@ from ...run.precision import set_precision
 from ...run.progress import ProgressBar
 from ...scene.scene import Scene
 from ...schemes.explicit.central_difference import CentralDifference
+from .driver_calls import calls_of_a_block
 
 # part -> path of the method from the body's state or from the run; what does not exist in a scene has no part
 OF_A_BODY = {
@@ -86,8 +87,11 @@ class FirstStep(ProgressBar):
             self._after = None
 
 
-def parts_of_a_step(scene: Scene, precision: str = "f64") -> dict[str, float]:
-    """Return seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has."""
+def parts_of_a_step(scene: Scene, precision: str = "f64", calls: dict[str, float] | None = None) -> dict[str, float]:
+    """Return seconds a step by part, timers included, over a run of the scene; "loop" is what no other part has.
+
+    calls: takes the calls of a GPU's driver in a step after the run, where they are logged.
+    """
     planned = plan(scene)
     set_precision(planned, precision)
     run = Run(
@@ -104,5 +108,7 @@ def parts_of_a_step(scene: Scene, precision: str = "f64") -> dict[str, float]:
     for part, path in OF_THE_RUN.items():
         parts.time(run, path, part)
     result = run.go(0, None, FirstStep(parts.reset), perf_counter())
+    if calls is not None:
+        calls |= calls_of_a_block(run.domains[0], run.dt) or {}
     found = {part: seconds / result.steps for part, seconds in parts.seconds.items()}
     return found | {"loop": result.wall_s / result.steps - sum(found.values())}

@@ -10,6 +10,7 @@ import numpy as np
 from ...mesh.mesh import Mesh
 from ...results.result import Result
 from .configuration import Configuration
+from .device_model import VARIANTS, moved_bytes
 from .timing import spread
 
 NODE_BYTES = 3 * 8 + 2 * 3 * 8 + 2 * 3 * 8 + 8 + 4 + 2 * 3 * 8  # X; u and v in and out; m; info; force out and in
@@ -27,8 +28,12 @@ def rows_of(
     parts: Mapping[str, Mapping[str, float]],
     found: Mapping[str, Any],
     failures: Mapping[str, str],
+    calls: Mapping[str, Mapping[str, float]],
 ) -> list[dict[str, Any]]:
-    """Return a row per contact asked for; taken: seconds [rounds] a unit by work: "step none", "kernel", "plain", .."""
+    """Return a row per contact asked for; taken: seconds [rounds] a unit by work: "step none", "kernel", "plain", ..
+
+    calls: of the driver of a GPU in a step, by contact, where they are logged.
+    """
     rows = []
     for contact in configuration.contacts:
         row = configuration.row(contact)
@@ -36,6 +41,8 @@ def rows_of(
             rows.append(row | {"ok": False, "reason": failures[contact]})
             continue
         row |= {"ok": True, "reason": "", "parts_s": dict(parts[contact])}
+        if calls[contact]:
+            row["calls_per_step"] = dict(calls[contact])
         rows.append(row | _row(configuration, contact, taken, results[contact], parts[contact]) | dict(found))
     return rows
 
@@ -50,6 +57,9 @@ def _row(
     cells, step = configuration.cells, taken[f"step {contact}"]
     free, plain, copy = taken["step none"], taken["plain"], taken["copy"]
     touched = step_bytes(result.scene.bodies[0].mesh)
+    if configuration.arch == "cuda" and configuration.kind in VARIANTS:
+        moved = moved_bytes(configuration.kind, configuration.size)
+        touched = (moved.read + moved.written) / cells
     row: dict[str, Any] = {
         "rate": spread(cells / step),
         "step_s": spread(step),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...device.atomic_file import unlinked
-from . import alternatives, layer, queries, rubbing, waiting
+from . import alternatives, device_model, layer, queries, rubbing, waiting
 from .columns import columns
 
 MEANING = """\
@@ -16,7 +16,9 @@ Mcell/s      million cell updates a second of the whole step: force, update, con
 plain        the obvious step on the same arrays in the same rounds: a cell per iteration, atomic adds, no history
 x plain      how many times as fast, compared round by round
 x 1 thr      rate over the row with one thread
-roof         bytes a step must touch over the measured copy bandwidth, as a share of the time of the step
+roof         bytes a step must touch over the measured copy bandwidth, as a share of the time of the step; on a GPU all
+             that its kernels read and write (planning/device_traffic.py)
+calls/step   launches, copies that wait and syncs of a step in a block of rows, where the driver logs them
 contact      share of the step, against the same cube without contact in the same rounds
 ledger       what the same kernel costs less without the energy density and without rows, guards and loop around it;
              the sums over nodes (kinetic energy, momenta) are in both, the looks at the stable step in neither
@@ -39,6 +41,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     if shares:
         found += ["", "where the time of a step goes, in us; the timers add to the small parts"]
         found += columns([_parts(row) for row in shares])
+    found += device_model.lines(report.get("model", []))
     for row in report.get("bar", ()):
         found += ["", _bar(row) if row["ok"] else f"bar-impact, {row['threads']} threads: FAILED: {row['reason']}"]
     found += layer.lines(report.get("layer", []))
@@ -96,6 +99,11 @@ def _cells(row: Mapping[str, Any]) -> dict[str, str]:
     cells["B/cell"] = f"{row['bytes_per_cell']:.0f}"
     cells["GB/s"] = f"{1e-9 * row['copy_bytes_per_s']['median']:.1f}"
     cells["roof"] = _percent(row, "roofline_share")
+    if row["arch"] == "cuda":
+        calls = row.get("calls_per_step")
+        cells["ms/step"] = f"{1e3 * row['step_s']['median']:.3g}"
+        names = ("launches", "copies", "syncs")
+        cells["calls/step"] = "-" if calls is None else ", ".join(f"{calls[name]:.3g}" for name in names)
     cold, warm = row.get("compile_cold_s"), row.get("compile_warm_s")
     cells["compile s"] = f"{_seconds(cold)} / {_seconds(warm)}"
     return cells
@@ -111,6 +119,8 @@ def _head(row: Mapping[str, Any]) -> dict[str, str]:
 def _machine(machine: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
     versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
     text = f"{machine['processor']}, {machine['cores']} cores; {versions}"
+    if "device" in machine:
+        text += f"\nGPU: {machine['device']}"
     loads = [max(row["load"]) - row["threads"] for row in rows if row["ok"] and row["arch"] == "cpu"]
     if loads and max(loads) > 0.5:
         text += f"\nNOTE: a loaded machine (load up to {max(loads):.1f} above our threads): rates are too low, and with"

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...cells.device_force import DeviceForce
 from ...device import arrays, runtime
-from ...device.launch import Prepared
 from ...kernels.columns import raw_places
 from ...kernels.lanes import DEVICE_ROWS
 from ...planning.domain import Domain
@@ -14,15 +13,18 @@ from ...scene.scene import Scene
 from ..sensors import sensed
 
 
-def steps_on_device(scene: Scene, domain: Domain) -> bool:
+def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
     """Return whether `DeviceSteps` can step a domain: on a GPU, if all of its nodes are ordinary ones.
 
     Contact, supports, loads other than constant gravity, springs, rigid parts, periodic bodies, bulk viscosity,
     node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU too, slowly.
+    arch: the backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
-    if runtime.arch() != "cuda" or len(domain.boundary) or domain.contact is not None or domain.images is not None:
+    if (arch or runtime.arch()) != "cuda":
+        return False
+    if len(domain.boundary) or domain.contact is not None or domain.images is not None:
         return False
     if domain.rigid or domain.springs or domain.loaded or domain.viscosity is not None:
         return False
@@ -41,12 +43,9 @@ class DeviceSteps:
     rows_at_once = DEVICE_ROWS
 
     def __init__(self, force: DeviceForce, u: arrays.Array, v: arrays.Array) -> None:
-        from ...kernels.step.device_step import copy_values
-
         self.force = force
         self._state = [part for part in (u, v, force.memory) if part is not None]
         self._kept = [arrays.zeros(int(np.prod(part.shape))) for part in self._state]
-        self._copy = Prepared(copy_values)
         self._places = raw_places(False, force.plastic)
 
     def advance(
@@ -64,14 +63,14 @@ class DeviceSteps:
         """
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
-                self._copy(source, target)
+                arrays.copy(source, target)
         found = self._take(kicks, steps, rows)
         total = found[:, self._places.nodes.kinetic] + found[:, self._places.cells.elastic]
         calm = (total <= energy) & (found[:, self._places.cells.jacobian_min] > jacobian)
         done = rows if calm.all() else int(np.argmin(calm)) + 1
         if done < rows:
             for target, source in zip(self._state, self._kept, strict=True):
-                self._copy(source, target)
+                arrays.copy(source, target)
             found = self._take(kicks, steps, done)
         return found
 

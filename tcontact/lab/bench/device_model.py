@@ -1,0 +1,110 @@
+"""What a step should take on a GPU by its bytes and operations: a model, beside which measured times stand.
+
+    time = sum over the launches of max(bytes / bandwidth, operations / rate) + launches * LAUNCH
+
+Bytes are those of planning/device_traffic.py. Operations of a cell are those that its machine code executes, counted
+by fake_cuda.sh (tests/test_cuda_counts.py); a fused multiply-add is one operation. Contact is not in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from ...mesh.elements import ELEMENTS, Element
+from ...planning.cell_shapes import STORED
+from ...planning.device_memory import Cells
+from ...planning.device_traffic import Traffic, traffic
+from .columns import columns
+
+BANDWIDTH, RATE = 3.3e12, 1.4e13  # of an H100 [B/s], [f64 operations/s]
+LAUNCH = 3e-6  # between the starts of two short launches, about [s]
+SIZES = (32, 128, 256)
+VARIANTS = {  # kind of the benchmark -> element in the kernels
+    "hex8": "hex8-box",
+    "hex8-turned": "hex8-affine",
+    "hex8-skew": "hex8-affine",
+    "hex8-distorted": "hex8",
+    "hex8-reduced": "hex8-reduced-affine",
+    "hex8-mean-dilatation": "hex8-mean-dilatation-box",
+    "tet4": "tet4-stored",
+    "wedge6": "wedge6",
+}
+LAWS = ("linear", "neo-hookean", "mooney-rivlin", "st-venant-kirchhoff", "ogden")
+# additions, products and fused ones of a cell, and its divisions and roots, by the laws above; None: not there
+COUNTS: Mapping[str, tuple[tuple[int, int] | None, ...]] = {
+    "hex8-box": ((1123, 1), (1587, 9), (2347, 9), (1667, 1), (7838, 265)),
+    "hex8-affine": ((1553, 2), (2017, 10), (2777, 10), (2097, 2), (8268, 266)),
+    "hex8": ((2023, 8), (2487, 16), (3239, 16), (2567, 8), (8730, 272)),
+    "hex8-reduced-affine": ((297, 0), (356, 1), (450, 1), (365, 0), (1138, 33)),
+    "hex8-mean-dilatation-box": ((1372, 2), (2022, 10), (2782, 10), None, (8265, 266)),
+    "tet4-stored": ((128, 0), (186, 1), (280, 1), (196, 0), (968, 33)),
+    "wedge6": ((1009, 6), (1357, 12), (1921, 12), (1417, 6), (6067, 204)),
+}
+DIVISION = 10  # operations of a division or a root, about
+NODE_OPERATIONS, CORNER_OPERATIONS = 60, 3  # of a node, and for each of its corners
+
+
+def model(kind: str, law: str, size: int) -> dict[str, Any]:
+    """Return bytes and operations per cell of a cube of size^3 hexes, and the time of a step [s] by both limits."""
+    count, nodes, moved = size**3 * len(_element(kind).in_box), (size + 1) ** 3, moved_bytes(kind, size)
+    operations = operations_of(kind, law)
+    found = {"kind": kind, "law": law, "size": size, "cells": count}
+    found |= {"read_per_cell": moved.read / count, "written_per_cell": moved.written / count}
+    return found | {
+        "operations_per_cell": operations,
+        **_seconds(moved, operations, count, nodes, _element(kind).corners),
+    }
+
+
+def operations_of(kind: str, law: str) -> int | None:
+    """Return the operations of a cell; None where they were not counted."""
+    counts = COUNTS[VARIANTS[kind]][LAWS.index(law)] if law in LAWS else None
+    return None if counts is None else counts[0] + DIVISION * counts[1]
+
+
+def moved_bytes(kind: str, size: int) -> Traffic:
+    """Return the bytes of a step of a cube of size^3 hexes."""
+    element = _element(kind)
+    cells = Cells(size**3 * len(element.in_box), element.corners, STORED.get(VARIANTS[kind], 0), 0)
+    return traffic([cells], (size + 1) ** 3)
+
+
+def _element(kind: str) -> Element:
+    return ELEMENTS[kind.partition("-")[0]]
+
+
+def _seconds(moved: Traffic, operations: int | None, cells: int, nodes: int, corners: int) -> dict[str, Any]:
+    by_bytes = (moved.cells_read + moved.cells_written) / BANDWIDTH
+    by_operations = 0.0 if operations is None else operations * cells / RATE
+    node_operations = NODE_OPERATIONS * nodes + CORNER_OPERATIONS * corners * cells
+    of_nodes = max((moved.nodes_read + moved.nodes_written) / BANDWIDTH, node_operations / RATE)
+    step = max(by_bytes, by_operations) + of_nodes + moved.kept / BANDWIDTH + 2 * LAUNCH
+    return {"step_s": step, "limit": "operations" if by_operations > by_bytes else "bytes"}
+
+
+def rows(kinds: Iterable[str], laws: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the model of every kind of cells and law at SIZES; kinds without a kernel of their own are left out."""
+    return [model(kind, law, size) for kind in kinds if kind in VARIANTS for law in laws for size in SIZES]
+
+
+def lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the model as a table."""
+    if not found:
+        return []
+    table = []
+    for first in found[:: len(SIZES)]:
+        own = [row for row in found if (row["kind"], row["law"]) == (first["kind"], first["law"])]
+        largest = own[-1]
+        count = largest["operations_per_cell"]
+        cells = {"kind": first["kind"], "law": first["law"], "read B/cell": f"{largest['read_per_cell']:.0f}"}
+        cells["written B/cell"] = f"{largest['written_per_cell']:.0f}"
+        cells["f64 op/cell"] = "-" if count is None else f"{count}"
+        cells |= {f"{row['size']}^3 ms": f"{1e3 * row['step_s']:.3g}" for row in own}
+        table.append(cells | {"limit of the cells": largest["limit"]})
+    return [
+        "",
+        f"MODEL, nothing measured: a step without contact on an H100 ({BANDWIDTH / 1e12:g} TB/s, {RATE:.2g} f64 op/s,"
+        f" {1e6 * LAUNCH:g} us a launch); arrays read and written once a launch, operations where they were counted",
+        *columns(table),
+    ]
