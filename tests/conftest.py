@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from slow_variants import SLOW_VARIANTS
 
 # before NumPy is loaded: threads of its products wait in a loop, which takes the cores from the other process of tests
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -40,6 +41,9 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
+    for item in items:
+        if item.name in SLOW_VARIANTS.get(item.path.stem, ()):
+            item.add_marker(pytest.mark.slow)
     if slow(config) or "slow" in (config.getoption("markexpr") or ""):
         return
     skip = pytest.mark.skip(reason="slow: run with --slow or TCONTACT_SLOW=1")
