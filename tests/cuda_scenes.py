@@ -8,8 +8,12 @@ from scenes import block
 
 import tcontact as tc
 from tcontact.cases import cube_impact
+from tcontact.cells.device_force import DeviceForce
+from tcontact.cells.internal_force import InternalForce
 from tcontact.cells.shape_rates import ShapeRates
-from tcontact.device import arrays
+from tcontact.device import arrays, runtime
+from tcontact.schemes.explicit.device_stable_step import stable_steps
+from tcontact.schemes.explicit.stable_step import StableStep
 
 TURN = meshes.rotation(17)
 SOFT = tc.NeoHookean(2.3e7, 0.27, 1350.0)
@@ -83,6 +87,22 @@ def rates(force_class, bodies):
     found.remember()
     assert np.array_equal(arrays.get(before).reshape(-1, 3), u)
     return answer
+
+
+def stable_steps_of(name):
+    """Return the stable steps [3, bodies] [s] of three searches: at the start of a scene, then displaced twice."""
+    scene = RUNS[name]()[0]
+    (domain,) = tc.plan(scene).domains
+    force = (DeviceForce if runtime.arch() == "cuda" else InternalForce)(domain)
+    search = stable_steps(force.without_boundary(), [StableStep(body, [], None) for body in domain.bodies])
+    parts = [body.body.initial_displacement[body.node_order] for body in domain.bodies]
+    start, found = np.concatenate(parts).reshape(-1), []
+    move = 0.002 * np.random.default_rng(7).normal(size=start.size)
+    for u, products in ((start, 20), (start + move, 6), (start - move, 20)):
+        smallest = search.estimate(arrays.put(u), products=products)
+        found.append([body.elastic for body in search.bodies])
+        assert smallest == min(found[-1])
+    return np.array(found)
 
 
 def tumbling():

@@ -19,6 +19,8 @@ from tcontact.device import arrays, runtime
 from tcontact.kernels.lanes import DEVICE_ROWS
 from tcontact.lab.bench.driver_calls import calls_of_a_block as calls_per_step
 from tcontact.planning.planning import plan
+from tcontact.schemes.explicit.device_stable_step import stable_steps
+from tcontact.schemes.explicit.stable_step import StableStep
 
 
 def calls_of_a_block() -> str:
@@ -44,16 +46,31 @@ def calls_of_the_bench() -> list[float]:
     return [found[kind] for kind in ("launches", "copies", "syncs", "rows") if found]
 
 
+def calls_of_a_search() -> str:
+    """Return what the driver is asked for in a search for the stable step after another one."""
+    log = Path(os.environ.get("FAKE_CUDA_LOG", os.devnull))
+    (domain,) = plan(cuda_scenes.tumbling()[0]).domains
+    force, u = DeviceForce(domain), arrays.zeros(3 * len(domain.reference))
+    search = stable_steps(force.without_boundary(), [StableStep(body, [], None) for body in domain.bodies])
+    for _ in range(2):
+        before = log.stat().st_size
+        search.estimate(u)
+    return log.read_bytes()[before:].decode() if log.is_file() else ""
+
+
 def main(out: str) -> None:
     """Run everything and store it."""
     runtime.start("cuda")
     found = {"calls": np.array(calls_of_a_block()), "doctor": np.array(cuda_lines())}
+    found["search"] = np.array(calls_of_a_search())
     found["bench"] = np.array(calls_of_the_bench())
     for name, make in cuda_scenes.FORCES.items():
         (domain,) = plan(tc.Scene(make(), [], 1e-3, contact=None)).domains
         found[f"{name}/kinds"] = np.array([" ".join(kind) for kind in domain.kinds])
         found[f"{name}/rates"] = cuda_scenes.rates(DeviceForce, make())
         found[f"{name}/force"], found[f"{name}/sums"] = cuda_scenes.forces(DeviceForce, make())
+    for name in cuda_scenes.RUNS:
+        found[f"{name}/stable_steps"] = cuda_scenes.stable_steps_of(name)
     for name in (*cuda_scenes.RUNS, *cuda_scenes.CONTACT):
         found |= {f"{name}/{key}": value for key, value in cuda_scenes.run(name, "cuda").items()}
     np.savez(out, **found)

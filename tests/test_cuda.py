@@ -64,6 +64,13 @@ def test_shape_rates_are_those_of_the_cpu(found, parallel_path, name):
 
 
 @pytest.mark.parametrize("name", cuda_scenes.RUNS)
+def test_stable_steps_are_those_of_the_cpu(found, name):
+    """The first search is the same to rounding; later ones start from modes that both keep in 16 bits of their own."""
+    difference = np.abs(found[f"{name}/stable_steps"] / cuda_scenes.stable_steps_of(name) - 1.0).max(axis=1)
+    assert (difference <= (1e-9, 1e-5, 1e-6)).all()
+
+
+@pytest.mark.parametrize("name", cuda_scenes.RUNS)
 def test_runs_are_those_of_the_cpu(found, name):
     """Positions, velocities and every column of the history: 1e-11; the same steps and the same end."""
     own = {key.partition("/")[2]: value for key, value in found.items() if key.startswith(f"{name}/")}
@@ -144,6 +151,17 @@ def test_the_benchmark_counts_the_calls_of_a_step(found):
     assert 3.0 < launches <= 3.0 + 12 / DEVICE_ROWS
     assert 0.0 < copies <= 2 / DEVICE_ROWS
     assert 0.0 < syncs <= 4 / DEVICE_ROWS
+
+
+def test_a_search_for_the_stable_step_asks_the_device_once(found):
+    """20 products of two bodies: their numbers come back at the end, in one copy."""
+    if cuda_device.real():
+        pytest.skip("calls of a real driver are not counted")
+    calls = [line.split()[0] for line in str(found["search"]).splitlines()]
+    assert calls.count("launch") > 20 * 3
+    assert calls.count("DtoH") <= 2
+    assert calls.count("HtoD") <= 2  # a copy to the host needs the place there
+    assert calls.count("sync") <= 4
 
 
 def test_registers_and_spills(found, folder):

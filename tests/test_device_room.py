@@ -14,7 +14,9 @@ from tcontact.run import device_room
 from tcontact.run.simulation import simulate
 from tcontact.schemes import IMPLICIT
 from tcontact.schemes.explicit.device_memory import domain_size, plan_bytes
+from tcontact.schemes.explicit.device_stable_step import DeviceStableSteps
 from tcontact.schemes.explicit.device_step import DeviceSteps
+from tcontact.schemes.explicit.stable_step import StableStep
 
 SOFT = tc.NeoHookean(2.3e7, 0.27, 1350.0)
 METAL = tc.ElastoPlastic(7e10, 0.33, 2700.0, tc.LinearHardening(1e8, 1e9), specific_heat=900.0)
@@ -42,6 +44,14 @@ def test_the_bytes_of_a_body_are_those_of_its_arrays(parallel_path, mesh, materi
     assert arrays.size_in_bytes(DeviceSteps(force, u, v).owned()) == size.kept
     growing = [force.corner_forces, force.reference, *([] if force.memory is None else [force.memory])]
     assert size.places == max(one.size for one in growing)
+
+
+def test_the_bytes_of_the_search_are_those_of_its_arrays(parallel_path):
+    (domain,) = plan(scene(block(cells=(5, 4, 3)))).domains
+    search = DeviceStableSteps(DeviceForce(domain), [StableStep(body, [], None) for body in domain.bodies])
+    kept = [one for body in search._kept for one in body]
+    taken = arrays.size_in_bytes([search.trial, search.answer, search.start, *search._scratch, *kept])
+    assert 0 <= taken - domain_size(domain).search < 1000
 
 
 def test_what_doctor_says_fits_is_what_a_plan_takes(monkeypatch):

@@ -44,6 +44,14 @@ def zeros(count: int) -> Array:
     return put(np.broadcast_to(0.0, max(count, 1)))
 
 
+def whole_numbers(count: int) -> Array:
+    """Make a flat int32 array of zeros on the device."""
+    if runtime.arch() == "cuda":
+        ti = runtime.load()
+        return ti.ndarray(ti.i32, max(count, 1))
+    return put(np.zeros(max(count, 1), dtype=np.int32))
+
+
 def get(array: Array) -> np.ndarray:
     """Return the values on the host: the array itself on the CPU (copy it to keep it), a copy on a GPU."""
     return array if isinstance(array, np.ndarray) else array.to_numpy()

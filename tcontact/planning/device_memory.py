@@ -17,6 +17,7 @@ from .domain import Domain
 from .packing import WIDTH
 
 REAL, WHOLE = 8, 4  # bytes of a number
+SEARCHED, KEPT = 5, 20  # vectors of the search for the stable step, and vectors that it keeps in 16 bits
 PLACES = 2**31 - 1  # numbers of an array: the kernels count them in 32 bits
 
 
@@ -72,7 +73,7 @@ def device_size(cells: Sequence[Cells], nodes: int, plastic: bool = False) -> De
         force=REAL * reals + WHOLE * wholes,
         state=2 * 3 * REAL * nodes,
         kept=(2 * 3 * nodes + memory) * REAL,
-        search=2 * 3 * REAL * nodes,
+        search=SEARCHED * 3 * REAL * nodes + KEPT * WHOLE * -(-3 * nodes // 2) + 3 * REAL * threads,
         transfer=max(largest, REAL * memory),
         places=max(3 * corners, position, memory),
     )

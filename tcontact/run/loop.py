@@ -27,7 +27,8 @@ from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
-from ..schemes.explicit.stable_step import StableStep, StableSteps, largest_rate, with_viscosity
+from ..schemes.explicit.device_stable_step import stable_steps
+from ..schemes.explicit.stable_step import StableStep, largest_rate, with_viscosity
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .guards import Guards, Stop
@@ -99,7 +100,7 @@ class Run:
         stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
         stiffness = None if scheme.implicit else stiffness
         self.limits = [
-            StableSteps(
+            stable_steps(
                 domain.internal_force.without_boundary(),
                 [self._stable_step(view, stiffness) for view in domain.views],
             )
@@ -135,7 +136,7 @@ class Run:
 
     def _limit(self, **options: int) -> float:
         pairs = zip(self.domains, self.limits, strict=True)
-        found = min(limit.estimate(arrays.get(domain.u), **options) for domain, limit in pairs)
+        found = min(limit.estimate(domain.u, **options) for domain, limit in pairs)
         self._elastic = min(limit.elastic for limit in self.limits)
         self._damped = min(limit.damped for limit in self.limits)
         return found

@@ -49,9 +49,9 @@ class StableSteps:
         for body, trial, answer in zip(bodies, *(np.split(part, self._ends[:-1]) for part in self._raw), strict=True):
             body.trial, body.answer = trial, answer
 
-    def estimate(self, u: np.ndarray, products: int = PRODUCTS) -> float:
+    def estimate(self, u: arrays.Array, products: int = PRODUCTS) -> float:
         """Estimate the stable step [s] at displacement u [3n]; the next call starts from the modes found."""
-        parts = np.split(u, self._ends[:-1])
+        parts = np.split(arrays.get(u), self._ends[:-1])
         searches = [body.search(part, products) for body, part in zip(self.bodies, parts, strict=True)]
         left = {number: search for number, search in enumerate(searches) if next(search, True)}
         while left:
@@ -171,6 +171,24 @@ class StableStep:
         length = np.sqrt(dot(vector, self.plan.lumped, vector))
         return vector / length if length > 0.0 else vector
 
+    def first_vector(self) -> np.ndarray:
+        """Return the start vector of the first search."""
+        return self._first(np.broadcast_to(0.0, 3 * len(self.plan.lumped)))
+
+    def conclude(self, alphas: list[float], betas: list[float]) -> np.ndarray:
+        """Estimate `elastic` from the Lanczos matrix; return the parts of its vectors in the mode found."""
+        count = len(alphas)
+        matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
+        if not np.isfinite([*alphas, *betas]).all():
+            raise InputError(
+                "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
+            )
+        values, vectors = np.linalg.eigh(matrix)
+        top = vectors[:, -1]
+        ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
+        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual + self.spring_rate)
+        return top
+
     def search(self, u: np.ndarray, products: int = PRODUCTS) -> Search:
         """Estimate `elastic` and `damped` at displacement u [3n]; the next search starts from the mode found."""
         mass, answer = self.plan.lumped, self.answer
@@ -207,27 +225,22 @@ class StableStep:
             beta = float(np.sqrt(max(square, 0.0)))
             alphas.append(alpha)
             betas.append(beta)
-            if not 1e-9 * max(abs(alpha), abs(alphas[0])) < beta < np.inf:
+            if not has_next(alpha, alphas[0], beta):
                 break
             before, current = current, before
             current /= beta
             largest /= beta
-        count = len(alphas)
-        matrix = np.diag(alphas) + np.diag(betas[: count - 1], 1) + np.diag(betas[: count - 1], -1)
-        if not np.isfinite([*alphas, *betas]).all():
-            raise InputError(
-                "Scene", alphas[0], "forces overflow; look at the units of stiffness, density, sizes and penalties"
-            )
-        values, vectors = np.linalg.eigh(matrix)
-        top = vectors[:, -1]
-        self.start = keep.sum(top, before)
-        ritz, residual = float(values[-1]), float(betas[-1] * abs(top[-1]))
-        self.elastic = SAFETY * 2.0 / np.sqrt(ritz + residual + self.spring_rate)
+        self.start = keep.sum(self.conclude(alphas, betas), before)
         if self.damping is not None:
             self.damped = SAFETY * (yield from self.damping.search(u, here, self.elastic, products))
             if self.spring_rate > 0.0:  # 4 dt/damped + dt^2 spring_rate = 4
                 rate = 1.0 / self.damped
                 self.damped = 2.0 / (rate + np.sqrt(rate**2 + self.spring_rate))
+
+
+def has_next(alpha: float, first: float, beta: float) -> bool:
+    """Return whether there is another Lanczos vector; first: the first alpha."""
+    return bool(1e-9 * max(abs(alpha), abs(first)) < beta < np.inf)
 
 
 def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:
