@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
@@ -31,6 +30,8 @@ PER_BYTE, ALWAYS = 64, 2**28  # largest memory of an array, over the size of the
 @contextmanager
 def guarded(path: Path) -> Iterator[None]:
     """Raise `MeshFileError` while meshio reads the file for arrays too long for it and for reading beyond its end."""
+    from unittest import mock  # it imports asyncio
+
     numpy = GuardedNumpy(path.stat().st_size)
     with ExitStack() as stack:
         for name in READERS:
