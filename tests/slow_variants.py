@@ -1,26 +1,50 @@
-"""Variants of tests that repeat at length what a quicker variant beside them tests: they run with --slow only.
+"""Tests that run with --slow only: what they test at length is tested more quickly beside them.
 
-Each of them compiles kernels of its own for 10 to 150 s; the suite of every change stays short without them.
+They are variants of a test of which a quicker one runs always, or runs that combine terms with tests of their own. Each
+of them compiles kernels of its own for 10 to 150 s; the suite of every change stays short without them.
 """
 
 SLOW_VARIANTS = {
     "test_bench": {
+        "test_every_element_is_measured_against_its_own_reference_and_plain_kernel[hex8-reduced-linear-1]",
         "test_every_element_is_measured_against_its_own_reference_and_plain_kernel[tet4-ogden-6]",
     },
     "test_bodies_together": {
+        "test_two_bodies_on_a_wall_do_what_each_does_alone[hexes and tets]",
         "test_with_friction_and_on_the_path_of_large_bodies_too",
     },
     "test_cell_blocks": {
+        "test_a_formulation_goes_to_the_kinds_that_have_it[reduced]",
         "test_every_term_keeps_momentum_and_energy[friction on masses]",
         "test_every_term_keeps_momentum_and_energy[layers]",
         "test_every_term_keeps_momentum_and_energy[viscosity and damping]",
+        "test_force_mass_and_stress_are_those_of_the_cells_one_by_one[corner-stiff]",
         "test_impact_on_contact_cells_of_two_kinds_and_materials_keeps_the_ledger[beside-falling-4-normal]",
+        "test_impact_on_contact_cells_of_two_kinds_and_materials_keeps_the_ledger[corner-falling-4-normal]",
+        "test_the_serial_and_the_parallel_path_agree",
+    },
+    "test_cell_viscosity": {
+        "test_absent_it_leaves_nothing_behind[full removal]",
+        "test_the_stable_step_is_that_of_the_damped_body[tet4-1.0]",
     },
     "test_central_difference": {
         "test_every_row_equals_the_oracle[tet4-linear-1-normal-None-supports6]",
+        "test_every_row_equals_the_oracle[wedge6-neo-2-full-None-supports9]",
+        "test_the_contact_force_converges_with_the_square_of_the_step[wedge6-full]",
+    },
+    "test_damping": {
+        "test_a_rigid_body_decays_exponentially_to_second_order[full]",
+    },
+    "test_engines": {
+        "test_the_fork_gives_the_same_bits[names0]",
+    },
+    "test_free_obstacles": {
+        "test_one_thread_and_two_give_the_same_bits",
     },
     "test_friction": {
         "test_a_belt_takes_a_block_to_its_speed[full]",
+        "test_every_row_equals_the_oracle[penalty, corner]",
+        "test_pressure_shear_slab_meets_its_checks_in_both_regimes[full]",
     },
     "test_friction_contact_layer": {
         "test_a_mass_brought_to_rest_has_turned_into_friction_work_and_heat[full]",
@@ -29,116 +53,196 @@ SLOW_VARIANTS = {
         "test_the_work_of_all_nodes_is_that_of_the_ledger[pair and floor, normal]",
     },
     "test_friction_laws": {
-        "test_pairs_and_obstacles_have_their_own_laws[full]",
-        "test_every_obstacle_at_a_node_has_its_own_friction[full]",
+        "test_a_belt_that_speeds_up_takes_a_block_along_below_static_friction[normal]",
         "test_a_sliding_block_slows_down_by_its_law[constant-full]",
         "test_a_sliding_block_slows_down_by_its_law[falling-full]",
+        "test_every_obstacle_at_a_node_has_its_own_friction[full]",
+        "test_large_bodies_slow_down_by_the_law[normal]",
+        "test_pairs_and_obstacles_have_their_own_laws[full]",
+        "test_pairs_and_obstacles_have_their_own_laws[normal]",
+        "test_two_floors_stop_two_blocks_each_by_its_own_friction[normal]",
     },
     "test_implicit_blocks": {
         "test_an_impact_is_that_of_the_explicit_scheme[full]",
     },
+    "test_implicit_cases": {
+        "test_a_cube_that_is_meant_to_lose_energy_passes_where_it_gains_none[scheme=dissipative chi=0.3]",
+    },
     "test_initial_layers": {
+        "test_scenes_without_layers_leave_none",
         "test_the_start_of_another_scene_may_differ_and_new_nodes_begin_cold",
     },
     "test_layers_heat_bodies": {
+        "test_only_bodies_of_metal_take_heat",
         "test_points_whose_heat_has_a_pressure_keep_the_heat_of_the_layers",
         "test_the_far_end_has_the_temperature_of_the_cells",
     },
     "test_layers_two_sides": {
+        "test_a_layer_between_bodies_is_the_layer_alone",
         "test_equal_blocks_share_the_heat_equally[full-contact1]",
+        "test_two_metals_share_the_heat_by_their_effusivities[full]",
     },
     "test_load_cases": {
         "test_the_checks_of_the_cases_hold[tcontact.cases.inflated_ring-12]",
     },
     "test_maxima": {
+        "test_every_frame_has_the_same_maxima[mean dilatation]",
+        "test_every_frame_has_the_same_maxima[metal]",
+        "test_every_frame_has_the_same_maxima[node-averaged]",
         "test_every_frame_has_the_same_maxima[serial]",
         "test_every_frame_has_the_same_maxima[two bodies, two materials]",
-        "test_every_frame_has_the_same_maxima[node-averaged]",
-        "test_every_frame_has_the_same_maxima[mean dilatation]",
     },
     "test_mean_dilatation_runs": {
-        "test_cube_impact_meets_its_checks[{'poisson': 0.499, 'law': 'mooney-rivlin'}]",
+        "test_a_nearly_incompressible_impact_is_softer_than_locking_hexes_make_it",
         "test_cube_impact_meets_its_checks[{'poisson': 0.45, 'pitch': 10.0, 'yaw': 20.0}]",
+        "test_cube_impact_meets_its_checks[{'poisson': 0.499, 'law': 'mooney-rivlin'}]",
+    },
+    "test_metal_cases": {
+        "test_every_joule_stands_in_layers_blocks_and_cold_work",
+    },
+    "test_metal_contact": {
+        "test_impact_on_two_planes_and_on_a_ball_converges_and_keeps_its_energy",
+    },
+    "test_metals": {
+        "test_a_run_goes_on_with_a_metal_beside_a_rubber",
+        "test_the_rate_of_a_run_is_that_of_its_steps",
+    },
+    "test_mixed_mesh": {
+        "test_a_stopped_run_goes_on_with_the_same_bits",
     },
     "test_mixed_precision": {
+        "test_a_translation_of_a_million_lengths_changes_no_bit[hex8-reduced]",
         "test_every_element_has_the_force_of_float64_in_bodies_of_every_size[hex8-0.0]",
-        "test_every_element_has_the_force_of_float64_in_bodies_of_every_size[hex8-reduced-0.0]",
         "test_every_element_has_the_force_of_float64_in_bodies_of_every_size[hex8-mean-dilatation-0.0]",
+        "test_every_element_has_the_force_of_float64_in_bodies_of_every_size[hex8-reduced-0.0]",
+        "test_every_element_has_the_force_of_float64_in_bodies_of_every_size[hex8-reduced-0.2]",
     },
     "test_mixed_runs": {
         "test_a_drop_has_the_force_and_impulse_of_float64[contact0-parallel]",
         "test_a_drop_has_the_force_and_impulse_of_float64[contact1-one launch]",
+        "test_the_bench_measures_mixed_precision_beside_its_errors",
     },
     "test_momentum": {
         "test_free_fall_strains_nothing[full-linear-tet4]",
-        "test_free_fall_strains_nothing[normal-neo-tet4]",
-        "test_free_fall_strains_nothing[normal-linear-hex8]",
         "test_free_fall_strains_nothing[full-svk-hex8]",
+        "test_free_fall_strains_nothing[normal-linear-hex8]",
+        "test_free_fall_strains_nothing[normal-neo-tet4]",
     },
     "test_mooney_rivlin": {
         "test_same_equilibrium_as_the_oracle[hex8-full]",
+        "test_same_equilibrium_as_the_oracle[tet4-normal]",
+        "test_without_c2_it_is_neo_hookean_and_it_is_objective[tet4]",
     },
     "test_moving_wall": {
         "test_only_the_relative_velocity_counts[full]",
-        "test_only_the_relative_velocity_counts[penalty-coulomb]",
         "test_only_the_relative_velocity_counts[impulse-coulomb]",
+        "test_only_the_relative_velocity_counts[normal-coulomb]",
+        "test_only_the_relative_velocity_counts[penalty-coulomb]",
+    },
+    "test_mprgp": {
+        "test_an_impact_is_the_same_with_both_solvers[hex8-linear-full]",
+    },
+    "test_multi_body": {
+        "test_a_file_with_both_kinds_gives_a_body_of_each",
+    },
+    "test_named_warnings": {
+        "test_a_slave_much_stiffer_than_its_master_is_named",
+    },
+    "test_node_averaged_runs": {
+        "test_impacts_keep_the_ledger_on_both_paths[normal removal]",
+    },
+    "test_pair_cases": {
+        "test_a_ball_falls_on_a_plate_out_of_a_file",
+    },
+    "test_pair_evidence": {
+        "test_the_order_of_bodies_sets_and_faces_changes_nothing",
     },
     "test_pair_files": {
+        "test_a_body_and_a_wall_press_the_same_nodes_from_two_sides",
         "test_a_resumed_run_has_the_same_bits[parallel]",
+        "test_a_slave_too_coarse_for_the_curvature_of_its_master_is_told[up]",
     },
     "test_pair_friction": {
-        "test_a_block_slides_to_rest_on_a_free_block[parameters1]",
         "test_a_block_holds_on_a_held_incline_without_creep[full]",
+        "test_a_block_slides_to_rest_on_a_free_block[parameters1]",
+        "test_oblique_impact_with_friction_conserves_and_turns_with_its_axes",
     },
     "test_pair_obstacles": {
         "test_a_turned_corner_is_the_same_corner",
+        "test_an_impact_into_a_corner_keeps_the_momentum_ledger_and_the_energy",
+        "test_curved_and_moving_obstacles_carry_a_pair",
     },
     "test_pair_runs": {
+        "test_bodies_of_two_kinds_of_cells_and_two_materials_touch",
+        "test_formulations_of_hexahedra[mean-dilatation]",
+        "test_formulations_of_hexahedra[reduced]",
         "test_oblique_cubes_keep_energy_and_momentum[tet4]",
         "test_oblique_cubes_keep_energy_and_momentum[wedge6]",
-        "test_formulations_of_hexahedra[mean-dilatation]",
     },
     "test_pair_statics": {
         "test_three_bodies_above_a_plane_are_solved_as_by_a_dense_active_set[shoulder-hex8]",
     },
     "test_periodic": {
-        "test_one_period_is_what_many_periods_are[one-point hexes, gravity]",
-        "test_one_period_is_what_many_periods_are[full removal, tets, damping]",
-        "test_one_period_is_what_many_periods_are[prisms, full removal]",
+        "test_one_period_is_what_many_periods_are[friction layers, moving wall]",
+        "test_one_period_is_what_many_periods_are[full removal, friction]",
         "test_one_period_is_what_many_periods_are[full removal, own force, gravity in time]",
+        "test_one_period_is_what_many_periods_are[full removal, tets, damping]",
+        "test_one_period_is_what_many_periods_are[one-point hexes, gravity]",
         "test_one_period_is_what_many_periods_are[penalty, supports, viscosity]",
+        "test_one_period_is_what_many_periods_are[prisms, full removal]",
     },
     "test_plate_impact": {
         "test_copper_meets_its_shock_curve[200.0]",
+        "test_heat_of_the_viscosity_warms_the_cells",
     },
     "test_reduced": {
         "test_force_and_energy_match_numpy_and_each_other[neo]",
     },
     "test_reduced_runs": {
-        "test_one_and_two_threads_give_the_same_bits",
-        "test_cube_impact_with_one_point_hexes[full]",
         "test_balance_in_mid_contact[neo-full-2]",
+        "test_bar_impact_with_one_point_hexes",
+        "test_cube_impact_with_one_point_hexes[full]",
+        "test_one_and_two_threads_give_the_same_bits",
+    },
+    "test_rolling": {
+        "test_a_cylinder_that_slides_ends_in_rolling",
     },
     "test_set_up": {
-        "test_nearest_points_are_those_of_all_triangles[300-1e-06]",
         "test_nearest_points_are_those_of_all_triangles[300-1000000.0]",
+        "test_nearest_points_are_those_of_all_triangles[300-1e-06]",
     },
     "test_shape_bound": {
+        "test_rates_are_those_of_the_worst_cells[tet4-viscosity1]",
         "test_rates_are_those_of_the_worst_cells[wedge6-None]",
+    },
+    "test_shared_domain": {
+        "test_a_body_with_all_contact_nodes_held_does_not_choose_the_solver_of_others",
+    },
+    "test_small_bodies": {
+        "test_rows_and_end_state_are_the_same[full removal, two walls, tets]",
     },
     "test_stability": {
         "test_hard_case[jittered-tets]",
         "test_hard_case[tets-all-in-contact-set]",
     },
     "test_static_solve": {
+        "test_cold_sweeps_do_not_grow_with_the_mesh[tet4-50-sizes1]",
         "test_same_equilibrium_as_the_oracle[hex8-linear-full-3-None]",
+        "test_same_equilibrium_as_the_oracle[hex8-neo-full-2-1000.0]",
         "test_same_equilibrium_as_the_oracle[tet4-svk-full-1-40.0]",
+        "test_same_equilibrium_as_the_oracle[wedge6-neo-full-2-None]",
+    },
+    "test_tracing": {
+        "test_no_function_of_the_package_changes_an_argument_that_it_passes_on",
     },
     "test_viscosity": {
+        "test_force_and_power_of_one_short_step[hex8-reduced]",
         "test_momentum_in_an_impact[tet4-normal-1]",
     },
     "test_walls": {
-        "test_a_wall_out_of_reach_changes_not_a_bit[normal removal, parallel]",
         "test_a_floor_named_several_times_rubs_as_one[3]",
+        "test_a_shaken_bar_between_touching_walls_stays_between_them[0-full]",
+        "test_a_wall_out_of_reach_changes_not_a_bit[friction]",
+        "test_a_wall_out_of_reach_changes_not_a_bit[normal removal, parallel]",
     },
 }
