@@ -2,9 +2,10 @@
 
 A case may also have `curves(result)`, known contact forces by label to plot, (times [s], force [N]); `draw(result,
 folder, title)`, which adds pictures of its own; `comparison(**parameters)`, scenes by label, or pairs of a scene and
-its scheme, that are run and plotted side by side; `draw_comparison(path, histories)`, a picture of its own instead of
-the usual one; and `SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical
-scene has `solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
+its scheme, that are run and plotted side by side; `compared(result)`, what that plot shows of each run instead of the
+usual quantities, (times [s], values) by (name, unit); `draw_comparison(path, histories)`, a picture of its own; and
+`SCHEME`, the scheme and its options if it is not the explicit one. A case that is no mechanical scene has
+`solve(**parameters)` instead, and `summary(runs)` and `write(runs, folder)` beside `checks(runs)`.
 
 Names, titles and parameters are read from the source without running it, so that listing stays instant.
 """
@@ -13,11 +14,14 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 from pathlib import Path
 from types import ModuleType
 from typing import Literal, get_args, get_origin
 
-from tcontact.base.errors import InputError
+from tcontact.base.errors import InputError, hint
+
+TIMES = "times.json"  # beside this file
 
 
 def names() -> list[str]:
@@ -63,6 +67,18 @@ def compares(name: str) -> str:
     return ""
 
 
+def took(name: str) -> str:
+    """Return how long a run of the case with its defaults took on a named processor, "" if it was never measured.
+
+    The figures are made by `tcontact numbers --only times --write`. Raises `InputError` for an unknown case.
+    """
+    known = json.loads((_path(name).parent / TIMES).read_text(encoding="utf-8"))
+    if name not in known["seconds"]:
+        return ""
+    first, again = known["seconds"][name]
+    return f"takes {again:.2g} s, the first time {first:.2g} s ({known['processor']}, {known['cores']} cores)"
+
+
 def load(name: str) -> ModuleType:
     """Import a case by its name. Raises `InputError` with the known names for an unknown one."""
     _path(name)
@@ -79,7 +95,7 @@ def _aliases() -> dict[str, str]:
 
 def _path(name: str) -> Path:
     if name not in names():
-        raise InputError("case", name, "use one of " + ", ".join(names()))
+        raise InputError("case", name, hint(name, names()) + "use one of " + ", ".join(names()))
     return Path(__file__).parent / f"{name.replace('-', '_')}.py"
 
 

@@ -81,14 +81,25 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
     return {"friction layer": scene(**parameters), "dry friction": scene(**parameters, friction="coulomb")}
 
 
+def compared(result: tc.Result) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """Return what the friction layer changes: mean shear of the face, speed of the block, work of friction."""
+    history, time = result.history, result.history["time"]
+    area = float(np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0)[:2]))
+    return {
+        ("shear", "Pa"): (time, -history["contact_force"][:, 0] / area),
+        ("speed", "m/s"): (time, history["momentum"][:, 0] / ck.mass(result)),
+        ("friction work", "J"): (time, history["friction_work"]),
+    }
+
+
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw shear, speed, work and temperature over time; temperature and shear of the face from below, as frames."""
     history, time = result.history, result.history["time"]
-    area = float(np.prod(np.ptp(result.scene.bodies[0].mesh.nodes, axis=0)[:2]))
+    shear, speed, work = compared(result).values()
     rows = {
-        ("shear", "Pa"): {"mean of the face": (time, -history["contact_force"][:, 0] / area)},
-        ("speed", "m/s"): {"block": (time, history["momentum"][:, 0] / ck.mass(result))},
-        ("energy", "J"): {"friction work": (time, history["friction_work"])},
+        ("shear", "Pa"): {"mean of the face": shear},
+        ("speed", "m/s"): {"block": speed},
+        ("energy", "J"): {"friction work": work},
     }
     if "layer_heat" in history:
         rows["shear", "Pa"]["softest layer"] = (time, history["layer_shear_min"])
@@ -147,8 +158,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
     history, model = result.history, result.scene.friction
     quick = result.dt > 0.25 * result.dt_limit
     work = history["friction_work"]
-    lost = (history["kinetic"] + history["elastic"])[0] - (history["kinetic"] + history["elastic"])
-    ledger = np.abs(lost - work).max() / (history["kinetic"] + history["elastic"]).max()
+    whole, viscous = history["kinetic"] + history["elastic"], history.get("viscous_work", 0.0 * work)
+    ledger = np.abs(whole[0] - whole - work - viscous).max() / whole.max()
     found = [
         ck.finished(result),
         ck.thrown(result),
@@ -156,7 +167,8 @@ def checks(result: tc.Result) -> list[ck.Check]:
         *_tractions(result),
         ck.momentum_balance(result, 1e-5),
         ck.pushing(result),
-        ck.at_most("energy lost less friction work, of the energy", float(ledger), 4e-2 if quick else 4e-3),
+        ck.at_most("energy lost less friction and viscous work, of the energy", float(ledger), 4e-2 if quick else 4e-3),
+        ck.at_most("viscous work of the contact cells, of the energy", float(viscous.max() / whole.max()), 2e-2),
     ]
     if isinstance(model, tc.FrictionLayer):
         off = np.abs(history["layer_heat"] - model.heat_share * work).max() / max(float(work.max()), 1e-300)

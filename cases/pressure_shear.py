@@ -134,6 +134,13 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
     return {"slip": scene(**parameters, friction=0.5 * least), "stick": scene(**parameters, friction=2.0 * least)}
 
 
+def compared(result: tc.Result) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """Return what tells slip from stick: the shear on the wall beside the pressure, and the work of friction."""
+    time, (pressure, shear) = result.history["time"], tractions(result)
+    work = result.history["friction_work"]
+    return {("pressure", "Pa"): (time, pressure), ("shear", "Pa"): (time, shear), ("friction work", "J"): (time, work)}
+
+
 def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the exact normal force, to plot."""
     waves = exact(result.scene)
@@ -142,17 +149,15 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw pressure and shear over time with the exact lines, and the work of friction."""
-    waves, time = exact(result.scene), result.history["time"]
-    pressure, shear = tractions(result)
-    exact_work = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
-    panels = {
-        ("pressure", "Pa"): {
-            "computed": (time, pressure),
-            "plane waves": _pulse(waves, waves.pressure, result.time),
-        },
-        ("shear", "Pa"): {"computed": (time, shear), "plane waves": _pulse(waves, waves.shear, result.time)},
-        ("friction work", "J"): {"computed": (time, result.history["friction_work"]), "plane waves": exact_work},
+    waves = exact(result.scene)
+    work = np.array([0.0, waves.touch, waves.release, result.time]), waves.work * np.array([0.0, 0.0, 1.0, 1.0])
+    lines = {
+        ("pressure", "Pa"): _pulse(waves, waves.pressure, result.time),
+        ("shear", "Pa"): _pulse(waves, waves.shear, result.time),
+        ("friction work", "J"): work,
     }
+    found = compared(result)
+    panels = {name: {"computed": found[name], "plane waves": lines[name]} for name in lines}
     plots.panels(folder / "tractions.png", panels, title)
 
 

@@ -142,6 +142,18 @@ def comparison(**parameters: object) -> dict[str, tc.Scene]:
     }
 
 
+def compared(result: tc.Result) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """Return what tells the runs apart: distance and speed of the centre, which creeps or rests, and the friction."""
+    time, force = result.history["time"], result.history["contact_force"]
+    path, speed = travel(result)
+    weight = ck.mass(result) * -result.scene.gravity[2]
+    return {
+        ("distance", "m"): (time, path),
+        ("speed", "m/s"): (time, speed),
+        ("friction / weight", "-"): (time, -force[:, 0] / weight),
+    }
+
+
 def travel(result: tc.Result) -> tuple[np.ndarray, np.ndarray]:
     """Return distance [m] and speed [m/s] of the centre of mass along the plane in every row."""
     time = result.history["time"]
@@ -168,22 +180,19 @@ def curves(result: tc.Result) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def draw(result: tc.Result, folder: Path, title: str) -> None:
     """Draw distance and speed of the centre and friction over pressure, beside those of a rigid block."""
     scene, time = result.scene, result.history["time"]
-    path, speed = travel(result)
     acceleration, stop, _ = rigid(scene)
     start = scene.bodies[0].velocity[0]
     moving = np.minimum(time, stop) if acceleration < 0.0 else time
-    force, weight = result.history["contact_force"], ck.mass(result) * -scene.gravity[2]
     limit = scene.friction.coefficient * np.where(time <= stop, 1.0, 0.0)
     if stop == 0.0 or (start == 0.0 and acceleration < 0.0):
         limit = np.full_like(time, scene.gravity[0] / -scene.gravity[2])
-    panels = {
-        ("distance", "m"): {
-            "computed": (time, path),
-            "rigid block": (time, moving * (start + acceleration * moving / 2)),
-        },
-        ("speed", "m/s"): {"computed": (time, speed), "rigid block": (time, start + acceleration * moving)},
-        ("friction / weight", "-"): {"computed": (time, -force[:, 0] / weight), "rigid block": (time, limit)},
+    block = {
+        ("distance", "m"): moving * (start + acceleration * moving / 2),
+        ("speed", "m/s"): start + acceleration * moving,
+        ("friction / weight", "-"): limit,
     }
+    found = compared(result)
+    panels = {name: {"computed": found[name], "rigid block": (time, block[name])} for name in block}
     plots.panels(folder / "motion.png", panels, title)
 
 

@@ -31,6 +31,7 @@ MISES_MAXIMUM, PRESSURE_MAXIMUM = "maxima of von Mises stress", "maxima of press
 PROBED = "probes"  # columns of their own, which tcontact/planning/measured.py makes
 RIGID_BODIES, FREE_OBSTACLES, RIGID_PARTS = "rigid bodies that move", "obstacles that move freely", "rigid parts"
 INFINITE, NAN = float("inf"), float("nan")
+UNREACHED = 1e300  # gap of kernels where there is nothing to touch; the history has infinity there
 RAW_ONLY = "raw-only"  # never in the history: the host computes another column from the number
 
 
@@ -75,7 +76,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
     Column("momentum", "kg m/s", "momentum", 3, ("nodes", "boundary", "rigid")),
     Column("angular_momentum", "kg m^2/s", "angular momentum about the origin", 3,
            ("nodes", "boundary", "rigid")),
-    Column("gap_min", "m", "smallest gap of the contact set; negative: overlap", 1, ("gaps",), "", "min", INFINITE),
+    Column("gap_min", "m", "smallest gap of the contact set; negative: overlap; inf: nothing near", 1, ("gaps",), "",
+           "min", INFINITE),
     Column("contact_nodes", "1", "number of nodes with a contact force", 1, ("contact",)),
     Column("sweeps", "1", "sweeps or products (MPRGP) of the static solve, or iterations of an implicit step", 1,
            ("gaps",), combine="max"),
@@ -129,7 +131,8 @@ COLUMNS = (  # the columns of the history in their order, then what is measured 
            integral_of="rigid_force", impulse=True),
     Column("pair_force", "N", "force on the first body of this pair", 3, ("pair",), PAIRED),
     Column("pair_moment", "N m", "moment of that force about the origin", 3, ("pair",), PAIRED),
-    Column("pair_gap_min", "m", "smallest gap of a row of this pair", 1, ("pair",), PAIRED, "min", INFINITE),
+    Column("pair_gap_min", "m", "smallest gap of a row of this pair; inf: no row", 1, ("pair",), PAIRED, "min",
+           INFINITE),
     Column("pair_rows", "1", "constraint rows of this pair", 1, ("pair",), PAIRED),
     Column("pair_pressed", "1", "constraint rows of this pair with a force", 1, ("pair",), PAIRED),
     Column("pair_rebuilds", "1", "times that the rows of all pairs were built so far", 1, ("pairs",), PAIRED),

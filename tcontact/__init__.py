@@ -36,6 +36,7 @@ if (_root / "kernels").is_dir() and (_root / "cases").is_dir():
     __path__.append(str(_root))  # a bare checkout: tcontact.kernels and tcontact.cases lie beside the package
 
 from .base.errors import InputError, OutputError  # noqa: E402
+from .base.errors import hint as _hint  # noqa: E402
 from .base.warning_kinds import (  # noqa: E402
     EnergyWarning,
     LayerWarning,
@@ -45,13 +46,17 @@ from .base.warning_kinds import (  # noqa: E402
     RotationWarning,
     SlaveWarning,
 )
+from .device.ranks import is_first_rank  # noqa: E402
 from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
+from .mesh.files import meshes_of_others as _meshes_of_others  # noqa: E402
 from .mesh.files.reading import read_mesh  # noqa: E402
 from .mesh.mesh import Mesh  # noqa: E402
 from .mesh.round import ball_mesh, cylinder_mesh, ring_mesh  # noqa: E402
 from .planning.planning import plan  # noqa: E402
+from .results.outcome import Outcome as _Outcome  # noqa: E402
 from .results.result import Result  # noqa: E402
+from .results.stored import StoredResult, open_result  # noqa: E402
 from .run.checkpoint import Checkpoint  # noqa: E402
 from .run.resumption import resume  # noqa: E402
 from .run.scene_files import load_scene, save_scene  # noqa: E402
@@ -84,7 +89,6 @@ from .schemes import (  # noqa: E402
     TransportAveraging,
     Trapezoidal,
 )
-from .show import notebook as _notebook  # noqa: E402
 
 __all__ = [
     "Body",
@@ -141,6 +145,7 @@ __all__ = [
     "Spring",
     "StVenantKirchhoff",
     "SteinbergGuinan",
+    "StoredResult",
     "StressAveraging",
     "Support",
     "TransportAveraging",
@@ -149,8 +154,10 @@ __all__ = [
     "box_mesh",
     "cylinder_mesh",
     "friction_layer",
+    "is_first_rank",
     "load_scene",
     "metal",
+    "open_result",
     "plan",
     "read_mesh",
     "register_law",
@@ -161,11 +168,29 @@ __all__ = [
 ]
 
 moved.install()
-Result.notebook = _notebook
+
+
+class _Later:
+    """A module that is imported when something of it is first used: pictures cost a run that draws none nothing."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(f"{__name__}.{self._name}"), name)
+
+
+Result.notebook = _Later("show.notebook")
+Mesh.readers = _meshes_of_others
+Mesh.views = Scene.views = _Outcome.views = _Later("show.views")
+StoredResult.made_again = staticmethod(
+    lambda summary, folder: import_module(f"{__name__}.commands.origins").made_again(summary, folder)
+)
 
 
 def __getattr__(name: str) -> Any:
     """Parts that are imported when first used, and modules by their old names."""
     if name == "friction_layer" or moved.destination(name):
         return import_module(f"{__name__}.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    guess = _hint(name, __all__).rstrip()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}" + (f"; {guess}" if guess else ""))

@@ -40,13 +40,13 @@ def missing() -> str:
     return "" if shutil.which("gcc") else "no CUDA device; fake_cuda.sh needs gcc"
 
 
-def results(folder: Path, reverse: bool = False) -> dict[str, np.ndarray]:
-    """Run the worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
+def results(folder: Path, reverse: bool = False, worker: Path = WORKER) -> dict[str, np.ndarray]:
+    """Run a worker in a process of its own and return what it stored; its modules (PTX) lie in the folder then.
 
     reverse: the threads of every launch run in the other order, where the device can do that.
     """
     environment = {name: value for name, value in os.environ.items() if name not in SHORT}  # compiled as for a user
-    command = [sys.executable, str(WORKER), str(folder / "found.npz")]
+    command = [sys.executable, str(worker), str(folder / "found.npz")]
     if not real():
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tcontact" / "ptx"
         tool = ROOT / "tests" / "translated_ptx.py"

@@ -95,21 +95,22 @@ def _targets(name: str, node: ast.Import | ast.ImportFrom, known: Iterable[str])
 
 
 def arrows(sources: Mapping[str, str] | None = None) -> list[Arrow]:
-    """All imports; those of other packages too. sources: texts to read instead of the files."""
+    """All imports, those of other packages too unless only for types. sources: texts to read instead of the files."""
     known = set(MODULES) | set(sources or ())
     found = []
     for name in sorted(known):
         text = (sources or {}).get(name) or MODULES[name].read_text(encoding="utf-8")
 
-        def visit(node: ast.AST, hidden: bool, name: str = name) -> None:
+        def visit(node: ast.AST, hidden: bool, typing: bool = False, name: str = name) -> None:
             for child in ast.iter_child_nodes(node):
                 if isinstance(child, ast.If) and "__main__" in ast.unparse(child.test):
                     continue
                 if isinstance(child, ast.Import | ast.ImportFrom):
-                    ends = _targets(name, child, known)
+                    ends = [end for end in _targets(name, child, known) if not typing or end.startswith("tcontact")]
                     found.extend(Arrow(name, end, hidden, child.lineno) for end in ends if end != name)
                 inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-                visit(child, hidden or inside)
+                types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+                visit(child, hidden or inside, typing or types)
 
         visit(ast.parse(text), False)
     return found

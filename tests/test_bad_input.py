@@ -1,6 +1,7 @@
 """Wrong input is refused with field, value and remedy, before Taichi starts or a file is touched."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -268,3 +269,12 @@ def test_messages_show_numbers_as_they_are_written():
 def test_an_empty_folder_name_is_not_this_folder():
     with pytest.raises(tc.InputError, match="give a folder name"):
         run(out="")
+
+
+def test_errors_come_back_from_other_processes():
+    """A value that cannot be pickled arrives as its text."""
+    for value in (3.5, lambda t: t):
+        error = tc.InputError("Scene.gravity", value, "use three numbers")
+        again = pickle.loads(pickle.dumps(error))
+        assert isinstance(again, tc.InputError)
+        assert (str(again), again.field, again.remedy) == (str(error), error.field, error.remedy)

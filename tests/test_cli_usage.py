@@ -50,7 +50,7 @@ def test_list_verbose_explains_every_case_and_its_parameters(capsys):
         (["fly"], "invalid choice"),
         (["run"], "CASE"),
         (["run", "cube"], f"use one of {', '.join(cases.names())}"),
-        (["run", "cube-impact", "--set", "cell=4"], "it knows cells, kind"),
+        (["run", "cube-impact", "--set", "cell=4"], "It knows cells, kind"),
         (["run", "cube-impact", "--set", "cells"], "KEY=VALUE"),
         (["run", "cube-impact", "--set", "cells=four"], "a whole number"),
         (["run", "cube-impact", "--set", "cells=4.5"], "a whole number"),

@@ -300,7 +300,8 @@ def closed_to_others(path):
 
 
 @pytest.mark.skipif(
-    os.getuid() == 0 and (closed_to_others(Path(sys.prefix)) or closed_to_others(Path(__file__).resolve().parent)),
+    os.getuid() == 0
+    and any(closed_to_others(Path(place)) for place in (sys.prefix, sys.base_prefix, Path(__file__).resolve().parent)),
     reason="root may write everywhere, and nobody else can read this installation",
 )
 def test_a_folder_that_is_not_ours(tmp_path):

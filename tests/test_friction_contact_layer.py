@@ -93,7 +93,7 @@ def test_hot_slide_meets_its_checks_and_says_when_it_does_not():
     scene = hot_slide.scene(cells=2, speed=SPEED, pressure=PRESSURE, duration=1e-7)
     result = simulate(scene, cfl=hot_slide.SCHEME["cfl"])
     found = hot_slide.checks(result)
-    assert len(found) == 10
+    assert len(found) == 11
     assert not [check for check in found if not check.passed]
     for column, share in (("layer_heat", 1.001), ("friction_work", 1.2), ("layer_temperature_max", 10.0)):
         spoiled = dataclasses.replace(result, history=result.history | {column: share * result.history[column]})

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_internal_force import Step, block, numpy_force
+from force_pass import Step, block, numpy_force
 
 import tcontact as tc
 from tcontact.device import runtime

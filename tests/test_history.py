@@ -214,6 +214,14 @@ def test_a_measured_row_adds_up_what_nodes_and_boundary_nodes_measure():
     assert np.array_equal(rows[:, layout.place["time"]][:, 0], times)
 
 
+def test_a_gap_to_nothing_is_infinite_and_one_that_is_no_number_stays_so():
+    groups = ("nodes", "cells", "boundary", "support", "contact", "gaps")
+    raw, place = raw_of(groups, 7)[0][:3].copy(), sum(column.size for column in group_columns(*groups[:-1]))
+    raw[:, place] = 1e300, np.nan, -2.0
+    rows = RawRows(groups, Layout()).measured(raw, np.arange(3.0), np.zeros(3))
+    np.testing.assert_array_equal(rows[:, Layout().place["gap_min"].start], [np.inf, np.nan, -2.0])
+
+
 def test_bodies_together_have_the_sum_and_the_worst_of_them():
     """A body without contact has no gap and no shear stress, and leaves those of the others as they are."""
     layout, times = Layout([LAYERS]), np.zeros(4)

@@ -290,7 +290,7 @@ def test_scene_files_hold_numbers_and_refuse_functions(tmp_path):
             tc.Scene([tc.Body(CUBE, SOFT)], duration=0.1, gravity=lambda t: (0, 0, -1.0)), tmp_path / "c.toml"
         )
     (tmp_path / "d.toml").write_text((tmp_path / "a.toml").read_text().replace("pressure", "presure"))
-    with pytest.raises(tc.InputError, match="did you mean pressure"):
+    with pytest.raises(tc.InputError, match="did you mean 'pressure'"):
         tc.load_scene(tmp_path / "d.toml")
 
 

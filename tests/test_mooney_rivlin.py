@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import oracle
 import pytest
+from force_pass import Step
 from oracle import meshes
 from scenes import block, material, simulate, thrown, wall
-from test_internal_force import Step
 from test_static_solve import pressed, problem, solved
 
 import tcontact as tc

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
+import tcontact as tc
+from tcontact import cases
 from tcontact.commands import cli
 from tcontact.commands.cli import main
-from tcontact.lab.numbers import pages, register, rows, tables
+from tcontact.lab.numbers import pages, register, rows, tables, times
 from tcontact.lab.numbers.reports import Reports
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -113,3 +116,35 @@ def test_figures_are_taken_from_where_the_register_says():
 def test_wrong_options_are_refused(words, says, capsys):
     assert cli.main(["numbers", *words]) == 2
     assert says in capsys.readouterr().err
+
+
+def test_times_of_the_cases_are_measured_written_and_said(tmp_path, monkeypatch, capsys):
+    """The first run of a case has an empty kernel cache, the second one what the first left."""
+    seen = []
+
+    def run(name, folder, cache):
+        seen.append((name, list(Path(cache).iterdir())))
+        (Path(cache) / "kernel").touch()
+        return 9.04 if len(seen) % 2 else 2.5
+
+    monkeypatch.setattr(times, "_run", run)
+    (tmp_path / "cases").mkdir()
+    found = times.measure(tmp_path, lambda text: None)
+    path = times.write(tmp_path, found)
+    assert [name for name, _ in seen] == [name for name in cases.names() for _ in range(2)]
+    assert all(bool(cache) == bool(number % 2) for number, (_, cache) in enumerate(seen))
+    known = json.loads(path.read_text())
+    assert known == found
+    assert known["seconds"]["cube-impact"] == [9.0, 2.5]
+    monkeypatch.setattr(cases, "TIMES", str(path))  # an absolute path takes the place of the folder
+    assert main(["list", "-v", "cube-impact"]) == 0
+    assert f"takes 2.5 s, the first time 9 s ({known['processor']}, {known['cores']} cores)" in capsys.readouterr().out
+
+
+def test_a_case_that_cannot_run_has_no_time(tmp_path):
+    with pytest.raises(tc.OutputError, match=r"`tcontact run no-such-case` ended with exit code 2: .*wall-shock"):
+        times._run("no-such-case", tmp_path / "out", str(tmp_path))
+
+
+def test_every_case_says_how_long_it_takes():
+    assert not [name for name in cases.names() if not cases.took(name)]

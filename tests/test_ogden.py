@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_stiffness import contact_stiffness, spread_of
+from force_pass import Step
 from implicit_parts import MATERIALS
 from one_point import Force
 from oracle import meshes
 from scenes import block, wall
 from test_implicit_tangents import check_cells
-from test_internal_force import Step
 
 import tcontact as tc
 from tcontact.cases import cube_impact

@@ -183,7 +183,7 @@ def test_scene_files_know_a_law_once_it_is_registered(tmp_path):
     body = tc.Body(tc.box_mesh((1, 1, 1), (2, 2, 2)), material, contact="zmin")
     tc.save_scene(tc.Scene([body], duration=1.0), tmp_path / "scene.toml")
     assert tc.load_scene(tmp_path / "scene.toml")[0].bodies[0].material == material
-    with pytest.raises(tc.InputError, match="unknown key; did you mean limit"):
+    with pytest.raises(tc.InputError, match="unknown key; did you mean 'limit'"):
         load("FileGent", mu=1.0, limits=1.0, bulk=1.0, density=1.0)
 
 

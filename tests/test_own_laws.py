@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_stiffness import contact_stiffness, spread_of
+from force_pass import Step
 from implicit_parts import MATERIALS
 from one_point import Force, distorted, moved
 from oracle import meshes
 from own_law_formulas import energy_of, fibre, gent, neo_hookean, of_gradient
 from scenes import block
 from test_implicit_tangents import check_cells
-from test_internal_force import Step
 
 import tcontact as tc
 from tcontact.cases import cube_impact

@@ -91,3 +91,59 @@ def test_panels_explain_their_lines_wherever_these_mean_something_else(drawn, tm
         axes.get_legend() and [text.get_text() for text in axes.get_legend().get_texts()] for axes in drawn[0].axes
     ]
     assert found == [["computed", "rigid"], None, ["work", "heat"]]
+
+
+def test_obstacles_and_pairs_have_curves_with_their_names(history, drawn, tmp_path):
+    force, nothing = history["contact_force"], 0 * history["contact_force"]
+    parts = {"obstacle_force:floor": 0.75 * force, "obstacle_force:lid": nothing, "obstacle_force:wall": 0.25 * force}
+    plots.contact_force(tmp_path / "f.png", history | parts | {"pair_force:a-b": 0.5 * force}, [])
+    axes = drawn[0].axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["floor", "wall", "a-b"]
+    largest = [line.get_ydata().max() for line in axes.lines]
+    np.testing.assert_allclose(largest / np.linalg.norm(force, axis=1).max() * 1e3, [0.75, 0.25, 0.5])
+
+
+def test_one_obstacle_with_a_force_of_its_own_is_drawn_once(history, drawn, tmp_path):
+    plots.contact_force(tmp_path / "f.png", history | {"obstacle_force:floor": history["contact_force"]}, UP)
+    assert [text.get_text() for text in drawn[0].axes[0].get_legend().get_texts()] == ["normal", "friction"]
+
+
+@pytest.mark.parametrize(("share", "lines"), [(1e-3, 1), (1e3, 2)])
+def test_a_force_below_its_rounding_is_no_curve(share, lines, history, drawn, tmp_path):
+    """The bodies are 2 m large and store 0.04 J: forces below 2e-11 N are rounding."""
+    history["contact_force"] *= share * 2e-11 / np.abs(history["contact_force"]).max()
+    plots.contact_force(tmp_path / "f.png", history, UP, size=2.0)
+    (axes,) = drawn[0].axes
+    assert len(axes.lines) == (lines if share > 1.0 else 0)
+    assert [text.get_text() for text in axes.texts] == (
+        [] if share > 1.0 else ["no resultant contact force: below its rounding of 20 pN"]
+    )
+
+
+def test_a_gap_below_its_rounding_is_no_curve(history, drawn, tmp_path):
+    history["contact_nodes"] = 0 * history["time"] + 4
+    history["gap_min"] = -1e-13 * np.abs(np.sin(1e7 * history["time"]))
+    for size in (1.0, 1e-3):  # rounding 1e-12 m and 1e-15 m
+        plots.gap(tmp_path / "g.png", history, size=size)
+    found = [(len(figure.axes[0].lines), figure.axes[0].get_title(loc="right")) for figure in drawn]
+    assert found == [(1, "no penetration"), (2, "deepest penetration 0.1 pm")]
+    assert [text.get_text() for text in drawn[0].axes[0].texts] == [
+        "neither gap nor penetration: below their rounding of 1 pm"
+    ]
+
+
+def test_a_comparison_says_where_there_is_none(history, drawn, tmp_path):
+    deep = history | {"gap_min": -1e-6 * np.ones(100), "contact": np.ones(100)}
+    none = history | {"gap_min": np.linspace(1e-3, -1e-19, 100)}
+    plots.comparison(tmp_path / "c.png", {"penalty": deep, "massless": none}, UP)
+    assert [[text.get_text() for text in axes.texts] for axes in drawn[0].axes] == [[], [], [], ["none"], [], ["none"]]
+
+
+def test_where_nothing_is_near_there_is_no_gap_to_draw(history, drawn, tmp_path):
+    history["contact_nodes"] = 0 * history["time"]
+    history["gap_min"] = np.where(np.arange(100) < 60, 1e-3 * history["time"], np.inf)
+    plots.gap(tmp_path / "g.png", history)
+    curve = drawn[0].axes[0].lines[1].get_ydata()
+    assert np.isnan(curve[60:]).all()
+    assert np.isfinite(curve[:60]).all()
+    assert drawn[0].axes[0].get_ylabel() == "smallest gap [nm]"

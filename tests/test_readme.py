@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import tcontact as tc
 from tcontact import cases
 from tcontact.commands import cli, settings
@@ -15,12 +17,14 @@ PAGES = {page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md",
 TEXT = "\n".join(PAGES.values())
 
 
-def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", TEXT, flags=re.DOTALL)
+def blocks(language, page=None):
+    """The code of a language, in all pages or in one of docs/."""
+    text = TEXT if page is None else PAGES[ROOT / "docs" / page]
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
 def test_the_python_example_runs_as_written():
-    (code,) = blocks("python")
+    code, _ = blocks("python")
     assert len(code.splitlines()) <= 16
     smaller = code.replace("(16, 16, 16)", "(4, 4, 4)")
     assert smaller != code
@@ -29,9 +33,23 @@ def test_the_python_example_runs_as_written():
     assert "Result(finished" in done.stdout
 
 
+def test_the_page_on_results_runs_as_written(tmp_path, monkeypatch):
+    for package in ("pandas", "pyvista"):
+        pytest.importorskip(package, reason=f"{package} is not installed")
+    _, code = blocks("python")
+    monkeypatch.chdir(tmp_path)
+    cli.main(["run", "cube-impact", "--set", "cells=2", "--frames", "4", "--quiet"])
+    names = {}
+    exec(code, names)
+    assert names["result"].reason == "finished"
+    assert names["grid"].n_cells == 8
+    assert len(names["table"]) == len(names["result"].history["time"])
+    assert (tmp_path / "end.png").exists()
+
+
 def test_the_scenes_of_the_page_on_scenes_are_scenes():
     """Its parts run one after the other; each scene, and each body alone, has a plan."""
-    parts, names = blocks("py"), {}
+    parts, names = blocks("py", "SCENES.md"), {}
     assert len(parts) == 8
     for part in parts:
         exec(part, names)
@@ -41,6 +59,13 @@ def test_the_scenes_of_the_page_on_scenes_are_scenes():
     assert len(bodies) == 6
     for body in bodies:
         assert tc.plan(tc.Scene([body], [tc.Plane(point=(0, 0, -1))], duration=1e-3)).terms
+
+
+def test_the_scene_of_the_first_run_is_a_scene():
+    (code,) = blocks("py", "first-run.md")
+    names = {}
+    exec(code, names)
+    assert "massless-contact" in tc.plan(names["scene"]).terms
 
 
 def test_ci_runs_the_test_command_of_the_readme():
@@ -55,9 +80,10 @@ def test_every_picture_and_link_exists():
         for path in re.findall(r"\]\(([^)#]+)\)", text):
             assert path.startswith("http") or (page.parent / path).is_file(), (page.name, path)
             linked.add((page.parent / path).resolve())
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     for path in (ROOT / "docs").iterdir():
         assert path.stat().st_size < 200_000, path
-        assert path.resolve() in linked, path
+        assert path.is_dir() or path.resolve() in linked or path.name in site, path
 
 
 def test_the_readme_fits_on_three_screens():
@@ -100,7 +126,7 @@ def test_every_study_of_the_readme_is_one():
         for name in words.methods or ():
             methods.method(name)
     known = hard_register.register()
-    (table,) = blocks("text")
+    (table,) = blocks("text", "NUMBERS.md")
     rows = [row.split() for row in table.splitlines()[1:]]
     assert len(rows) > 10
     assert all(row[0] in known and row[1] in known[row[0]].expected for row in rows)

@@ -219,6 +219,41 @@ def test_the_contact_face_shows_the_pressure(result, tmp_path):
     assert not ((above[..., 0] > 80) & (above[..., 1] < 40) & (above[..., 2] < 60))[:, :260].any()
 
 
+def test_the_faces_beside_the_contact_carry_no_pressure(result):
+    """The lowest nodes are pressed, and belong to the sides too; seen from above, only the sides are there to see."""
+    studio = Studio(result, (320, 240), 1.0, None)
+    image = np.asarray(studio.picture(result.frame(3), "contact_pressure", (0.0, 2e6), studio.camera("above")))
+    colour = np.ptp(image[40:200, :250].astype(int), axis=2)  # without labels
+    yellow = (image[40:200, :250, 0] > 200) & (image[40:200, :250, 2] < 150) & (colour > 60)
+    assert not yellow.any()
+
+
+@pytest.mark.parametrize("rotated", [[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+def test_a_thin_plate_is_not_seen_edge_on(rotated, tmp_path):
+    points, cells = _box(6)
+    points = (points * [1.0, 0.8, 0.03])[:, rotated]
+    path = tmp_path / "plate.vtkhdf"
+    with ResultFile.create(path, points, [("hex8", cells)], {"obstacles": [PLANE]}) as file:
+        file.append(0.0, {"displacement": 0 * points}, {"von_mises": np.zeros(len(cells))})
+    back = Studio(ResultData.open(path), (320, 240), 1.0, None).camera("above").axes[2]
+    assert abs(back[rotated.index(2)]) >= 0.55
+
+
+def test_the_scale_bar_is_as_long_as_it_says(result):
+    """Its ends are found in the picture: the cube of 1 m is as much wider than the bar as its length in metres says."""
+    from tcontact.show.render.camera import Camera
+    from tcontact.show.render.colours import FAINT_TEXT
+
+    studio = Studio(result, (960, 720), 1.0, [])
+    eye = studio.camera("above", Camera((1.0, 0.0, 0.0)))
+    image = np.asarray(studio.picture(result.frame(2), "von_mises", (0.0, 60.0), eye))
+    row = (image[684] == FAINT_TEXT).all(axis=1)[110:400]
+    bar = row.sum() - 1
+    middle = np.array([[0.5, 0.0, 0.5], [0.5, 1.0, 0.5]])  # of the cube, at half its depth
+    metre = abs(np.diff(eye.project(middle)[:, 0])[0])
+    assert bar / metre == pytest.approx(0.2, abs=0.01)
+
+
 def test_pictures_are_the_same_every_time(result):
     pictures = []
     for _ in range(2):

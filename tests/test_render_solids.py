@@ -1,18 +1,22 @@
 """Obstacles with a shape in pictures: where they are, which side is drawn, what hides the body, what is refused."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 import surfaces
+from PIL import Image
 
 import tcontact as tc
+from tcontact.results.files.vtkhdf import ResultData, ResultFile
 from tcontact.scene.obstacles.description import describe
 from tcontact.scene.obstacles.isosurface import isosurface
 from tcontact.scene.obstacles.surface import volume
 from tcontact.show.render.camera import Eye
 from tcontact.show.render.planes import Patch
 from tcontact.show.render.solids import Pose, hides, outlined, read_solids, shaded
+from tcontact.show.render.studio import Studio
 from tcontact.show.render.triangles import Triangles
 
 CENTRE, RADIUS = np.array([0.1, 0.2, 1.5]), 0.8
@@ -116,6 +120,20 @@ def test_what_stands_before_the_body_hides_it():
         assert hides(mesh, eye_from((0.0, 0.5, -6.0)), body) is below
 
 
+def test_the_contact_face_is_seen_from_the_obstacle_that_presses_it(tmp_path):
+    """A ball presses the top of a block: the key picture looks down on it, through the outline of the ball."""
+    mesh = tc.box_mesh((1.0, 1.0, 0.5), (6, 6, 3))
+    ball = tc.Sphere((0.5, 0.5, 1.0), 0.5)
+    path, down = tmp_path / "result.vtkhdf", np.zeros_like(mesh.nodes)
+    down[:, 2] = np.where(np.linalg.norm(mesh.nodes - (0.5, 0.5, 0.5), axis=1) < 0.1, -3.0, 0.0)
+    with ResultFile.create(path, mesh.nodes, [("hex8", mesh.cells)], {"obstacles": describe([ball], ())}) as file:
+        nodal = {"displacement": 0 * down, "contact_force": down, "contact_pressure": -down[:, 2]}
+        file.append(0.0, nodal, {"von_mises": np.zeros(mesh.cell_count)})
+    (picture,) = Studio(ResultData.open(path), (320, 240), 1.0, None).contact_face(tmp_path / "face.png")
+    image = np.asarray(Image.open(picture))[30:200, :250].astype(int)
+    assert ((image[..., 0] > 150) & (image[..., 1] < 60) & (image[..., 2] < 80)).sum() > 20
+
+
 def test_sampled_distance_is_drawn_where_it_is_zero():
     ball = tc.Sdf(
         lambda x: np.linalg.norm(x, axis=1) - 0.5, origin=(-0.7, -0.71, -0.72), spacing=0.05, nodes=(29, 29, 29)
@@ -143,3 +161,38 @@ def test_sampled_distance_is_drawn_where_it_is_zero():
 def test_obstacles_that_cannot_be_drawn_are_refused(wrong, word):
     with pytest.raises(tc.InputError, match=word):
         read_solids([wrong])
+
+
+def named_scene(path, obstacles):
+    """A cube before these obstacles."""
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    with ResultFile.create(path, mesh.nodes, [("hex8", mesh.cells)], {"obstacles": describe(obstacles)}) as file:
+        file.append(0.0, {"displacement": np.zeros_like(mesh.nodes)}, {"von_mises": np.zeros(mesh.cell_count)})
+    return ResultData.open(path)
+
+
+def test_names_stand_on_the_obstacles_beside_the_bodies(tmp_path):
+    floor, ball = tc.Plane(name="floor"), tc.Sphere((-1.2, 0.5, 0.5), 0.6)
+    data = named_scene(tmp_path / "two.vtkhdf", [floor, ball])
+    studio = Studio(data, (480, 360), 1.0, None)
+    eye = studio.camera("above")
+    assert eye.signs.names == ("floor", "obstacle-1")
+    named = np.asarray(studio.picture(data.frame(0), "von_mises", (0.0, 1.0), eye)).astype(int)
+    plain = Studio(data, (480, 360), 1.0, None)
+    image = plain.picture(data.frame(0), "von_mises", (0.0, 1.0), dataclasses.replace(eye, signs=None))
+    rows, columns = np.nonzero((named != np.asarray(image).astype(int)).any(axis=2))
+    for part in eye.signs.places:
+        corner = part.screen[np.isfinite(part.screen).all(axis=(1, 2))]
+        (left, top), (right, bottom) = corner[..., :2].min(axis=(0, 1)), corner[..., :2].max(axis=(0, 1))
+        assert ((columns >= left) & (columns <= right) & (rows >= top) & (rows <= bottom)).sum() > 50
+    (left, top), (right, bottom) = eye.signs.bodies[:, :2].min(axis=0), eye.signs.bodies[:, :2].max(axis=0)
+    assert not ((columns > left) & (columns < right) & (rows > top) & (rows < bottom)).any()
+    assert len(rows) < 2500  # two names and nothing else
+
+
+def test_one_obstacle_without_a_name_has_none(tmp_path):
+    for number, (obstacles, names) in enumerate(
+        (([tc.Plane()], None), ([tc.Plane(name="floor")], ("floor",)), ([], None))
+    ):
+        eye = Studio(named_scene(tmp_path / f"{number}.vtkhdf", obstacles), (160, 120), 1.0, None).camera("above")
+        assert (eye.signs and eye.signs.names) == names

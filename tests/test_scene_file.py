@@ -141,7 +141,7 @@ contact = "zmin"
 type = "Plane"
 """
 BAD = {
-    "typo": ("young", "yuong", "did you mean young"),
+    "typo": ("young", "yuong", "did you mean 'young'"),
     "key": ("duration", "span = 1\nduration", "unknown key"),
     "law": ('"NeoHookean"', '"Rubber"', "NeoHookean"),
     "no type": ('type = "Plane"', "", "obstacles[0].type"),

@@ -12,8 +12,10 @@ computes the load of the partner from it.
 
 from ..columns import SUMS
 from ..engine import ti
+from ..language.threads import item, leader, over_threads, turns
 from .islands import node_count
 
+SUMMED = ("sum",) * 4
 EPSILON = 32 * 2.220446049250313e-16  # relative rounding error of a gap, or of a sum of many displacements
 
 
@@ -96,14 +98,15 @@ def hand_over(body: ti.template(), contact: ti.template(), rows: ti.template()):
     """Apply the forces of the rows to the contact nodes, and sum them up."""
     force = ti.Vector.zero(ti.f64, 3)
     pressed = 0.0
-    for k in range(node_count(contact)):
-        total = hand_over_node(body, contact, rows, k)
+    for turn in range(turns(contact, node_count(contact))):
+        total = hand_over_node(body, contact, rows, item(contact, turn))
         force += total
         if total.norm() > 0.0:
             pressed += 1.0
+    sums = over_threads(contact, [force[0], force[1], force[2], pressed], SUMMED)
     for j in ti.static(range(3)):
-        contact.sums[SUMS.contact_force + j] = force[j]
-    contact.sums[SUMS.contact_nodes] = pressed
+        contact.sums[SUMS.contact_force + j] = sums[j]
+    contact.sums[SUMS.contact_nodes] = sums[3]
 
 
 @ti.func
@@ -114,7 +117,10 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
     the nodes that carry the mass of the contact node, like what the static solve leaves: momentum is conserved.
     """
     force = ti.Vector([contact.sums[SUMS.contact_force + j] for j in ti.static(range(3))])
-    for k in range(node_count(contact)):
+    if leader(contact) == 0:  # one thread begins with the sum so far
+        force = ti.Vector.zero(ti.f64, 3)
+    for turn in range(turns(contact, node_count(contact))):
+        k = item(contact, turn)
         total = sum_of_rows(rows, k, rows.at.kick_friction)
         force += total
         for j in ti.static(range(3)):
@@ -127,8 +133,9 @@ def hand_over_friction(body: ti.template(), contact: ti.template(), rows: ti.tem
                 for j in ti.static(range(3)):
                     place = 3 * contact.residual_receivers[i] + j
                     body.special_force[place] = body.special_force[place] - share[j]
+    sums = over_threads(contact, [force[0], force[1], force[2]], ("sum",) * 3)
     for j in ti.static(range(3)):
-        contact.sums[SUMS.contact_force + j] = force[j]
+        contact.sums[SUMS.contact_force + j] = sums[j]
 
 
 @ti.func

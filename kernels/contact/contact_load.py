@@ -10,6 +10,7 @@ The contact nodes come first in the list of boundary nodes.
 from ..columns import SUMS
 from ..engine import ti
 from ..language.entries import row
+from ..language.threads import item, meet, sum_of, turns
 from ..nodes.boundary_nodes import symmetric
 from .constraint_rows import normal_of, number_of, set_number, set_vector, velocity_of
 from .islands import node_count
@@ -20,9 +21,9 @@ from .local_contact import multipliers
 def penalty_load(contact: ti.template(), rows: ti.template()):
     """Set the penalty forces of all rows, and sum up their energy."""
     energy = 0.0
-    for k in range(node_count(contact)):
-        energy += penalty_node(contact, rows, k)
-    contact.sums[SUMS.contact] = energy
+    for turn in range(turns(contact, node_count(contact))):
+        energy += penalty_node(contact, rows, item(contact, turn))
+    contact.sums[SUMS.contact] = sum_of(contact, energy)
 
 
 @ti.func
@@ -47,8 +48,9 @@ def penalty_node(contact: ti.template(), rows: ti.template(), k):
 @ti.func
 def impulse_load(body: ti.template(), boundary: ti.template(), contact: ti.template(), rows: ti.template(), span):
     """Set the impulse forces of all rows; span: time [s] over which an impulse acts, 0 if no step is taken."""
-    for k in range(node_count(contact)):
-        impulse_node(body, boundary, contact, rows, span, k)
+    for turn in range(turns(contact, node_count(contact))):
+        impulse_node(body, boundary, contact, rows, span, item(contact, turn))
+    meet(contact)
 
 
 @ti.func

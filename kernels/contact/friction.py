@@ -12,6 +12,7 @@ instead of sticking.
 from ..columns import SUMS
 from ..engine import ti
 from ..lanes import FRICTION_NODE
+from ..language.threads import leader
 
 # `friction`: slip speed [m/s] of the regularised law, step [s] of the static solve; then for every contact node:
 # largest friction force [N] that its layer transmits; slip speed [m/s] after the kick without friction, its change by a
@@ -166,6 +167,13 @@ def friction_from(law: ti.template(), mobility, slip, limit, scale, start):
 def node_place(k, number: ti.template()):
     """Return where a number of node k stands in `friction`."""
     return FIRST + NODE * k + number
+
+
+@ti.func
+def add_work(contact: ti.template(), before):
+    """Add work [J] of friction up to the time level, which every thread knows."""
+    if leader(contact) == 1:
+        contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + before
 
 
 @ti.func

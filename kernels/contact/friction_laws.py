@@ -14,6 +14,7 @@ the pairs of bodies first and then of the obstacles, and their tables (speeds, p
 from ..engine import ti
 from ..lanes import DECAY, FRICTION_LAW, JUMP, PRESSURES, SHEAR_LIMIT, SPEEDS, TABLE
 from ..language.entries import row
+from ..language.threads import item, meet, turns
 from ..pair_places import AREA, FIRST_ENTRY, MASTERS, NODE_ROW, PAIRS, SIDES
 from .constraint_rows import normal_of, number_of, set_number, velocity_of
 from .friction import FIRST, NODE
@@ -119,9 +120,11 @@ def note_slip(
 ):
     """Note the slip speed of all rows after a kick."""
     slots = ti.static(rows.options.slots)
-    for r in range(slots * node_count(contact)):
+    for turn in range(turns(contact, slots * node_count(contact))):
+        r = item(contact, turn)
         speed = speed_now(body, boundary, obstacles, rows, coupling, contact, r // slots, r, 0.0)
         set_number(rows, r, rows.at.slip_speed, speed)
+    meet(contact)
 
 
 @ti.func
@@ -158,7 +161,8 @@ def set_coefficients(
     areas = FIRST + NODE * count
     laws = areas + count
     rate = ti.select(step > 0.0, 1.0 / ti.max(step, 1e-300), 0.0)
-    for r in range(slots * count):
+    for turn in range(turns(contact, slots * count)):
+        r = item(contact, turn)
         k = r // slots
         law = law_of_row(obstacles, rows, coupling, contact, k, r)
         changed = first == 1 or law != number_of(rows, r, rows.at.law)
@@ -185,3 +189,4 @@ def set_coefficients(
                 limit = contact.friction[laws + FRICTION_LAW * int(law) + SHEAR_LIMIT]
             set_number(rows, r, rows.at.coefficient, ti.max(0.0, mu))
             set_number(rows, r, rows.at.shear_limit, ti.max(0.0, limit) * area)
+    meet(contact)

@@ -6,6 +6,7 @@ the slip is that of its steps. A node with several rows has the longest slip of 
 """
 
 from ..engine import ti
+from ..language.threads import item, turns
 from .islands import node_count
 
 RECORD = 4
@@ -21,7 +22,8 @@ def record_place(contact: ti.template(), k, number: ti.template()):
 @ti.func
 def begin_kick(contact: ti.template()):
     """Add what the last kick left for the step that has ended."""
-    for k in range(node_count(contact)):
+    for turn in range(turns(contact, node_count(contact))):
+        k = item(contact, turn)
         record_step(
             contact, k, contact.friction[record_place(contact, k, NEXT_SLIP)],
             contact.friction[record_place(contact, k, NEXT_WORK)],

@@ -13,6 +13,7 @@ from ..columns import SUMS
 from ..engine import ti
 from ..lanes import DRIFT, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row
+from ..language.threads import item, over_threads, turns
 from ..nodes.boundary_nodes import symmetric
 from ..nodes.damping import damped_response
 from .constraint_rows import friction_cone, normal_of, number_of, set_vector, vector_of, velocity_of
@@ -25,6 +26,7 @@ from .friction import (
     SOFTNESS,
     SPEED,
     WORK,
+    add_work,
     friction_force,
     node_place,
     tangents,
@@ -79,14 +81,16 @@ def kick_friction(
                 break
     if ti.static(contact.options.recorded):
         begin_kick(contact)
-    for k in range(node_count(contact)):
+    for turn in range(turns(contact, node_count(contact))):
+        k = item(contact, turn)
         before, after, _change, slip = kick_friction_node(body, boundary, contact, rows, obstacles, rigid, damped, k)
         if ti.static(contact.options.recorded):
             record_kick(contact, k, before, after, slip)
         early += before
         late += after
-    contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + early
-    contact.sums[SUMS.friction_after] = late
+    works = over_threads(contact, [early, late], ("sum", "sum"))
+    add_work(contact, works[0])
+    contact.sums[SUMS.friction_after] = works[1]
 
 
 @ti.func

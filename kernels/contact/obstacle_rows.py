@@ -4,15 +4,18 @@ Row r = k * slots + p of node k stands for obstacle candidates[r], the last one 
 Where there are more than MAXIMUM_SLOTS obstacles, the candidates are the nearest ones.
 """
 
-from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, loads_place
+from ..columns import OBSTACLE_LOAD, OBSTACLE_LOADS, SUMS, UNREACHED, loads_place
 from ..engine import ti
 from ..lanes import MAXIMUM_SLOTS
 from ..language.entries import row, three
+from ..language.threads import item, meet, over_threads, smallest_of, turns
 from ..nodes.rigid_record import kind_of
 from ..rigid_places import FREE
 from .constraint_rows import number_of, set_number, set_vector, vector_of
 from .islands import first_other, island_count, node_count
 from .obstacles import MEAN_VELOCITY, POINT, RECORD, VELOCITY, gap_and_normal, velocity_at
+
+SUMMED = ("sum",) * 7  # force, moment and power of an obstacle
 
 
 @ti.func
@@ -50,16 +53,18 @@ def fill_node(obstacles: ti.template(), rows: ti.template(), contact: ti.templat
 @ti.func
 def fill_rows(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
     """Fill the rows of all contact nodes at the displacement u."""
-    for k in range(node_count(contact)):
-        fill_node(obstacles, rows, contact, u, k)
+    for turn in range(turns(contact, node_count(contact))):
+        fill_node(obstacles, rows, contact, u, item(contact, turn))
+    meet(contact)
 
 
 @ti.func
 def choose_candidates(obstacles: ti.template(), contact: ti.template(), u: ti.template()):
     """Choose the obstacles with the smallest gaps at each node, if there are more obstacles than slots."""
     if obstacles.records.shape[0] // RECORD > MAXIMUM_SLOTS:
-        for k in range(node_count(contact)):
-            choose_at_node(obstacles, contact, u, k)
+        for turn in range(turns(contact, node_count(contact))):
+            choose_at_node(obstacles, contact, u, item(contact, turn))
+        meet(contact)
 
 
 @ti.func
@@ -101,17 +106,19 @@ def choose_at_node(obstacles: ti.template(), contact: ti.template(), u: ti.templ
 @ti.func
 def smallest_gap(obstacles: ti.template(), rows: ti.template(), contact: ti.template(), u: ti.template()):
     """Set the smallest gap of the contact sets to any obstacle, of the rows and of nodes without rows."""
-    smallest = 1e300
+    smallest = UNREACHED
     if ti.static(rows.exist):
-        for r in range(ti.static(rows.options.slots) * node_count(contact)):
-            smallest = ti.min(smallest, number_of(rows, r, rows.at.gap))
-    for k in range(first_other(contact, 0), first_other(contact, island_count(contact))):
+        for turn in range(turns(contact, ti.static(rows.options.slots) * node_count(contact))):
+            smallest = ti.min(smallest, number_of(rows, item(contact, turn), rows.at.gap))
+    begin = first_other(contact, 0)
+    for turn in range(turns(contact, first_other(contact, island_count(contact)) - begin)):
+        k = begin + item(contact, turn)
         x = position(contact.reference, k, u, contact.nodes[k])
         if ti.static(len(contact.options.shapes) > 0):
             for p in range(obstacles.records.shape[0] // RECORD):
                 g, _normal = gap_and_normal(obstacles, p, x)
                 smallest = ti.min(smallest, g)
-    contact.sums[SUMS.gap_min] = smallest
+    contact.sums[SUMS.gap_min] = smallest_of(contact, smallest)
 
 
 @ti.func
@@ -125,24 +132,66 @@ def obstacle_loads(
     """
     slots, own = ti.static(rows.options.slots, rows.options.obstacle_slots)
     power = ti.static(loads_place(contact.options.friction != ""))
-    for j in range(power, power + 1 + obstacles.records.shape[0] // RECORD * OBSTACLE_LOADS):
-        contact.sums[j] = 0.0
+    if ti.static(contact.options.threads > 1):
+        share_obstacle_loads(obstacles, rows, contact, rigid, u)
+    else:
+        for j in range(power, power + 1 + obstacles.records.shape[0] // RECORD * OBSTACLE_LOADS):
+            contact.sums[j] = 0.0
+        power_of_all = 0.0
+        for k in range(node_count(contact)):
+            x = position(contact.reference, k, u, contact.nodes[k])
+            for r in range(k * slots, k * slots + own):
+                p = obstacles.candidates[r]
+                force, moment, supplied = load_of_row(obstacles, rows, contact, rigid, r, x)
+                first = power + 1 + OBSTACLE_LOADS * p
+                force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
+                for j in ti.static(range(3)):
+                    contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
+                    contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
+                power_of_all += supplied
+        contact.sums[power] = power_of_all
+
+
+@ti.func
+def load_of_row(
+    obstacles: ti.template(), rows: ti.template(), contact: ti.template(), rigid: ti.template(), r, x
+):  # fmt: skip
+    """Return the force [3] on the node at x of row r, its moment about the point of the obstacle, and its power."""
+    p = obstacles.candidates[r]
+    force = vector_of(rows, r, rows.at.force)
+    if ti.static(rows.at.kick_friction >= 0):
+        force += vector_of(rows, r, rows.at.kick_friction)
+    moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)
+    supplied = force.dot(velocity_at(obstacles, p, x, VELOCITY))
+    if ti.static(contact.options.free):
+        supplied = ti.select(kind_of(rigid, p) == FREE, 0.0, supplied)
+    return force, moment, supplied
+
+
+@ti.func
+def share_obstacle_loads(
+    obstacles: ti.template(), rows: ti.template(), contact: ti.template(), rigid: ti.template(), u: ti.template()
+):
+    """Sum up the same with several threads, one obstacle after the other."""
+    slots, own = ti.static(rows.options.slots, rows.options.obstacle_slots)
+    power = ti.static(loads_place(contact.options.friction != ""))
     power_of_all = 0.0
-    for k in range(node_count(contact)):
-        x = position(contact.reference, k, u, contact.nodes[k])
-        for r in range(k * slots, k * slots + own):
-            p = obstacles.candidates[r]
-            force = vector_of(rows, r, rows.at.force)
-            if ti.static(rows.at.kick_friction >= 0):
-                force += vector_of(rows, r, rows.at.kick_friction)
-            moment = (x - three(obstacles.records, RECORD * p + POINT)).cross(force)
-            first = power + 1 + OBSTACLE_LOADS * p
-            force_place, moment_place = first + OBSTACLE_LOAD.obstacle_force, first + OBSTACLE_LOAD.obstacle_moment
-            for j in ti.static(range(3)):
-                contact.sums[force_place + j] = contact.sums[force_place + j] - force[j]
-                contact.sums[moment_place + j] = contact.sums[moment_place + j] - moment[j]
-            supplied = force.dot(velocity_at(obstacles, p, x, VELOCITY))
-            if ti.static(contact.options.free):
-                supplied = ti.select(kind_of(rigid, p) == FREE, 0.0, supplied)
-            power_of_all += supplied
+    for p in range(obstacles.records.shape[0] // RECORD):
+        sums = ti.Vector.zero(ti.f64, 7)
+        for turn in range(turns(contact, node_count(contact))):
+            k = item(contact, turn)
+            x = position(contact.reference, k, u, contact.nodes[k])
+            for r in range(k * slots, k * slots + own):
+                if obstacles.candidates[r] == p:
+                    force, moment, supplied = load_of_row(obstacles, rows, contact, rigid, r, x)
+                    for j in ti.static(range(3)):
+                        sums[j] += force[j]
+                        sums[3 + j] += moment[j]
+                    sums[6] += supplied
+        totals = over_threads(contact, [sums[j] for j in range(7)], SUMMED)
+        first = power + 1 + OBSTACLE_LOADS * p
+        for j in ti.static(range(3)):
+            contact.sums[first + OBSTACLE_LOAD.obstacle_force + j] = 0.0 - totals[j]
+            contact.sums[first + OBSTACLE_LOAD.obstacle_moment + j] = 0.0 - totals[3 + j]
+        power_of_all += totals[6]
     contact.sums[power] = power_of_all

@@ -10,6 +10,7 @@ of sampled distances follow the rows. Only the shapes in `obstacles.options.shap
 from ..engine import ti
 from ..lanes import OBSTACLE
 from ..language.entries import three
+from ..language.threads import item, meet, turns
 from .obstacle_shapes import box_gap_normal, grid_gap_normal
 
 # places in a record
@@ -92,8 +93,10 @@ def velocity_at(obstacles: ti.template(), p, x, velocity: ti.template()):
 
 
 @ti.func
-def set_pose(obstacles: ti.template(), level):
+def set_pose(obstacles: ti.template(), contact: ti.template(), level):
     """Set the records of the obstacles to row `level` of their motion."""
     count = obstacles.records.shape[0]
-    for j in range(count):
+    for turn in range(turns(contact, count)):
+        j = item(contact, turn)
         obstacles.records[j] = obstacles.motion[level * count + j]
+    meet(contact)

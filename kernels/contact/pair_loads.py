@@ -4,13 +4,13 @@ A row with the force F on its slave acts with -P_sm F on its masters. The force 
 of P_sm F over its rows and the masters of the other body, with the opposite sign where the first body is the master.
 """
 
-from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS
+from ..columns import PAIR_LOAD, PAIR_LOADS, SUMS, UNREACHED
 from ..engine import ti
 from ..language.entries import row
 from ..pair_places import FIRST_ENTRY, MASTERS, PAIRS, ROWS, SIDES, SLAVES
 from .constraint_rows import number_of, vector_of
 from .islands import node_count
-from .pair_rows import UNREACHED, entry, pair_row, weight
+from .pair_rows import entry, pair_row, weight
 
 
 @ti.func

@@ -14,6 +14,7 @@ nu is the mean normal of the faces of a row, renewed with every gap; weights and
 large (`is_stale`). Places of the data: pair_places.py.
 """
 
+from ..columns import UNREACHED
 from ..engine import ti
 from ..language.entries import row
 from ..pair_places import (
@@ -44,8 +45,6 @@ from ..pair_places import (
 )
 from .constraint_rows import normal_of, number_of, set_number, set_vector, vector_of
 from .islands import node_count
-
-UNREACHED = 1e300  # gap of a node without a row
 
 
 @ti.func

@@ -7,6 +7,7 @@ have is None. In the shapes below n are nodes, s boundary nodes, k contact nodes
 
 from typing import Any, NamedTuple
 
+from ..lanes import SWEEP_LANES
 from .arguments import Array, Index, Shared
 from .joint_lists import JointList
 
@@ -60,7 +61,8 @@ class DeviceLists(NamedTuple):
     parts: for every kind of cells its first part, then the end of all, then the parts (lanes.py); node_corners: start
     of the corners of every node [n + 1], then the places of these corners in `connectivity`, ascending;
     corner_forces [pack, corner, component, lane]; partial_sums [number, thread] of one step; ledger: sums of the rows
-    of a block of steps in stages (device_ledger.py).
+    of a block of steps in stages (device_ledger.py). With contact: contact_parts: as parts, of the contact cells alone;
+    control: what the device does next, and the sums of the boundary nodes of every row (step/device_control.py).
     """
 
     parts: Index = None
@@ -68,6 +70,8 @@ class DeviceLists(NamedTuple):
     corner_forces: Array = None
     partial_sums: Array = None
     ledger: Array = None
+    contact_parts: Index = None
+    control: Array = None
 
 
 class Boundary(NamedTuple):
@@ -107,6 +111,9 @@ class Contact(NamedTuple):
     Of massless nodes only: active [k]: bit mask of the rows in contact; basis [k, 3, block]: massless directions;
     displacement_before [k, block]: in these, at the last time level; residual_receivers: the boundary nodes on which
     the unbalanced force of the static solve acts, those of node k at residual_receivers[k] .. residual_receivers[k+1].
+    Where threads share the loops: shared: values of every thread (threads.py); residual_givers: the transposed list,
+    the contact nodes whose share acts on boundary node s at residual_givers[s] .. residual_givers[s+1];
+    residual_shares [k, 3] [N]: of each receiver of node k.
     """
 
     nodes: Index = None
@@ -121,6 +128,9 @@ class Contact(NamedTuple):
     displacement_before: Array = None
     residual_receivers: Index = None
     friction: Array = None
+    shared: Array = None
+    residual_givers: Index = None
+    residual_shares: Array = None
     options: Any = None
 
 
@@ -235,6 +245,7 @@ class ContactOptions(NamedTuple):
     recorded: bool = False
     free: bool = False
     posed: bool = False
+    threads: int = 1
 
     @property
     def obstacle_slots(self) -> int:
@@ -254,7 +265,8 @@ class ContactOptions(NamedTuple):
     @property
     def rubs_in_lanes(self) -> bool:
         """Return whether sweeps solve the friction of several nodes at once: with one row each, by Coulomb's law."""
-        return self.static_friction and self.slots == 1 and self.friction == "coulomb" and not self.coupled
+        one = self.slots == 1 and self.threads == 1
+        return self.static_friction and one and self.friction == "coulomb" and not self.coupled
 
     @property
     def row_places(self) -> RowPlaces:
@@ -295,8 +307,9 @@ class System(NamedTuple):
     [slots, k], normals [slots, block, k]: of all rows, beside pairs of those that enter (static/chosen_rows.py);
     response [block+1, k]: D^-1 n and 1/(n D^-1 n + e) of nodes with one row without friction, else [block, k]: right
     side less the forces from the neighbours; for MPRGP see node_places.py. Behind `increment` stand two vectors of
-    earlier sweeps. The node is the last index, so that the lanes of a pack are contiguous; arrays are LANES - 1 nodes
-    longer than needed. settings, stats [islands, ..]: static/control.py.
+    earlier sweeps. colours (of threads that share the loops): first colour of each island [islands+1], then the first
+    pack of each colour [colours+1]. The node is the last index, so that the lanes of a pack are contiguous; arrays are
+    LANES - 1 nodes longer than needed. settings, stats [islands, ..]: static/control.py.
     """
 
     lane_start: Index = None
@@ -312,6 +325,17 @@ class System(NamedTuple):
     increment: Array = None
     settings: Array = None
     stats: Array = None
+    colours: Index = None
+
+    @property
+    def lanes(self) -> int:
+        """Return how many nodes the functions of a pack take at once: one where threads share the nodes."""
+        return SWEEP_LANES if self.colours is None else 1
+
+    @property
+    def lane_numbers(self) -> list[int]:
+        """Return the numbers of these lanes."""
+        return list(range(self.lanes))
 
 
 class Pairs(NamedTuple):

@@ -10,7 +10,10 @@ from ..columns import BOUNDARY, BOUNDARY_SUMS, FIRST, SUPPORT, SUPPORT_SUMS
 from ..engine import ti
 from ..lanes import DRIFT, GRAVITY, KICK_AFTER, KICK_BEFORE
 from ..language.entries import row, three
+from ..language.threads import item, meet, over_threads, turns
 from .damping import damping_force
+
+BOUNDARY_COMBINE, SUPPORT_COMBINE = ("sum",) * BOUNDARY_SUMS, ("sum",) * SUPPORT_SUMS
 
 
 @ti.func
@@ -22,14 +25,16 @@ def symmetric(tensors: ti.template(), s):
 
 
 @ti.func
-def damp(body: ti.template(), boundary: ti.template(), law: ti.template()):
+def damp(body: ti.template(), boundary: ti.template(), contact: ti.template(), law: ti.template()):
     """Add the damping force at v^n to special_force, before support reactions and kick."""
-    for s in range(boundary.nodes.shape[0]):
+    for turn in range(turns(contact, boundary.nodes.shape[0])):
+        s = item(contact, turn)
         net = row(boundary.load, s) - row(body.special_force, s)
         mass, inverse = symmetric(boundary.mass, s), symmetric(boundary.inverse_mass, s)
         force = damping_force(law, body, mass, inverse, row(body.v, boundary.nodes[s]), net)
         for j in ti.static(range(3)):
             body.special_force[3 * s + j] = body.special_force[3 * s + j] + force[j]
+    meet(contact)
 
 
 @ti.func
@@ -39,14 +44,15 @@ def weight(body: ti.template(), boundary: ti.template(), s):
 
 
 @ti.func
-def kick_and_drift(body: ti.template(), boundary: ti.template(), loaded: ti.template()):
+def kick_and_drift(body: ti.template(), boundary: ti.template(), contact: ti.template(), loaded: ti.template()):
     """Advance u and v of the boundary nodes by the steps in `params`; sum up energy and momentum at time level n.
 
     loaded: name of the term of loads other than gravity (loads.py), whose work is counted apart; "" without.
     """
     kick_before, kick_after, drift = body.params[KICK_BEFORE], body.params[KICK_AFTER], body.params[DRIFT]
     sums = ti.Vector.zero(ti.f64, BOUNDARY_SUMS)
-    for s in range(boundary.nodes.shape[0]):
+    for turn in range(turns(contact, boundary.nodes.shape[0])):
+        s = item(contact, turn)
         node = boundary.nodes[s]
         acceleration = symmetric(boundary.inverse_mass, s) @ (row(boundary.load, s) - row(body.special_force, s))
         displacement = row(body.u, node)
@@ -65,8 +71,9 @@ def kick_and_drift(body: ti.template(), boundary: ti.template(), loaded: ti.temp
         for j in ti.static(range(3)):
             body.v[3 * node + j] = velocity[j]
             body.u[3 * node + j] = displacement[j] + drift * velocity[j]
+    totals = over_threads(contact, [sums[j] for j in range(BOUNDARY_SUMS)], BOUNDARY_COMBINE)
     for j in ti.static(range(BOUNDARY_SUMS)):
-        boundary.sums[FIRST.boundary + j] = sums[j]
+        boundary.sums[FIRST.boundary + j] = totals[j]
 
 
 @ti.func
@@ -79,10 +86,13 @@ def component_count(supports: ti.template()):
 
 
 @ti.func
-def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti.template()):
+def support_reactions(
+    body: ti.template(), boundary: ti.template(), supports: ti.template(), contact: ti.template()
+):  # fmt: skip
     """Sum up the reactions M a + f - f_ext of all prescribed components, and their power."""
     sums = ti.Vector.zero(ti.f64, SUPPORT_SUMS)
-    for i in range(component_count(supports)):
+    for turn in range(turns(contact, component_count(supports))):
+        i = item(contact, turn)
         s, axis = supports.components[i] // 3, supports.components[i] % 3
         net = row(boundary.load, s) - row(body.special_force, s)
         inertia = symmetric(boundary.mass, s) @ (symmetric(boundary.inverse_mass, s) @ net)
@@ -92,5 +102,6 @@ def support_reactions(body: ti.template(), boundary: ti.template(), supports: ti
                 reaction = inertia[j] - net[j]
                 sums[SUPPORT.support_force + j] += reaction
         sums[SUPPORT.support_power] += reaction * supports.speeds[i]
+    totals = over_threads(contact, [sums[j] for j in range(SUPPORT_SUMS)], SUPPORT_COMBINE)
     for j in ti.static(range(SUPPORT_SUMS)):
-        supports.sums[FIRST.support + j] = sums[j]
+        supports.sums[FIRST.support + j] = totals[j]

@@ -16,6 +16,7 @@ from ..columns import SPRING, SPRING_SUMS
 from ..engine import ti
 from ..lanes import KICK_AFTER, KICK_BEFORE, SPRING_ENTRY, SPRING_HEAD, SPRING_NUMBERS
 from ..language.entries import put_three, row, three
+from ..language.threads import item, leader, meet, over_threads, turns
 from .boundary_nodes import symmetric
 from .damping import damped_response
 
@@ -53,15 +54,20 @@ def entry_of(boundary: ti.template(), entry):
 
 
 @ti.func
-def vector_between(body: ti.template(), boundary: ti.template(), i):
+def vector_between(body: ti.template(), boundary: ti.template(), contact: ti.template(), i):
     """Return d = q_B - q_A of spring i [m]."""
     place = place_of(boundary, i)
     vector = three(boundary.mass, place + PLACE_B) - three(boundary.mass, place + PLACE_A)
-    for entry in range(whole(boundary, i, FIRST_A), whole(boundary, i, LAST_B)):
+    if leader(contact) == 0:
+        vector = ti.Vector.zero(ti.f64, 3)
+    first = whole(boundary, i, FIRST_A)
+    for turn in range(turns(contact, whole(boundary, i, LAST_B) - first)):
+        entry = first + item(contact, turn)
         s, weight = entry_of(boundary, entry)
         sign = ti.select(entry < whole(boundary, i, FIRST_B), -weight, weight)
         vector += sign * row(body.u, boundary.nodes[s])
-    return vector
+    total = over_threads(contact, [vector[j] for j in range(3)], ("sum",) * 3)
+    return ti.Vector([total[j] for j in range(3)])
 
 
 @ti.func
@@ -76,21 +82,26 @@ def projector(boundary: ti.template(), i, vector):
 
 
 @ti.func
-def pull(body: ti.template(), boundary: ti.template(), i, force):
-    """Add the force on end A of spring i, and the opposite one on end B."""
-    for entry in range(whole(boundary, i, FIRST_A), whole(boundary, i, LAST_B)):
-        s, weight = entry_of(boundary, entry)
-        sign = ti.select(entry < whole(boundary, i, FIRST_B), weight, -weight)
-        for j in ti.static(range(3)):
-            body.special_force[3 * s + j] = body.special_force[3 * s + j] - sign * force[j]
+def pull(body: ti.template(), boundary: ti.template(), contact: ti.template(), i, force):
+    """Add the force on end A of spring i, and the opposite one on end B, which may share nodes with it."""
+    for end in ti.static(range(2)):
+        first = whole(boundary, i, ti.static(FIRST_A + end))
+        for turn in range(turns(contact, whole(boundary, i, ti.static(FIRST_A + end + 1)) - first)):
+            s, weight = entry_of(boundary, first + item(contact, turn))
+            sign = ti.static(1.0 - 2.0 * end) * weight
+            for j in ti.static(range(3)):
+                body.special_force[3 * s + j] = body.special_force[3 * s + j] - sign * force[j]
+        meet(contact)
 
 
 @ti.func
-def rate_between(body: ti.template(), boundary: ti.template(), i, damped: ti.template()):
+def rate_between(body: ti.template(), boundary: ti.template(), contact: ti.template(), i, damped: ti.template()):
     """Return r of spring i before the kick, its change per second of kick with the present forces, and W."""
     rate, change = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
     flexible = ti.Matrix.zero(ti.f64, 3, 3)
-    for entry in range(whole(boundary, i, FIRST_A), whole(boundary, i, LAST_B)):
+    first = whole(boundary, i, FIRST_A)
+    for turn in range(turns(contact, whole(boundary, i, LAST_B) - first)):
+        entry = first + item(contact, turn)
         s, weight = entry_of(boundary, entry)
         sign = ti.select(entry < whole(boundary, i, FIRST_B), -weight, weight)
         velocity, inverse = row(body.v, boundary.nodes[s]), symmetric(boundary.inverse_mass, s)
@@ -99,25 +110,34 @@ def rate_between(body: ti.template(), boundary: ti.template(), i, damped: ti.tem
         rate += sign * velocity
         change += sign * (inverse @ net)
         flexible += weight * weight * inverse
+    if ti.static(contact.options.threads > 1):
+        rates = [rate[0], rate[1], rate[2], change[0], change[1], change[2]]
+        total = over_threads(contact, rates, ("sum",) * 6)
+        soft = over_threads(contact, [flexible[j // 3, j % 3] for j in range(9)], ("sum",) * 9)
+        for j in ti.static(range(3)):
+            rate[j], change[j] = total[j], total[3 + j]
+            for k in ti.static(range(3)):
+                flexible[j, k] = soft[3 * j + k]
     return rate, change, flexible
 
 
 @ti.func
-def spring_forces(body: ti.template(), boundary: ti.template(), damped: ti.template()):
-    """Add the forces of springs and dashpots to special_force."""
+def spring_forces(body: ti.template(), boundary: ti.template(), contact: ti.template(), damped: ti.template()):
+    """Add the forces of springs and dashpots to special_force; threads share the nodes of a spring."""
     count = head(boundary, COUNT)
     for i in range(count):
         place = place_of(boundary, i)
-        stiffness, vector = boundary.mass[place + STIFFNESS], vector_between(body, boundary, i)
+        stiffness, vector = boundary.mass[place + STIFFNESS], vector_between(body, boundary, contact, i)
         stretch = vector - three(boundary.mass, place + REST)
         if whole(boundary, i, ALONG_AXES) == 0:
             length = vector.norm()
             stretch = (length - boundary.mass[place + LENGTH]) / ti.max(length, 1e-300) * vector
         stretch = projector(boundary, i, vector) @ stretch
-        put_three(boundary.mass, place + ELASTIC, stiffness * stretch)
-        boundary.mass[place + ENERGY] = 0.5 * stiffness * stretch.dot(stretch)
-        put_three(boundary.mass, place + RESISTING, ti.Vector.zero(ti.f64, 3))
-        pull(body, boundary, i, stiffness * stretch)
+        if leader(contact) == 1:
+            put_three(boundary.mass, place + ELASTIC, stiffness * stretch)
+            boundary.mass[place + ENERGY] = 0.5 * stiffness * stretch.dot(stretch)
+            put_three(boundary.mass, place + RESISTING, ti.Vector.zero(ti.f64, 3))
+        pull(body, boundary, contact, i, stiffness * stretch)
     before, after = body.params[KICK_BEFORE], body.params[KICK_AFTER]
     span = ti.select(before > 0.0, before, after)
     for _ in range(head(boundary, ROUNDS)):
@@ -126,14 +146,15 @@ def spring_forces(body: ti.template(), boundary: ti.template(), damped: ti.templ
             damping = boundary.mass[place_of(boundary, i) + DAMPING]
             if damping > 0.0:
                 old = three(boundary.mass, place_of(boundary, i) + RESISTING)
-                along = projector(boundary, i, vector_between(body, boundary, i))
-                rate, change, flexible = rate_between(body, boundary, i, damped)
+                along = projector(boundary, i, vector_between(body, boundary, contact, i))
+                rate, change, flexible = rate_between(body, boundary, contact, i, damped)
                 rate += span * change
                 soft = span * (along @ flexible @ along)
                 unit = ti.Matrix.identity(ti.f64, 3)
                 force = damping * ((unit + damping * soft).inverse() @ (along @ rate + soft @ old))
-                put_three(boundary.mass, place_of(boundary, i) + RESISTING, force)
-                pull(body, boundary, i, force - old)
+                if leader(contact) == 1:
+                    put_three(boundary.mass, place_of(boundary, i) + RESISTING, force)
+                pull(body, boundary, contact, i, force - old)
                 changed += (force - old).norm()
                 size += force.norm()
         if changed <= CHANGE * size:
@@ -141,7 +162,7 @@ def spring_forces(body: ti.template(), boundary: ti.template(), damped: ti.templ
 
 
 @ti.func
-def measure_springs(body: ti.template(), boundary: ti.template()):
+def measure_springs(body: ti.template(), boundary: ti.template(), contact: ti.template()):
     """Sum up energy, work of the dashpots in both parts of the kick, and the force of fixed points.
 
     special_force holds all forces of the kick.
@@ -151,7 +172,7 @@ def measure_springs(body: ti.template(), boundary: ti.template()):
     for i in range(head(boundary, COUNT)):
         place = place_of(boundary, i)
         elastic, resisting = three(boundary.mass, place + ELASTIC), three(boundary.mass, place + RESISTING)
-        rate, change, _flexible = rate_between(body, boundary, i, "")
+        rate, change, _flexible = rate_between(body, boundary, contact, i, "")
         sums[SPRING.spring_energy] += boundary.mass[place + ENERGY]
         sums[SPRING.spring_before] += before * resisting.dot(rate + 0.5 * before * change)
         sums[SPRING.spring_after] += after * resisting.dot(rate + (before + 0.5 * after) * change)

@@ -15,6 +15,7 @@ from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, press_masters
 from ..engine import ti
 from ..language.entries import row
+from ..language.threads import item, leader, meet, over_threads, turns
 from ..pair_places import ROWS, SLAVES
 from .control import F_REF, LEFT, LINEAR, SETTINGS, STALE, STATS, SWEEPS, TOLERANCE
 from .massless_node import balance, basis_of, constraint_violation, constraints, largest, segment
@@ -31,8 +32,9 @@ def predict(body: ti.template(), contact: ti.template(), ratio, fall):
 
     fall = g dt^2 makes the prediction exact in free flight. `displacement_before` becomes the displacement x_K^n.
     """
-    for k in range(node_count(contact)):
-        predict_node(body, contact, ratio, fall, k)
+    for turn in range(turns(contact, node_count(contact))):
+        predict_node(body, contact, ratio, fall, item(contact, turn))
+    meet(contact)
 
 
 @ti.func
@@ -51,8 +53,9 @@ def predict_node(body: ti.template(), contact: ti.template(), ratio, fall, k):
 @ti.func
 def move_out(body: ti.template(), contact: ti.template(), rows: ti.template()):
     """Move the predicted nodes out of the obstacles they overlap, by the shortest displacement."""
-    for k in range(node_count(contact)):
-        move_node_out(body, contact, rows, k)
+    for turn in range(turns(contact, node_count(contact))):
+        move_node_out(body, contact, rows, item(contact, turn))
+    meet(contact)
 
 
 @ti.func
@@ -95,8 +98,10 @@ def massless_load(
         slaves = 0
         if ti.static(contact.options.coupled):
             slaves = coupling.lists[ROWS]
-        for turn in range(first_node(contact, island) - slaves, first_node(contact, island + 1)):
-            k, r, comes = turn, first_node(contact, island) - 1 - turn, 1
+        begin = first_node(contact, island) - slaves
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            k = begin + item(contact, turn)
+            r, comes = first_node(contact, island) - 1 - k, 1
             if ti.static(contact.options.coupled):
                 if r >= 0:
                     k = entry(coupling, SLAVES, r)
@@ -110,17 +115,35 @@ def massless_load(
                     if r >= 0:
                         force = vector_of(rows, pair_row(rows, k), rows.at.force)
                         press_masters(coupling, body.special_force, r, force)
+        residual = over_threads(contact, [residual], ("max",))[0]
         remaining = residual / ti.max(system.stats[island * STATS + F_REF], 1e-300)
         if ti.static(not contact.options.coupled):
             left_unmeasured = system.settings[island * SETTINGS + LEFT] > 0.0
             if left_unmeasured and system.settings[island * SETTINGS + LINEAR] == 0.0:
-                if remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]:
+                stale = remaining > CLOSE_TO_TOLERANCE * system.settings[island * SETTINGS + TOLERANCE]
+                if stale and leader(contact) == 1:
                     system.stats[island * STATS + STALE] = 1.0
         worst = ti.max(worst, remaining)
         sweeps = ti.max(sweeps, system.stats[island * STATS + SWEEPS])
+    if ti.static(contact.options.threads > 1):
+        meet(contact)
+        energy = over_threads(contact, [energy], ("sum",))[0]
+        receive_shares(body, boundary, contact)
     contact.sums[SUMS.contact] = energy
     contact.sums[SUMS.static_residual] = worst
     contact.sums[SUMS.sweeps] = sweeps
+
+
+@ti.func
+def receive_shares(body: ti.template(), boundary: ti.template(), contact: ti.template()):
+    """Add to every boundary node the shares that it receives, in the order of the contact nodes."""
+    for turn in range(turns(contact, boundary.nodes.shape[0])):
+        s = item(contact, turn)
+        for i in range(contact.residual_givers[s], contact.residual_givers[s + 1]):
+            for j in ti.static(range(3)):
+                share = contact.residual_shares[3 * contact.residual_givers[i] + j]
+                body.special_force[3 * s + j] = body.special_force[3 * s + j] + share
+    meet(contact)
 
 
 @ti.func
@@ -154,8 +177,12 @@ def massless_load_node(
             set_number(rows, k * slots + p, rows.at.pressing, pressing[p])
     begin, end = contact.residual_receivers[k], contact.residual_receivers[k + 1]
     share = (b @ rest) / ti.max(1.0, float(end - begin))
-    for i in range(begin, end):
+    if ti.static(contact.options.threads > 1):  # the receivers add up the shares afterwards
         for j in ti.static(range(3)):
-            place = 3 * contact.residual_receivers[i] + j
-            body.special_force[place] = body.special_force[place] + share[j]
+            contact.residual_shares[3 * k + j] = share[j]
+    else:
+        for i in range(begin, end):
+            for j in ti.static(range(3)):
+                place = 3 * contact.residual_receivers[i] + j
+                body.special_force[place] = body.special_force[place] + share[j]
     return energy, ti.max(largest(rest), off)

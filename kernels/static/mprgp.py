@@ -16,13 +16,15 @@ The bases precondition K, whose eigenvalues then do not exceed the number of con
 projected step needs no estimate, except with pairs of bodies, which couple more nodes (pair_step.py). A direction of
 negative curvature shows that K is indefinite; the solve then ends, and the sweeps take over.
 
-The phases are functions of one pack, at most LANES nodes of one colour. Sums are taken in a fixed order.
+The phases are functions of one pack, at most LANES nodes of one colour. Sums are taken in a fixed order. Threads that
+share the loops take a node each, as a pack of its own.
 """
 
 from ..contact.islands import first_pack
 from ..contact.pair_rows import spread
 from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
+from ..language.threads import item, leader, meet, over_threads, turns
 from ..language.vectors import load
 from ..node_places import PLACES
 from .control import (
@@ -40,13 +42,36 @@ from .control import (
     SWEEPS,
     goals,
 )
-from .neighbours import neighbour_forces
-from .node_basis import LANE_NUMBERS, into_basis, into_force, into_motion, part, put, set_basis
+from .neighbours import forces_at, neighbour_forces
+from .node_basis import into_basis, into_force, into_motion, lanes_inside, part, put, set_basis, zeros
 from .pair_step import MANY, multiply_in_bases, pair_step, precondition
 from .several_bounds import row_of
 
 UNLIMITED = 1e300
 NEGLIGIBLE = 1e-20  # a residual over F_ref that changes no digit of any increment
+
+
+@ti.func
+def parts(contact: ti.template(), island):
+    """Return how many parts of an island this thread takes: packs, or with several threads single nodes of packs."""
+    count = first_pack(contact, island + 1) - first_pack(contact, island)
+    if ti.static(contact.options.threads > 1):
+        count = turns(contact, count * LANES)
+    return count
+
+
+@ti.func
+def part_of(contact: ti.template(), system: ti.template(), island, turn):
+    """Return the pack of a part, its first node and the count of its nodes, 0 where there is no such node."""
+    pack, lane = first_pack(contact, island) + turn, 0
+    if ti.static(contact.options.threads > 1):
+        place = item(contact, turn)
+        pack, lane = first_pack(contact, island) + place // LANES, place % LANES
+    node = system.pack_start[pack] + lane
+    count = system.pack_start[pack + 1] - node
+    if ti.static(contact.options.threads > 1):
+        count = ti.min(count, 1)
+    return pack, node, count
 
 
 @ti.func
@@ -59,7 +84,7 @@ def put_motion(system: ti.template(), node, count, vector, block: ti.template())
 def bounds_of(system: ti.template(), node, block: ti.template(), bounds: ti.template()):
     """Return the lower bounds of the first components [bounds] of z in a pack."""
     places = ti.static(PLACES[block].bounds)
-    return [load(system.response, node + places[i] * system.stiffness.shape[0], LANES) for i in range(bounds)]
+    return [load(system.response, node + places[i] * system.stiffness.shape[0], system.lanes) for i in range(bounds)]
 
 
 @ti.func
@@ -75,7 +100,7 @@ def slack_of(system: ti.template(), node, block: ti.template(), bounds: ti.templ
 @ti.func
 def split(system: ti.template(), node, block: ti.template(), bounds: ti.template()):
     """Return the free gradient [block] of a pack and its chopped gradient [bounds]."""
-    zero = ti.Vector([0.0 for _ in range(LANES)])
+    zero = zeros(system)
     free = part(system, system.response, node, ti.static(PLACES[block]).gradient, block)
     slack = slack_of(system, node, block, bounds)
     chopped = [zero for _ in range(bounds)]
@@ -89,7 +114,7 @@ def split(system: ti.template(), node, block: ti.template(), bounds: ti.template
 def begin(system: ti.template(), node, count, step, block: ti.template(), bounds: ti.template()):
     """Set the bases of a pack, and z to a projected gradient step from d = 0."""
     at = ti.static(PLACES[block])
-    zero = ti.Vector([0.0 for _ in range(LANES)])
+    zero = zeros(system)
     set_basis(system, node, count, block, bounds)
     position = into_basis(system, node, part(system, system.right, node, 0, block), block)
     for i in ti.static(range(block)):
@@ -112,18 +137,31 @@ def multiply_all(
     block: ti.template(),
 ):
     """Set the product with K of all packs of an island, in the bases of its nodes."""
-    starts = ti.static(system.pack_start)
     if ti.static(contact.options.coupled):
         multiply_in_bases(contact, rows, coupling, system, island, block)
     else:
-        for pack in range(first_pack(contact, island), first_pack(contact, island + 1)):
-            multiply(system, pack, starts[pack], starts[pack + 1] - starts[pack], block)
+        for turn in range(parts(contact, island)):
+            pack, node, count = part_of(contact, system, island, turn)
+            if count > 0:
+                multiply(contact, system, pack, node, count, block)
 
 
 @ti.func
-def multiply(system: ti.template(), pack, node, count, block: ti.template()):
-    """Set the product of a pack: the forces [in the bases of its nodes] that the motion of their neighbours causes."""
-    force = neighbour_forces(system, pack, block)
+def multiply(contact: ti.template(), system: ti.template(), pack, node, count, block: ti.template()):
+    """Set the product of a pack: the forces [in the bases of its nodes] that the motion of their neighbours causes.
+
+    pack: the one of the sweeps, in which the nodes stand.
+    """
+    if ti.static(contact.options.threads > 1):
+        alone = forces_at(system, pack, node - system.pack_start[pack], block)
+        set_product(system, node, count, [ti.Vector([alone[i]]) for i in range(block)], block)
+    else:
+        set_product(system, node, count, neighbour_forces(system, pack, block), block)
+
+
+@ti.func
+def set_product(system: ti.template(), node, count, force, block: ti.template()):
+    """Set the product of a pack to forces from its neighbours."""
     product = into_basis(system, node, force, block)
     put(system, system.response, node, count, ti.static(PLACES[block]).product, block, product)
 
@@ -155,7 +193,7 @@ def measure_direction(
     Each result is a vector over the lanes.
     """
     at = ti.static(PLACES[block])
-    zero = ti.Vector([0.0 for _ in range(LANES)])
+    zero = zeros(system)
     direction = part(system, system.response, node, at.direction, block)
     gradient = part(system, system.response, node, at.gradient, block)
     product = part(system, system.response, node, at.product, block)
@@ -167,7 +205,7 @@ def measure_direction(
         slope += direction[i] * gradient[i]
     put(system, system.response, node, count, at.product, block, product)
     slack = slack_of(system, node, block, bounds)
-    inside = ti.Vector(LANE_NUMBERS) < count
+    inside = lanes_inside(system, count)
     reach = zero + UNLIMITED
     for i in ti.static(range(bounds)):
         towards = inside and direction[i] > 0.0
@@ -215,7 +253,7 @@ def measure_gradient(system: ti.template(), node, count, step, block: ti.templat
     The reduced free gradient times the free one, the square of the chopped gradient, the free gradient times K p, and
     the largest component of the unbalanced force [N]. The reduced gradient is cut where a step would cross the bound.
     """
-    zero = ti.Vector([0.0 for _ in range(LANES)])
+    zero = zeros(system)
     product = part(system, system.response, node, ti.static(PLACES[block]).product, block)
     free, chopped = split(system, node, block, bounds)
     slack = slack_of(system, node, block, bounds)
@@ -235,7 +273,7 @@ def measure_gradient(system: ti.template(), node, count, step, block: ti.templat
     residual = zero
     for i in ti.static(range(block)):
         residual = ti.max(residual, force[i], zero - force[i])
-    inside = ti.Vector(LANE_NUMBERS) < count
+    inside = lanes_inside(system, count)
     results = [reduced, pulling, conjugate, residual]
     return [ti.select(inside, result, zero) for result in results]
 
@@ -263,7 +301,7 @@ def finish(contact: ti.template(), system: ti.template(), node, count, block: ti
     put_motion(system, node, count, part(system, system.response, node, at.position, block), block)
     slack = slack_of(system, node, block, bounds)
     pressing = part(system, system.response, node, at.gradient, bounds)
-    for lane in ti.static(range(LANES)):
+    for lane in ti.static(range(system.lanes)):
         if lane < count:
             active = 0
             for i in ti.static(range(bounds)):
@@ -285,10 +323,9 @@ def mprgp(
 
     Returns 1, or 0 if K_KK is indefinite and the increments must not be used.
     """
-    stats, settings, starts = ti.static(system.stats, system.settings, system.pack_start)
+    stats, settings = ti.static(system.stats, system.settings)
     bounds = ti.static(contact.options.bounds)
-    zero = ti.Vector([0.0 for _ in range(LANES)])
-    first, end = first_pack(contact, island), first_pack(contact, island + 1)
+    zero = zeros(system)
     at, its = island * STATS, island * SETTINGS
     minimum, aim, accepted = goals(stats, settings, island)
     step = settings[its + STEP_LENGTH]
@@ -297,50 +334,66 @@ def mprgp(
         step = pair_step(contact, rows, coupling, system, island, step, block)
     definite = ti.select(stats[at + PIVOT] > 0.0, 1, 0)
     if definite == 1:
-        for pack in range(first, end):
-            begin(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
+        for turn in range(parts(contact, island)):
+            _pack, node, count = part_of(contact, system, island, turn)
+            if count > 0:
+                begin(system, node, count, step, block, bounds)
     running, projected = definite, 1  # projected: z comes from a projected step, so the next product is with z, not p
     done, proportional, factor, curvature, residual = 0.0, 0.0, 0.0, 0.0, 0.0
     while running == 1:
+        meet(contact)
         multiply_all(contact, rows, coupling, system, island, block)
         done += 1.0
         expands = 0
         if projected == 1:
             proportional = 0.0
-            for pack in range(first, end):
-                set_gradient(contact, system, starts[pack], starts[pack + 1] - starts[pack], block)
+            for turn in range(parts(contact, island)):
+                _pack, node, count = part_of(contact, system, island, turn)
+                if count > 0:
+                    set_gradient(contact, system, node, count, block)
         else:
             sums = [zero, zero, zero + UNLIMITED]
-            for pack in range(first, end):
-                found = measure_direction(contact, system, starts[pack], starts[pack + 1] - starts[pack], block, bounds)
-                sums[0] += found[0]
-                sums[1] += found[1]
-                sums[2] = ti.min(sums[2], found[2])
-            curvature = sums[0].sum()
-            length, reach = sums[1].sum() / curvature, sums[2].min()
+            for turn in range(parts(contact, island)):
+                _pack, node, count = part_of(contact, system, island, turn)
+                if count > 0:
+                    found = measure_direction(contact, system, node, count, block, bounds)
+                    sums[0] += found[0]
+                    sums[1] += found[1]
+                    sums[2] = ti.min(sums[2], found[2])
+            totals = over_threads(contact, [sums[0].sum(), sums[1].sum(), sums[2].min()], ("sum", "sum", "min"))
+            curvature = totals[0]
+            length, reach = totals[1] / curvature, totals[2]
             if not curvature > 0.0:
                 definite, running = 0, 0
             else:
-                for pack in range(first, end):
-                    shorter = ti.min(length, reach)
-                    advance(system, starts[pack], starts[pack + 1] - starts[pack], shorter, block, bounds)
+                for turn in range(parts(contact, island)):
+                    _pack, node, count = part_of(contact, system, island, turn)
+                    if count > 0:
+                        advance(system, node, count, ti.min(length, reach), block, bounds)
                 if length > reach:
                     expands = 1
-                    for pack in range(first, end):
-                        expand(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
+                    for turn in range(parts(contact, island)):
+                        _pack, node, count = part_of(contact, system, island, turn)
+                        if count > 0:
+                            expand(system, node, count, step, block, bounds)
         projected = expands
         if running == 1 and expands == 0:
             sums = [zero, zero, zero, zero]
-            for pack in range(first, end):
-                found = measure_gradient(system, starts[pack], starts[pack + 1] - starts[pack], step, block, bounds)
-                for i in ti.static(range(3)):
-                    sums[i] += found[i]
-                sums[3] = ti.max(sums[3], found[3])
-            reduced, chopped = sums[0].sum(), sums[1].sum()
-            residual = sums[3].max() / stats[at + F_REF]
+            for turn in range(parts(contact, island)):
+                _pack, node, count = part_of(contact, system, island, turn)
+                if count > 0:
+                    found = measure_gradient(system, node, count, step, block, bounds)
+                    for i in ti.static(range(3)):
+                        sums[i] += found[i]
+                    sums[3] = ti.max(sums[3], found[3])
+            totals = over_threads(
+                contact, [sums[0].sum(), sums[1].sum(), sums[2].sum(), sums[3].max()], ("sum", "sum", "sum", "max")
+            )
+            reduced, chopped = totals[0], totals[1]
+            residual = totals[3] / stats[at + F_REF]
             factor = 0.0
             if proportional == 1.0:
-                factor = sums[2].sum() / curvature
+                factor = totals[2] / curvature
             proportional = ti.select(chopped <= reduced, 1.0, 0.0)
             more = done < minimum or (done < settings[its + POLISHING_SWEEPS] and residual > aim)
             more = more or (done < settings[its + MAXIMUM_IN_ALL] and residual > accepted)
@@ -348,17 +401,23 @@ def mprgp(
             if not reduced + chopped < UNLIMITED:  # not a number: the sweeps report it
                 definite, running = 0, 0
             if running == 1:
-                for pack in range(first, end):
-                    count = starts[pack + 1] - starts[pack]
-                    set_direction(system, starts[pack], count, proportional, factor, block, bounds)
-    stats[at + SWEEPS] = stats[at + SWEEPS] + done
-    if done > MANY:
-        stats[at + PAIR_STEP] = 0.0
+                for turn in range(parts(contact, island)):
+                    _pack, node, count = part_of(contact, system, island, turn)
+                    if count > 0:
+                        set_direction(system, node, count, proportional, factor, block, bounds)
+    meet(contact)
+    if leader(contact) == 1:
+        stats[at + SWEEPS] = stats[at + SWEEPS] + done
+        if done > MANY:
+            stats[at + PAIR_STEP] = 0.0
     if definite == 1:
-        for pack in range(first, end):
-            finish(contact, system, starts[pack], starts[pack + 1] - starts[pack], block, bounds)
+        for turn in range(parts(contact, island)):
+            _pack, node, count = part_of(contact, system, island, turn)
+            if count > 0:
+                finish(contact, system, node, count, block, bounds)
         if ti.static(contact.options.coupled):
             spread(coupling, contact, rows, system.increment, 0, system.stiffness.shape[0], block)
-        if settings[its + LINEAR] == 1.0:
+        if settings[its + LINEAR] == 1.0 and leader(contact) == 1:
             stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
+    meet(contact)
     return definite

@@ -18,3 +18,17 @@ def neighbour_forces(system: ti.template(), pack, block: ti.template()):
             for i in ti.static(range(block)):
                 force[i] += load(system.values, start + (i * block + j) * LANES, LANES) * moved
     return force
+
+
+@ti.func
+def forces_at(system: ti.template(), pack, lane, block: ti.template()):
+    """Return sum_j K_kj d_j [block] [N] of the node in one lane of a pack, as `neighbour_forces`."""
+    stride = system.stiffness.shape[0]
+    force = ti.Vector.zero(ti.f64, block)
+    for entry in range(system.lane_start[pack], system.lane_start[pack + 1]):
+        k, start = system.column[entry * LANES + lane], entry * block * block * LANES + lane
+        for j in ti.static(range(block)):
+            moved = system.increment[j * stride + k]
+            for i in ti.static(range(block)):
+                force[i] += system.values[start + (i * block + j) * LANES] * moved
+    return force

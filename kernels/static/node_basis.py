@@ -8,32 +8,42 @@ M is lower triangular (Cholesky), 1 - w w^t with |w|^2 = 2 a Householder reflect
 is chosen so that the first component of M^t n is at most 0: w then does not suffer from cancellation. A node whose row
 exerts no force in its massless components (n = 0) has no bound. Nodes with several rows have other bases
 (several_bounds.py). All functions work on the nodes of one pack: values are
-vectors over the lanes; lanes beyond the pack are computed but neither stored nor summed.
+vectors over the lanes; lanes beyond the pack are computed but neither stored nor summed. Where threads share the nodes
+a pack is one node.
 """
 
 from ..engine import ti
-from ..lanes import SWEEP_LANES as LANES
 from ..language.tensor3 import cofactor, determinant
 from ..language.vectors import load, store
 from ..node_places import PLACES
 from .several_bounds import UNBOUNDED, set_several_bounds
 
-LANE_NUMBERS = list(range(LANES))
+
+@ti.func
+def lanes_inside(system: ti.template(), count):
+    """Return which lanes of a pack stand for one of its `count` nodes."""
+    return ti.Vector(system.lane_numbers) < count
+
+
+@ti.func
+def zeros(system: ti.template()):
+    """Return 0 in every lane."""
+    return ti.Vector([0.0 for _ in range(system.lanes)])
 
 
 @ti.func
 def part(system: ti.template(), values: ti.template(), node, first: ti.template(), block: ti.template()):
     """Return components first, first + 1, ... [block] of the pack that begins with `node`."""
-    return [load(values, node + (first + i) * system.stiffness.shape[0], LANES) for i in range(block)]
+    return [load(values, node + (first + i) * system.stiffness.shape[0], system.lanes) for i in range(block)]
 
 
 @ti.func
 def put(system: ti.template(), values: ti.template(), node, count, first: ti.template(), block: ti.template(), new):
     """Store components first, first + 1, ... [block] of the `count` nodes of a pack."""
-    inside = ti.Vector(LANE_NUMBERS) < count
+    inside = lanes_inside(system, count)
     for i in ti.static(range(block)):
         place = node + (first + i) * system.stiffness.shape[0]
-        store(values, place, ti.select(inside, new[i], load(values, place, LANES)), LANES)
+        store(values, place, ti.select(inside, new[i], load(values, place, system.lanes)), system.lanes)
 
 
 @ti.func
@@ -74,9 +84,8 @@ def combined(matrix, along: ti.template(), across: ti.template(), vector, block:
 
 
 @ti.func
-def lower_triangle(matrix, block: ti.template()):
-    """Return the lower triangle M of M M^t = matrix, row by row (Cholesky)."""
-    zero = ti.Vector([0.0 for _ in range(LANES)])
+def lower_triangle(matrix, zero, block: ti.template()):
+    """Return the lower triangle M of M M^t = matrix, row by row (Cholesky); zero: in every lane."""
     result = [zero for _ in range(block * block)]
     for j in ti.static(range(block)):
         for i in ti.static(range(j, block)):
@@ -106,8 +115,8 @@ def inverse_transposed(a, block: ti.template()):
 def set_basis(system: ti.template(), node, count, block: ti.template(), bounds: ti.template()):
     """Set T, T^-t and the bounds of a pack of nodes from D_k^-1, n and g; bounds: the most that a node has."""
     at = ti.static(PLACES[block])
-    zero = ti.Vector([0.0 for _ in range(LANES)])
-    basis = lower_triangle(part(system, system.inverse, node, 0, block * block), block)
+    zero = zeros(system)
+    basis = lower_triangle(part(system, system.inverse, node, 0, block * block), zero, block)
     across = combined(basis, block, 1, part(system, system.normals, node, 0, block), block)  # M^t n, then w
     turned = across[0] > 0.0
     across[0] = ti.select(turned, zero - across[0], across[0])
@@ -123,7 +132,7 @@ def set_basis(system: ti.template(), node, count, block: ti.template(), bounds: 
     reflected = combined(basis, 1, block, across, block)
     for i, j in ti.static(ti.ndrange(block, block)):
         basis[i * block + j] = basis[i * block + j] - reflected[i] * across[j]
-    gap = load(system.gaps, node, LANES)
+    gap = load(system.gaps, node, system.lanes)
     bound = [ti.select(length > 0.0, (zero - gap) / ti.max(length, 1e-300), zero + UNBOUNDED)]
     put(system, system.response, node, count, at.basis, block * block, basis)
     put(system, system.response, node, count, at.inverse, block * block, inverse_transposed(basis, block))

@@ -16,7 +16,7 @@ from ..lanes import SWEEP_LANES as LANES
 from ..language.vectors import load
 from ..node_places import RUBBING
 from .massless_node import basis_of, entries, square
-from .node_basis import LANE_NUMBERS, part, put
+from .node_basis import lanes_inside, part, put
 from .sliding import CLOSED, ROUNDS, SEARCH, friction_cap
 
 
@@ -126,7 +126,7 @@ def rub_pack(contact: ti.template(), system: ti.template(), first, count, rest, 
     """Solve the contact problems of a pack of nodes; rest: sum_j K_kj d_j; return the largest defect [N]."""
     at = ti.static(RUBBING)
     zero = ti.Vector([0.0 for _ in range(LANES)])
-    inside = ti.Vector(LANE_NUMBERS) < count
+    inside = lanes_inside(system, count)
     values = ti.static(system.response)
     right, old = part(system, system.right, first, 0, block), part(system, system.increment, first, 0, block)
     inverse = part(system, system.inverse, first, 0, block * block)

@@ -6,7 +6,6 @@ T: the two tangents of the contact. The work of friction over a step is -(t^n + 
 the energy balance uses for all forces.
 """
 
-from ..columns import SUMS
 from ..contact.constraint_rows import (
     friction_cone,
     normal_of,
@@ -24,6 +23,7 @@ from ..contact.friction import (
     SLIP_SPEED,
     STEP,
     WORK,
+    add_work,
     friction_force,
     friction_from,
     node_place,
@@ -35,6 +35,7 @@ from ..contact.local_contact import multipliers
 from ..contact.pair_rows import entry, is_slave, pair_row, weight
 from ..engine import ti
 from ..language.entries import put_three, row, three
+from ..language.threads import item, meet, sum_of, turns
 from ..pair_places import FIRST_ENTRY, MASTERS, NODE_ROW
 from .massless_node import basis_of, entries, largest, settle, square, violated
 
@@ -93,8 +94,10 @@ def since_last_row(body: ti.template(), boundary: ti.template(), contact: ti.tem
 @ti.func
 def restart_slip(body: ti.template(), contact: ti.template()):
     """Measure slip from the present displacement on."""
-    for k in range(node_count(contact)):
+    for turn in range(turns(contact, node_count(contact))):
+        k = item(contact, turn)
         put_three(contact.friction, node_place(k, ORIGIN), row(body.u, contact.nodes[k]))
+    meet(contact)
 
 
 @ti.func
@@ -103,9 +106,9 @@ def sliding_work(
 ):
     """Add the work of friction in the step that ends here, and restart the slip."""
     work = 0.0
-    for k in range(node_count(contact)):
-        work += sliding_work_node(body, boundary, contact, rows, coupling, k)
-    contact.sums[SUMS.friction_before] = contact.sums[SUMS.friction_before] + work
+    for turn in range(turns(contact, node_count(contact))):
+        work += sliding_work_node(body, boundary, contact, rows, coupling, item(contact, turn))
+    add_work(contact, sum_of(contact, work))
     restart_slip(body, contact)
 
 

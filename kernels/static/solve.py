@@ -18,11 +18,13 @@ from ..contact.constraint_rows import EPSILON, sum_of_rows
 from ..contact.islands import first_block, first_node, island_count
 from ..contact.pair_rows import collect as collect_forces
 from ..engine import ti
-from ..lanes import CONTACT_BLOCK, KIND, STEP
+from ..lanes import CONTACT_BLOCK, KIND, STEP, WIDTH
 from ..lanes import SWEEP_LANES as LANES
 from ..language.entries import row
+from ..language.threads import item, leader, meet, over_threads, turns
 from ..materials import LAWS
 from ..node_places import PLACES
+from ..nodes.device_nodes import first_of_corner
 from .averaged_tangent import averaged_entry, sum_members
 from .chosen_rows import choose_rows
 from .control import (
@@ -87,7 +89,9 @@ def assemble(
     scale = system.settings[island * SETTINGS + MINIMUM_FORCE]
     residual = 0.0
     rounding = 0.0
-    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+    begin = first_node(contact, island)
+    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+        k = begin + item(contact, turn)
         moved = row(body.u, contact.nodes[k]).norm() * stats[at + STIFFEST]
         if contact.compliance[k] > 0.0:
             moved += (row(contact.reference, k) + row(body.u, contact.nodes[k])).norm() / contact.compliance[k]
@@ -103,10 +107,12 @@ def assemble(
         collect_forces(coupling, contact, rows, system.right, 0, system.stiffness.shape[0], contact.options.block)
         for k in range(first_node(contact, island), first_node(contact, island + 1)):
             residual = ti.max(residual, assemble_node(body, boundary, contact, rows, coupling, system, k))
-    stats[at + F_REF] = scale
-    stats[at + BEFORE] = stats[at + RESIDUAL]
-    stats[at + RESIDUAL] = residual / scale
-    stats[at + ROUNDING] = rounding / scale
+    largest_of = over_threads(contact, [scale, residual, rounding], ("max", "max", "max"))
+    if leader(contact) == 1:
+        stats[at + F_REF] = largest_of[0]
+        stats[at + BEFORE] = stats[at + RESIDUAL]
+        stats[at + RESIDUAL] = largest_of[1] / largest_of[0]
+        stats[at + ROUNDING] = largest_of[2] / largest_of[0]
 
 
 @ti.func
@@ -121,7 +127,7 @@ def measure_node(
     """Set the right side B^t (f_ext - f) of node k; return the sum of |f_cell| [N]."""
     block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
-    force, magnitude = collect(body, k)
+    force, magnitude = collect(body, contact, k)
     if ti.static(contact.options.viscous):
         force += viscous_force(body, viscous, k)
     right = basis_of(contact.basis, k, block).transpose() @ (row(boundary.load, k) - force)
@@ -165,15 +171,27 @@ def assemble_node(
 
 
 @ti.func
-def collect(body: ti.template(), k):
+def collect(body: ti.template(), contact: ti.template(), k):
     """Return the sum of the forces of the contact cells at node k [3], and the sum of their magnitudes [N]."""
     force = ti.Vector.zero(ti.f64, 3)
     magnitude = 0.0
     for i in range(body.corner_rows[k], body.corner_rows[k + 1]):
-        part = row(body.rows, body.corner_rows[i])
+        part = corner_force(body, contact, body.corner_rows[i])
         force += part
         magnitude += part.norm()
     return force, magnitude
+
+
+@ti.func
+def corner_force(body: ti.template(), contact: ti.template(), place):
+    """Return the force [3] of a corner of a contact cell from its row, or from its place where cells have threads."""
+    force = ti.Vector.zero(ti.f64, 3)
+    if ti.static(contact.options.threads > 1):
+        for j in ti.static(range(3)):
+            force[j] = body.rows[first_of_corner(place) + j * WIDTH]
+    else:
+        force = row(body.rows, place)
+    return force
 
 
 @ti.func
@@ -205,12 +223,15 @@ def blocks(
         sum_members(body, contact, island)
     weakest = 1.0
     stiffest = 0.0
-    for k in range(first_node(contact, island), first_node(contact, island + 1)):
-        trace, pivot = blocks_of_node(body, pairs, contact, system, k, block)
+    begin = first_node(contact, island)
+    for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+        trace, pivot = blocks_of_node(body, pairs, contact, system, begin + item(contact, turn), block)
         stiffest = ti.max(stiffest, trace)
         weakest = ti.min(weakest, pivot / trace)
-    system.stats[island * STATS + PIVOT] = weakest
-    system.stats[island * STATS + STIFFEST] = stiffest
+    extremes = over_threads(contact, [weakest, stiffest], ("min", "max"))
+    if leader(contact) == 1:
+        system.stats[island * STATS + PIVOT] = extremes[0]
+        system.stats[island * STATS + STIFFEST] = extremes[1]
 
 
 @ti.func
@@ -249,19 +270,37 @@ def blocks_of_node(
     return trace, pivot
 
 
+@ti.func
+def conclude(contact: ti.template(), system: ti.template(), island):
+    """Decide whether an island needs another measure, and whether its solve has converged."""
+    stats = ti.static(system.stats)
+    at = island * STATS
+    if stats[at + TODO] == SWEEP:
+        stats[at + NEXT] = MEASURE
+    stats[at + CONVERGED] = 0.0
+    if ti.static(contact.options.coupled):
+        # normals and weights of pairs change with the motion: a few solves a step, the rest is in the residual
+        if stats[at + SOLVES] >= system.settings[island * SETTINGS + MAXIMUM_SOLVES]:
+            stats[at + CONVERGED] = 1.0
+    if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
+        # beyond the limit of a law the diagonal block of some node is not positive definite
+        if system.settings[island * SETTINGS + REFUSES] == 0.0 or stats[at + PIVOT] > 0.0:
+            stats[at + CONVERGED] = 1.0
+
+
 @functools.cache
-def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
+def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool, threads: int = 1):
     """Return resolve(body, boundary, contact, rows, coupling, pairs, system, viscous, first), memoised.
 
     It does one iteration of the static solve of every island. It is called after each force pass over the contact
     cells, with the rows filled at the present state; stats[NEXT] says which islands need another pass. first: 1 at the
     first call of a time step; viscous: data of viscous contact cells (cell_viscosity.py); plain: every basis is the
-    identity.
+    identity; threads: `ContactOptions.threads`.
     """
     tangents = [
-        make_reduced_tangent(kind, law, block)
+        make_reduced_tangent(kind, law, block, threads)
         if elements.FUNCTIONS[kind].tangent == "reduced"
-        else make_surface_tangent(kind, law, block, plain)
+        else make_surface_tangent(kind, law, block, plain, threads)
         for kind, law in cells
     ]
     viscous_tangents = [make_viscous_tangent(kind, block, plain) for kind, _law in cells]
@@ -284,14 +323,16 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
         stats = ti.static(system.stats)
         at = island * STATS
         assemble(body, boundary, contact, rows, coupling, system, viscous, island)
-        if ti.static(contact.options.viscous):
-            if viscous[RATE] != stats[at + VISCOUS_RATE]:
-                stats[at + STALE] = 1.0
-        elif ti.static(body.viscous_metal):
-            if body.params[STEP] != stats[at + VISCOUS_RATE]:
-                stats[at + STALE] = 1.0
-        judge(stats, system.settings, island, first)
-        stats[at + NEXT] = DONE
+        if leader(contact) == 1:
+            if ti.static(contact.options.viscous):
+                if viscous[RATE] != stats[at + VISCOUS_RATE]:
+                    stats[at + STALE] = 1.0
+            elif ti.static(body.viscous_metal):
+                if body.params[STEP] != stats[at + VISCOUS_RATE]:
+                    stats[at + STALE] = 1.0
+            judge(stats, system.settings, island, first)
+            stats[at + NEXT] = DONE
+        meet(contact)
         needed = stats[at + TODO] != DONE
         if ti.static(contact.options.free):
             needed = True  # the stable step of an obstacle that moves freely depends on it
@@ -310,8 +351,11 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 stats[at + VISCOUS_RATE] = viscous[RATE]
             elif ti.static(body.viscous_metal):
                 stats[at + VISCOUS_RATE] = body.params[STEP]
+            meet(contact)
             blocks(body, pairs, contact, system, island, block)
-            stats[at + STALE] = 0.0
+            if leader(contact) == 1:
+                stats[at + STALE] = 0.0
+            meet(contact)
         if stats[at + TODO] != DONE:
             solved = 0
             if ti.static(contact.options.coupled and contact.options.static_friction):
@@ -326,17 +370,9 @@ def make_resolve(cells: tuple[tuple[str, str], ...], block: int, plain: bool):
                 sweep(contact, rows, system, island)
             if stats[at + TODO] != DONE:
                 move(body.u, contact, system, island)
-            if stats[at + TODO] == SWEEP:
-                stats[at + NEXT] = MEASURE
-        stats[at + CONVERGED] = 0.0
-        if ti.static(contact.options.coupled):
-            # normals and weights of pairs change with the motion: a few solves a step, the rest is in the residual
-            if stats[at + SOLVES] >= system.settings[island * SETTINGS + MAXIMUM_SOLVES]:
-                stats[at + CONVERGED] = 1.0
-        if stats[at + RESIDUAL] <= ti.max(system.settings[island * SETTINGS + TOLERANCE], stats[at + ROUNDING]):
-            # beyond the limit of a law the diagonal block of some node is not positive definite
-            if system.settings[island * SETTINGS + REFUSES] == 0.0 or stats[at + PIVOT] > 0.0:
-                stats[at + CONVERGED] = 1.0
+        if leader(contact) == 1:
+            conclude(contact, system, island)
+        meet(contact)
 
     @ti.func
     def resolve(

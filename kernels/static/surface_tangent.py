@@ -27,8 +27,10 @@ from ..lanes import (
     WEIGHTS_AT,
     WIDTH,
 )
+from ..language.bundles import Contact, ContactOptions
 from ..language.entries import row
 from ..language.point_memory import constants_of, mean_of_points, tangent_at
+from ..language.threads import item, turns
 from ..materials import LAWS
 from .averaged_tangent import cell_pressure, store_spread
 from .massless_node import basis_of
@@ -95,12 +97,12 @@ def add_block(pairs: ti.template(), p, value, block: ti.template()):
 
 
 @functools.cache
-def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
+def make_surface_tangent(kind: str, law: str, block: int, plain: bool, threads: int = 1):
     """Return surface_tangent(body, basis, pairs, number), which fills pairs.values of contact block `number`.
 
-    kind, law: of the cells of the block; plain: every basis is the identity.
+    kind, law: of the cells of the block; plain: every basis is the identity; threads: that share the cells.
     """
-    law_of = LAWS[law]
+    law_of, team = LAWS[law], Contact(options=ContactOptions(threads=threads))
     parts, linear, size = law_of.tangents, law_of.linear, len(law_of.state)
     functions, width = FUNCTIONS[kind], WIDTH
     mean, corners, cell_memory = functions.tangent == "mean-dilatation", functions.corners, functions.points * size
@@ -108,64 +110,74 @@ def make_surface_tangent(kind: str, law: str, block: int, plain: bool):
     apart = mean or averaged  # the volume change enters apart from the points
 
     @ti.func
+    def tangent_of_cell(
+        body: ti.template(), basis: ti.template(), pairs: ti.template(), number, at, first_cell, gradients,
+        parameters, at_points, cell,
+    ):  # fmt: skip
+        slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
+        moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
+        own = cell - first_cell
+        first = pairs.blocks[at + NODES_AT] + own * corners
+        place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width
+        for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
+            pairs.values[i] = 0.0
+        pressure = 0.0
+        if ti.static(averaged):
+            volume, change, spread = cell_volume(body, pairs, at, first, corners, linear)
+            store_spread(body, number, own, cell, spread)
+            if ti.static(not linear):
+                pressure = cell_pressure(body, pairs, number, own, first, law_of, parameters)
+            if ti.static(law_of.plastic):
+                pressure += GUARD * parameters[1] * change**3
+                stiff = 3.0 * GUARD * parameters[1] * change**2
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
+                    add_pair(pairs, basis, p, (stiff / volume * left).outer_product(right), block, plain)
+        if ti.static(mean):
+            stiff = parameters[0]
+            reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)
+            pressure = stiff * change
+            if ti.static(law_of.plastic):
+                state = [mean_of_points(body, place, i, size, width, functions.points) for i in range(size)]
+                volume = law_of.plastic.volume(change, parameters, state)
+                pressure, stiff = volume[0], volume[2]
+            if ti.static(linear):
+                pressure = 0.0
+            for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
+                add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
+        for q in range(pairs.blocks[at + POINTS]):
+            jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
+            inverse = jacobian.inverse()
+            # A_ab is linear in G_a and in G_b: each takes the root of the weight
+            weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
+            turned = ti.sqrt(weight) * inverse.transpose()
+            f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
+            for part in ti.static(parts):
+                data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
+                for a in range(corners):
+                    g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
+                    mg = part.corner(data, g)
+                    for j in ti.static(range(3)):
+                        slopes[3 * a + j] = g[j]
+                        moved[3 * a + j] = mg[j]
+                for p in range(pairs.start[cell], pairs.start[cell + 1]):
+                    left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
+                    value = part.pair(data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right))
+                    add_pair(pairs, basis, p, value, block, plain)
+
+    @ti.func
     def surface_tangent(body: ti.template(), basis: ti.template(), pairs: ti.template(), number):
         at = number * CONTACT_BLOCK
         first_cell, gradients = pairs.blocks[at + FIRST_CELL], pairs.blocks[at + GRADIENTS_AT]
         parameters = constants_of(body, pairs.blocks[at + MATERIAL_AT], law_of)
         at_points = [0.0 if ti.static(apart and i == 0) else parameters[i] for i in ti.static(range(len(parameters)))]
-        for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
-            slopes = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # G of every corner
-            moved = ti.Vector.zero(ti.f64, 3 * MAXIMUM_CORNERS)  # M G of every corner
-            own = cell - first_cell
-            first = pairs.blocks[at + NODES_AT] + own * corners
-            place = pairs.blocks[at + MEMORY_AT] + own // width * (cell_memory * width) + own % width
-            for i in range(pairs.start[cell] * block * block, pairs.start[cell + 1] * block * block):
-                pairs.values[i] = 0.0
-            pressure = 0.0
-            if ti.static(averaged):
-                volume, change, spread = cell_volume(body, pairs, at, first, corners, linear)
-                store_spread(body, number, own, cell, spread)
-                if ti.static(not linear):
-                    pressure = cell_pressure(body, pairs, number, own, first, law_of, parameters)
-                if ti.static(law_of.plastic):
-                    pressure += GUARD * parameters[1] * change**3
-                    stiff = 3.0 * GUARD * parameters[1] * change**2
-                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                        left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
-                        add_pair(pairs, basis, p, (stiff / volume * left).outer_product(right), block, plain)
-            if ti.static(mean):
-                stiff = parameters[0]
-                reference, change, spread = cell_volume(body, pairs, at, first, corners, linear)
-                pressure = stiff * change
-                if ti.static(law_of.plastic):
-                    state = [mean_of_points(body, place, i, size, width, functions.points) for i in range(size)]
-                    volume = law_of.plastic.volume(change, parameters, state)
-                    pressure, stiff = volume[0], volume[2]
-                if ti.static(linear):
-                    pressure = 0.0
-                for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                    left, right = row(spread, pairs.corners[2 * p]), row(spread, pairs.corners[2 * p + 1])
-                    add_pair(pairs, basis, p, (stiff / reference * left).outer_product(right), block, plain)
-            for q in range(pairs.blocks[at + POINTS]):
-                jacobian, slope = gradients_at(body, pairs, first, gradients, corners, q)
-                inverse = jacobian.inverse()
-                # A_ab is linear in G_a and in G_b: each takes the root of the weight
-                weight = pairs.shape_gradients[pairs.blocks[at + WEIGHTS_AT] + q] * jacobian.determinant()
-                turned = ti.sqrt(weight) * inverse.transpose()
-                f = ti.Matrix.identity(ti.f64, 3) + slope @ inverse
-                for part in ti.static(parts):
-                    data = tangent_at(part, f, at_points, pressure, body, place, q, size, width)
-                    for a in range(corners):
-                        g = turned @ row(pairs.shape_gradients, gradients + q * corners + a)
-                        mg = part.corner(data, g)
-                        for j in ti.static(range(3)):
-                            slopes[3 * a + j] = g[j]
-                            moved[3 * a + j] = mg[j]
-                    for p in range(pairs.start[cell], pairs.start[cell + 1]):
-                        left, right = pairs.corners[2 * p], pairs.corners[2 * p + 1]
-                        value = part.pair(
-                            data, row(slopes, left), row(slopes, right), row(moved, left), row(moved, right)
-                        )
-                        add_pair(pairs, basis, p, value, block, plain)
+        if ti.static(threads > 1):
+            for turn in range(turns(team, pairs.blocks[at + LAST_CELL] - first_cell)):
+                own = first_cell + item(team, turn)
+                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, own)
+        else:
+            for cell in range(first_cell, pairs.blocks[at + LAST_CELL]):
+                tangent_of_cell(body, basis, pairs, number, at, first_cell, gradients, parameters, at_points, cell)
 
     return surface_tangent

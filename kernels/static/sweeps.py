@@ -17,10 +17,11 @@ update, so it estimates the remaining residual from above.
 """
 
 from ..contact.constraint_rows import EPSILON
-from ..contact.islands import first_node, first_pack
+from ..contact.islands import first_node, first_pack, island_count
 from ..contact.local_contact import multipliers
 from ..engine import ti
 from ..lanes import SWEEP_LANES as LANES
+from ..language.threads import item, largest_of, leader, meet, sum_of, turns
 from ..language.vectors import load, store
 from .control import (
     BEFORE,
@@ -39,7 +40,7 @@ from .control import (
     goals,
 )
 from .massless_node import basis_of, entries, settle, square
-from .neighbours import neighbour_forces
+from .neighbours import forces_at, neighbour_forces
 from .rubbing import begin_rubbing, end_rubbing, rub_pack
 from .sliding import update_with_friction
 
@@ -138,6 +139,17 @@ def update(
 @ti.func
 def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
     """Update every node of an island once, colour by colour; return the largest defect [N]. backward: 1 to reverse."""
+    defect = 0.0
+    if ti.static(contact.options.threads > 1):
+        defect = sweep_together(contact, rows, system, island, relaxation, backward)
+    else:
+        defect = sweep_packs(contact, rows, system, island, relaxation, backward)
+    return defect
+
+
+@ti.func
+def sweep_packs(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
+    """Update every node of an island once on one thread, pack by pack; return the largest defect [N]."""
     block, slots = ti.static(contact.options.block, contact.options.slots)
     stride = system.stiffness.shape[0]
     defect = 0.0
@@ -167,22 +179,50 @@ def sweep_once(contact: ti.template(), rows: ti.template(), system: ti.template(
 
 
 @ti.func
+def sweep_together(contact: ti.template(), rows: ti.template(), system: ti.template(), island, relaxation, backward):
+    """Update every node of an island once with all threads, which share the nodes of each colour.
+
+    The order of the nodes of one colour does not matter; returns the largest defect [N].
+    """
+    block, slots = ti.static(contact.options.block, contact.options.slots)
+    stride, defect = system.stiffness.shape[0], 0.0
+    begin, end = system.colours[island], system.colours[island + 1]
+    for turn in range(end - begin):
+        colour = island_count(contact) + 1 + ti.select(backward == 1, end - 1 - turn, begin + turn)
+        pack = system.colours[colour]
+        first = system.pack_start[pack]
+        for own in range(turns(contact, system.pack_start[system.colours[colour + 1]] - first)):
+            place = item(contact, own)
+            rest = forces_at(system, pack + place // LANES, place % LANES, block)
+            right = entries(system.right, first + place, stride, 0, block)
+            if ti.static(contact.options.static_friction):
+                change = update_with_friction(contact, rows, system, first + place, right - rest, block, slots)
+                defect = ti.max(defect, change)
+            else:
+                change = update(contact, system, first + place, right - rest, relaxation, block, slots)
+                defect = ti.max(defect, change)
+        meet(contact)
+    return largest_of(contact, defect)
+
+
+@ti.func
 def clear(contact: ti.template(), system: ti.template(), island):
     """Set d and the vectors kept for the acceleration to 0 in an island."""
-    stride = system.stiffness.shape[0]
+    stride, begin = system.stiffness.shape[0], first_node(contact, island)
     for component in range(ti.static(INCREMENTS * contact.options.block)):
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            system.increment[component * stride + k] = 0.0
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            system.increment[component * stride + begin + item(contact, turn)] = 0.0
+    meet(contact)
 
 
 @ti.func
 def extrapolate(contact: ti.template(), system: ti.template(), island, factor):
     """Extrapolate d along its last change, before an accelerated pair of sweeps."""
     stride = system.stiffness.shape[0]
-    size = stride * ti.static(contact.options.block)
+    size, begin = stride * ti.static(contact.options.block), first_node(contact, island)
     for component in range(ti.static(contact.options.block)):
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            i = component * stride + k
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            i = component * stride + begin + item(contact, turn)
             now = system.increment[i]
             further = now
             if factor > 0.0:
@@ -190,20 +230,21 @@ def extrapolate(contact: ti.template(), system: ti.template(), island, factor):
             system.increment[size + i] = now
             system.increment[2 * size + i] = further
             system.increment[i] = further
+    meet(contact)
 
 
 @ti.func
 def reversed_direction(contact: ti.template(), system: ti.template(), island):
     """Return whether the last pair of sweeps moved d against the change of the pair before."""
     stride = system.stiffness.shape[0]
-    size = stride * ti.static(contact.options.block)
+    size, begin = stride * ti.static(contact.options.block), first_node(contact, island)
     total = 0.0
     for component in range(ti.static(contact.options.block)):
-        for k in range(first_node(contact, island), first_node(contact, island + 1)):
-            i = component * stride + k
+        for turn in range(turns(contact, first_node(contact, island + 1) - begin)):
+            i = component * stride + begin + item(contact, turn)
             now = system.increment[i]
             total += (now - system.increment[2 * size + i]) * (now - system.increment[size + i])
-    return total < 0.0
+    return sum_of(contact, total) < 0.0
 
 
 @ti.func
@@ -217,7 +258,8 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
     stats, settings = ti.static(system.stats, system.settings)
     at, its = island * STATS, island * SETTINGS
     clear(contact, system, island)
-    if ti.static(contact.options.slots == 1 and not contact.options.static_friction):
+    lanes = ti.static(contact.options.threads == 1 and not contact.options.static_friction)
+    if ti.static(lanes and contact.options.slots == 1):
         prepare(contact, system, island, contact.options.block)
     if ti.static(contact.options.rubs_in_lanes):
         begin_rubbing(contact, rows, system, island, contact.options.block)
@@ -254,8 +296,9 @@ def sweep(contact: ti.template(), rows: ti.template(), system: ti.template(), is
             stalled = 1
     if ti.static(contact.options.rubs_in_lanes):
         end_rubbing(contact, rows, system, island)
-    stats[at + SWEEPS] = stats[at + SWEEPS] + done
-    if settings[its + LINEAR] == 1.0:
+    if leader(contact) == 1:
+        stats[at + SWEEPS] = stats[at + SWEEPS] + done
+    if settings[its + LINEAR] == 1.0 and leader(contact) == 1:
         stats[at + BEFORE], stats[at + RESIDUAL] = stats[at + RESIDUAL], residual
 
 
@@ -267,12 +310,16 @@ def move(u: ti.template(), contact: ti.template(), system: ti.template(), island
     """
     block = ti.static(contact.options.block)
     stride = system.stiffness.shape[0]
-    longest = 0.0
-    for k in range(first_node(contact, island), first_node(contact, island + 1)):
-        longest = ti.max(longest, entries(system.increment, k, stride, 0, block).norm())
+    longest, begin = 0.0, first_node(contact, island)
+    count = first_node(contact, island + 1) - begin
+    for turn in range(turns(contact, count)):
+        longest = ti.max(longest, entries(system.increment, begin + item(contact, turn), stride, 0, block).norm())
+    longest = largest_of(contact, longest)
     part = ti.min(1.0, system.settings[island * SETTINGS + REACH] / ti.max(longest, 1e-300))
-    for k in range(first_node(contact, island), first_node(contact, island + 1)):
+    for turn in range(turns(contact, count)):
+        k = begin + item(contact, turn)
         step = part * (basis_of(contact.basis, k, block) @ entries(system.increment, k, stride, 0, block))
         for j in ti.static(range(3)):
             place = 3 * contact.nodes[k] + j
             u[place] = u[place] + step[j]
+    meet(contact)

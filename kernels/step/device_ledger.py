@@ -15,6 +15,7 @@ from ..columns import NODE_SUMS, cell_groups, group_columns
 from ..engine import ti
 from ..lanes import DEVICE_BLOCK, DEVICE_ROWS, FOLD
 from ..language.signatures import Signature, kernel_of
+from ..language.threads import fold
 from .raw_rows import START
 
 NODE_COMBINE = ("sum",) * NODE_SUMS
@@ -30,26 +31,6 @@ def ledger_places(threads: int, numbers: int) -> tuple[int, int, int]:
     second = DEVICE_ROWS * numbers * (threads // FOLD)
     third = second + DEVICE_ROWS * numbers * FOLD
     return second, third, third + DEVICE_ROWS * numbers
-
-
-@ti.func
-def combined(a, b, combine: ti.template()):
-    """Return two values combined: "sum", "min" or "max"."""
-    if ti.static(combine == "sum"):
-        return a + b
-    elif ti.static(combine == "min"):
-        return ti.min(a, b)
-    else:
-        return ti.max(a, b)
-
-
-@ti.func
-def fold(values: ti.template(), first, stride, count, combine: ti.template()):
-    """Return `count` values combined, from place `first` on, `stride` apart."""
-    total = values[first]
-    for i in range(1, count):
-        total = combined(total, values[first + i * stride], combine)
-    return total
 
 
 @ti.func

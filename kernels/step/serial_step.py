@@ -236,17 +236,17 @@ def make_serial_step(
             load_free_obstacles(rigid, obstacles, contact)
             measure_rigid_rate(rigid, obstacles, rows, contact, pairs, system, body, control[BEFORE])
         if ti.static(has_boundary and damped != ""):
-            damp(body, boundary, damped)
+            damp(body, boundary, contact, damped)
         if ti.static(has_springs):
-            measure_springs(body, boundary)
+            measure_springs(body, boundary, contact)
         if ti.static(has_supports):
-            support_reactions(body, boundary, supports)
+            support_reactions(body, boundary, supports, contact)
         if ti.static(loaded != ""):
             measure_loads(body, boundary)
         if ti.static(has_boundary):
-            kick_and_drift(body, boundary, loaded)
+            kick_and_drift(body, boundary, contact, loaded)
         if ti.static(driven):
-            move_on(body, boundary, supports, number)
+            move_on(body, boundary, supports, contact, number)
         if ti.static(rigid_bodies):
             if ti.static(rigid.tied):
                 gather_forces(rigid, body, boundary)
@@ -340,9 +340,9 @@ def make_serial_step(
                     if ti.static(tied):
                         gather(body.special_force, images)
                     if ti.static(driven):
-                        accelerate(body, boundary, supports, number)
+                        accelerate(body, boundary, supports, contact, number)
                     if ti.static(has_springs):
-                        spring_forces(body, boundary, damped)
+                        spring_forces(body, boundary, contact, damped)
                     contact_load(body, boundary, obstacles, rows, coupling, contact, system, control)
                     if ti.static(options.layered):
                         control[WANTS_LAYERS] = 1.0
@@ -379,7 +379,7 @@ def make_serial_step(
                             stop = 1
                     if ti.static(has_contact and options.posed):
                         if control[AFTER] > 0.0:
-                            set_pose(obstacles, number)
+                            set_pose(obstacles, contact, number)
                     if ti.static(options.free):
                         if control[AFTER] > 0.0:
                             place_free_obstacles(rigid, obstacles)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+import pickle
 import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +27,26 @@ class InputError(ValueError):
         self.remedy = remedy
         super().__init__(f"{field} = {_short(value)}: {remedy}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what another process makes the error from; a value that cannot go there becomes its text."""
+        value = self.value
+        try:
+            pickle.dumps(value)
+        except Exception:  # a lambda, an open file
+            value = Shown(_short(value))
+        return type(self), (self.field, value, self.remedy)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The text of a value of an error that came from another process."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        """Return the text."""
+        return self.text
+
 
 class FunctionError(InputError):
     """A function of the user failed, or returned anything but numbers of the right shape.
@@ -38,6 +62,14 @@ class OutputError(OSError):
     """
 
     result: Any = None
+
+
+def hint(value: Any, known: Iterable[str]) -> str:
+    """Return "did you mean 'cube-impact'? " for a word that is nearly one of those known, else ""."""
+    words = {word.lower().replace("_", "-"): word for word in known}
+    plain = str(value).lower().replace("_", "-")
+    close = [plain] if plain in words else get_close_matches(plain, words, 1)
+    return f"did you mean {words[close[0]]!r}? " if isinstance(value, str) and close else ""
 
 
 def _short(value: Any, limit: int = 80) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, hint
 
 MAXIMUM_STEPS = 1e10  # steps of a run, days even for the smallest scene
 
@@ -118,7 +118,7 @@ def words(field: str, value: Any, known: Iterable[str]) -> tuple[str, ...]:
         raise InputError(field, value, remedy)
     for one in value:
         if not isinstance(one, str) or one not in there:
-            raise InputError(field, one, remedy)
+            raise InputError(field, one, hint(one, there) + remedy)
     return tuple(value)
 
 
@@ -142,5 +142,5 @@ def choice(field: str, value: Any, known: Iterable[str]) -> str:
     """Return one of the known words."""
     words = tuple(known)
     if not isinstance(value, str) or value not in words:
-        raise InputError(field, value, "use one of " + ", ".join(repr(word) for word in words))
+        raise InputError(field, value, hint(value, words) + "use one of " + ", ".join(repr(word) for word in words))
     return value

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 class DeviceForce(InternalForce):
-    """The force pass of a domain whose nodes are all ordinary ones, on a GPU.
+    """The force pass of a domain on a GPU, all of whose nodes it moves as ordinary ones.
+
+    With boundary nodes it serves products; their steps have another kernel (schemes/explicit/device_contact.py).
 
     Cells, constants and the state of points stand as in `InternalForce`; corner_forces: a place for every corner of
     every cell; threads: of each loop of the kernel (kernels/step/device_step.py).
@@ -59,7 +61,16 @@ class DeviceForce(InternalForce):
 
     def device_bundle(self) -> Body:
         """Return the arrays of the body that the kernel needs, by name."""
-        unused = ("chunk_table", "segments", "node_info", "rows", "special_force", "node_sums", "cell_sums")
+        unused = (
+            "chunk_table",
+            "segments",
+            "corner_rows",
+            "node_info",
+            "rows",
+            "special_force",
+            "node_sums",
+            "cell_sums",
+        )
         return self.bundle()._replace(**dict.fromkeys(unused))
 
     def advance(

@@ -19,13 +19,8 @@ class PointState:
     """Reads the state of the points of every body, see kernels/language/point_memory.py; domain: all its cells."""
 
     def __init__(self, domain: Domain, force: InternalForce) -> None:
-        from ..kernels.elements import FUNCTIONS
-        from ..kernels.materials import LAWS
-
         self.domain, self.force = domain, force
-        self._shapes = [
-            (FUNCTIONS[block.variant].points, len(LAWS[block.material.law].state)) for block in domain.blocks
-        ]
+        self._shapes = [shape_of(block) for block in domain.blocks]
 
     def of_block(self, number: int) -> np.ndarray:
         """Return a copy of the state [cells, points, numbers] of a block, its contact cells last."""
@@ -110,6 +105,14 @@ class PointState:
             if block.body is body and law is not None:
                 result[self.cells_of(block)] = self.of_block(index)[:, :, law.strain].max(axis=1)
         return result
+
+
+def shape_of(block: CellBlock) -> tuple[int, int]:
+    """Return the number of points of a cell of a block, and that of the numbers that each of them keeps."""
+    from ..kernels.elements import FUNCTIONS
+    from ..kernels.materials import LAWS
+
+    return FUNCTIONS[block.variant].points, len(LAWS[block.material.law].state)
 
 
 def has_state(scene: Scene) -> bool:

@@ -24,6 +24,7 @@ QUICK: dict[str, Any] = {
     "seconds": 1.0,
 }
 ONLY = {
+    "--ranks": "only measures neo-Hookean hex8 cubes on the CPU, one thread a rank: leave it out",
     "--solvers": "only compares both removals of linear hex8 cubes on the CPU: leave it out",
     "--pairs": "only measures neo-Hookean hex8 cubes with full removal on the CPU: leave it out",
     "--alternatives": "only measures the force of its own cells and laws on the CPU: leave it out",
@@ -79,6 +80,13 @@ def add(subparsers: Any) -> None:
         help="only compare the internal force with FElupe, a SciPy matrix and the plain kernel, for one of --sizes;"
         " leaves alternatives.json and alternatives.csv",
     )
+    parser.add_argument(
+        "--ranks",
+        metavar="A,B",
+        type=words.several(words.whole),
+        help="only measure a cube of one of --sizes (default: 24) on so many ranks, with one of --contact, beside one"
+        " rank with a part of the cells; leaves ranks.json",
+    )
     parser.set_defaults(run=run)
 
 
@@ -88,6 +96,8 @@ def run(arguments: argparse.Namespace) -> int:
     from ..lab.bench.collect import collect, machine, other_ways, pairs_of_bodies
 
     _check(arguments)
+    if arguments.ranks:
+        return _on_ranks(arguments)
     for name, value in (_defaults() | (QUICK if arguments.quick else {})).items():
         if getattr(arguments, name) is None:
             setattr(arguments, name, value)
@@ -138,6 +148,20 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if all(row["ok"] for row in [*report["rows"], *others]) else 1
 
 
+def _on_ranks(arguments: argparse.Namespace) -> int:
+    """Measure steps on several ranks; return 1 if a run failed."""
+    from ..lab.bench import rank_steps
+    from ..lab.bench.collect import machine
+
+    with writable(arguments.out):
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    size, contact = (arguments.sizes or [24])[0], (arguments.contact or ["normal"])[0]
+    rows = rank_steps.compare(arguments.ranks, size, contact, lambda text: print(f"  {text}", flush=True))
+    write_json(arguments.out / "ranks.json", {"machine": machine(), "rows": rows})
+    print(*rank_steps.lines(rows), sep="\n")
+    return 0 if all(row["ok"] for row in rows) else 1
+
+
 def _defaults() -> dict[str, Any]:
     """Return the values of the options that are not given."""
     available = cores()
@@ -159,10 +183,11 @@ def _check(arguments: argparse.Namespace) -> None:
     if len(asked) > 1:
         raise InputError(asked[1], True, f"{asked[0]} measures something else: give one of them")
     alone = asked[0] if asked else ""
-    for name in ("kinds", "laws", "contact", "steps", "seconds", "arch", "precision") if alone else ():
+    given = ["kinds", "laws", "steps", "seconds", "arch", "precision", *["contact"] * (alone != "--ranks")]
+    for name in [*given, *["threads"] * (alone == "--ranks")] if alone else ():
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name}", getattr(arguments, name), f"{alone} {ONLY[alone]}")
-    one = {"": (), "--solvers": ("sizes", "threads")}.get(alone, ("sizes",))
+    one = {"": (), "--solvers": ("sizes", "threads"), "--ranks": ("sizes", "contact")}.get(alone, ("sizes",))
     for name in one or (("threads",) if arguments.arch == "cuda" else ()):
         if len(getattr(arguments, name) or ()) > 1:
             reason = alone or "--arch cuda"

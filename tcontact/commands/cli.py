@@ -12,15 +12,19 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from ..base import stages
 from ..base.errors import InputError, OutputError
 from ..base.version import __version__
+from ..device import ranks
 from ..run.interrupts import Terminated, terminations
-from . import bench, doctor, export, info, listing, numbers, render, run, study
+from . import bench, doctor, export, info, listing, numbers, render, report_page, run, study
 from . import resuming as resume
 from .streams import safe_output
+from .ticker import ticking
 
+TICKING = ("run", "resume", "render", "report")  # commands that tell what they are doing
 OBJECTS = 50_000  # new ones between two looks for garbage
-COMMANDS = (listing, run, resume, study, info, render, export, bench, numbers, doctor)
+COMMANDS = (listing, run, resume, study, info, render, report_page, export, bench, numbers, doctor)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -67,12 +71,18 @@ def _run(argv: Sequence[str] | None) -> int:
     except SystemExit as stop:  # argparse: 0 for --help, 2 for bad usage
         return int(stop.code or 0)
     try:
-        with terminations():
+        watched = arguments.command in TICKING and not getattr(arguments, "quiet", False) and ranks.is_first_rank()
+        with terminations(), ticking(watched):
+            stages.say("reading")
             return int(arguments.run(arguments))
     except InputError as error:
+        if not ranks.is_first_rank():  # the first rank has it too: another exit code could end it before it has said so
+            return 0
         print(f"tcontact: {error}", file=sys.stderr)
         return 2
     except (ImportError, OutputError) as error:
+        if not ranks.is_first_rank():
+            return 0
         print(f"tcontact: {error}", file=sys.stderr)
         return 1
     except MemoryError as error:

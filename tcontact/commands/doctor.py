@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import io
 import os
+import sys
 import tempfile
 import time
 import warnings
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from .. import cases
-from ..device import runtime
+from ..device import ranks, runtime
+from ..device.team import team
 from ..results.report import versions
-from . import settings
+from . import ranks_report, settings
 from .devices import cuda_lines
 from .engines import compare_engines
 
@@ -46,7 +50,27 @@ def add(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what is found; exit code 1 if the self test fails."""
+    """Print what is found; exit code 1 if the self test fails. All ranks do the test, the first one prints."""
+    together = team()
+    if together is not None:
+        for asked in ("compile", "engines"):
+            if getattr(arguments, asked):
+                ranks.check_single(f"doctor --{asked}")
+        found = ranks_report.lines(together, cores())
+        with redirect_stdout(sys.stdout if together.leads else io.StringIO()):
+            for line in found:
+                print(f"{'ranks':<14}{line}", flush=True)
+            return checked()
+    failed = checked()
+    if arguments.compile:
+        compile_cases(cases.names())
+    if arguments.engines:
+        compare_engines()
+    return failed
+
+
+def checked() -> int:
+    """Print what is found and do the self test; return the exit code."""
     for name, version in versions().items():
         print(f"{name:<14}{version}")
     print(f"{'cores':<14}{cores()}")
@@ -58,12 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{'kernel cache':<14}{cache}, {sum(f.stat().st_size for f in cache.rglob('*') if f.is_file()) / 1e6:.1f} MB")
     for line in cuda_lines():
         print(f"{'CUDA':<14}{line}")
-    failed = self_test()
-    if arguments.compile:
-        compile_cases(cases.names())
-    if arguments.engines:
-        compare_engines()
-    return failed
+    return self_test()
 
 
 def compile_cases(names: Sequence[str]) -> None:

@@ -34,5 +34,5 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"    {key:<{space}} = {default:<14} {kind}")
         if cases.compares(name):
             print(f"    {'compare':<{space}} = {'False':<14} bool: {cases.compares(name)}")
-        print()
+        print(f"    {cases.took(name)}\n" if cases.took(name) else "")
     return 0

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
-from ..lab.numbers import pages, pictures
+from ..lab.numbers import pages, pictures, times
 from ..lab.numbers.pages import different
 from ..lab.numbers.reports import Reports
 from ..lab.numbers.tables import TABLES
 from . import words
 
-PICTURES = "pictures"
+PICTURES, TIMES = "pictures", "times"
 
 
 def add(subparsers: Any) -> None:
@@ -26,7 +26,10 @@ def add(subparsers: Any) -> None:
         " them, speeds and pictures too.",
     )
     parser.add_argument(
-        "--only", metavar="A,B", type=words.names, help="tables by name, or pictures; a wrong name lists them"
+        "--only",
+        metavar="A,B",
+        type=words.names,
+        help="tables by name, pictures, or times (of the cases, for `tcontact list -v`); a wrong name lists them",
     )
     parser.add_argument("--check", action="store_true", help="compare with the documents; exit code 1 if they differ")
     parser.add_argument("--write", action="store_true", help="replace tables and pictures in the documents")
@@ -41,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Make the tables and print, compare or write them; returns the exit code."""
     if arguments.check and arguments.write:
         raise InputError("--check, --write", True, "give one of them")
-    known = [*TABLES, PICTURES]
+    known = [*TABLES, PICTURES, TIMES]
     if unknown := sorted(set(arguments.only or ()) - set(known)):
         raise InputError("--only", unknown[0], "use some of " + ", ".join(known))
     stated = pages.tables(arguments.docs) if arguments.check or arguments.write else {}
@@ -55,10 +58,14 @@ def run(arguments: argparse.Namespace) -> int:
         changed = pages.replace(arguments.docs, new)
         if PICTURES in chosen:
             changed += pictures.draw(arguments.docs, reports)
+        if TIMES in chosen:
+            changed.append(times.write(arguments.docs, times.measure(arguments.out / TIMES, reports.say)))
         print(*(f"changed: {path}" for path in changed), sep="\n")
         return 0
     for name, lines in new.items():
         print("", f"{name}:", *lines, sep="\n")
+    if TIMES in (arguments.only or ()):
+        times.measure(arguments.out / TIMES, reports.say)
     return 0
 
 

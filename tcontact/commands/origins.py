@@ -6,7 +6,6 @@ this stands in checkpoints and in summary.json, and is enough to make the scene 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,10 +81,10 @@ def case_of(summary: Mapping[str, Any]) -> Any:
     return cases.load(name) if isinstance(name, str) and name in cases.names() else None
 
 
-def summary(file: Path) -> dict[str, Any]:
-    """Return what a summary.json holds; {} if there is none that can be read."""
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return data if isinstance(data, dict) else {}
+def made_again(summary: Mapping[str, Any], folder: Path) -> Rebuilt | None:
+    """Return what `tcontact run` ran, made again; None where the summary is not of the command line.
+
+    Raises `InputError` if its case, scene file or settings are no longer there.
+    """
+    origin = of(summary)
+    return None if origin is None else rebuilt(origin, folder)

@@ -10,7 +10,8 @@ from typing import Any
 
 from ..base import validate
 from ..base.errors import InputError
-from . import curves, origins, words
+from ..results.stored import read_summary
+from . import curves, words
 from . import options as shared
 from .folder import result_file
 
@@ -86,7 +87,7 @@ def _plots(arguments: argparse.Namespace) -> int:
 
     given = arguments.file
     file = given / "result.vtkhdf" if validate.is_folder(given) else given
-    summary = origins.summary(file.with_name("summary.json")) if file.name == "result.vtkhdf" else {}
+    summary = read_summary(file.parent) if file.name == "result.vtkhdf" else {}
     out = arguments.out or file.parent
     if "runs" not in summary:
         result_file(given)

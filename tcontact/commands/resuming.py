@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError, OutputError
+from ..device import ranks
 from . import options, origins
 from .run import finish
 
@@ -30,12 +31,13 @@ def add(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Continue the run and return the exit code."""
+    arguments.quiet = arguments.quiet or not ranks.is_first_rank()
     import tcontact as tc
 
     from ..run.resumption import checked_folder, latest
 
     folder = checked_folder(arguments.folder)
-    stored = latest(folder)
+    stored = latest(folder)[0]
     origin = origins.checked(stored.head["origin"], folder)
     found = origins.rebuilt(origin, folder)
     arguments.set, arguments.frames = origin["set"], stored.values["course.frames"]

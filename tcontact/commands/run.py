@@ -12,14 +12,18 @@ import numpy as np
 
 from tcontact import cases
 
+from ..base import stages
+from ..base.errors import InputError
+from ..device import ranks
 from ..results import frame_fields, report
 from ..results.result import Result
 from ..run.checkpoint import store
 from ..run.history import MOST_ROWS
 from ..show import plots
-from . import curves, folder, options, settings, words
+from . import curves, folder, options, report_page, settings, words
 from .run_own import run_own
 from .run_scene import is_scene, run_scene
+from .together import on_first_rank
 
 
 def add(subparsers: Any) -> None:
@@ -43,22 +47,35 @@ def add(subparsers: Any) -> None:
     between = "wall time between checkpoints for `tcontact resume`, 0 = none (default: 60)"
     options.add(parser, "--checkpoint", help=between)
     options.add(parser, "--arch", "--precision", "--threads", "--quiet", "--force", "--import")
+    parser.add_argument("--open", action="store_true", help="show the run as a web page when it has ended")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the case and return the exit code."""
-    if is_scene(arguments.case):
-        return run_scene(arguments, _start, finish)
+    arguments.quiet = arguments.quiet or not ranks.is_first_rank()
+    arguments.out = arguments.out or Path("runs") / (
+        Path(arguments.case).stem if is_scene(arguments.case) else arguments.case
+    )
+    code = run_scene(arguments, _start, finish) if is_scene(arguments.case) else _run_case(arguments)
+    if arguments.open and ranks.is_first_rank():
+        report_page.show(report_page.page_of(arguments.out))
+    return code
+
+
+def _run_case(arguments: argparse.Namespace) -> int:
+    """Run a case and return the exit code."""
     arguments.frames = 60 if arguments.frames is None else arguments.frames
     arguments.arch, arguments.precision = arguments.arch or "cpu", arguments.precision or "f64"
     case = cases.load(arguments.case)
     wanted = settings.read(arguments.case, case, arguments.set)
+    out = arguments.out
     if not hasattr(case, "scene"):
-        out = arguments.out or Path("runs") / arguments.case
+        if arguments.open:
+            raise InputError("--open", arguments.case, "is no mechanical scene, which the page shows; leave it away")
+        ranks.check_single(f"the case {arguments.case}")
         return run_own(case, settings.defaults(case) | wanted.scene, out, arguments, show)
     scheme = settings.scheme(wanted.scheme, case)
-    out = arguments.out or Path("runs") / arguments.case
     parameters = settings.defaults(case) | wanted.scene
     if wanted.compare:
         scenes = case.comparison(**wanted.scene)
@@ -66,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         scenes = {"": case.scene(**wanted.scene)}
         places = {"": out}
-    with folder.replacing(out, arguments.force):
+    with on_first_rank(lambda: folder.replacing(out, arguments.force)):
         runs: dict[str, tuple[bool, Result]] = {}
         for label, chosen in scenes.items():
             scene, own = chosen if isinstance(chosen, tuple) else (chosen, scheme)
@@ -76,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
             runs[label] = finish(go, title, case, known, places[label], arguments, origin)
             if runs[label][1].reason == "interrupted":
                 break
-        if wanted.compare:
+        if wanted.compare and ranks.is_first_rank():
             _compare(arguments, case, parameters | wanted.scheme, runs, places, out)
     return 0 if all(passed for passed, _ in runs.values()) else 1
 
@@ -87,8 +104,10 @@ def _start(
     """Return the function that runs one scene from its start, and the origin of the run."""
     import tcontact as tc
 
+    count = ranks.launched()[0]
     if not arguments.quiet:
-        print(f"{arguments.case}: {_size(scene, arguments)}", flush=True)
+        several = f"; {count} ranks" if count > 1 else ""
+        print(f"{arguments.case}: {_size(scene, arguments)}{several}", flush=True)
     origin = {"case": arguments.case, "set": arguments.set, "label": label}
     origin |= {"scene": arguments.scene} if hasattr(arguments, "scene") else {}
     checkpoint = tc.Checkpoint(arguments.checkpoint, origin=origin, keep=True) if arguments.checkpoint else None
@@ -128,11 +147,14 @@ def finish(
     has ended go when the pictures are there: until then `tcontact resume` draws them.
     """
     result = go()
+    if not ranks.is_first_rank():
+        return True, result
     checks = case.checks(result)
     data = report.summary(result, case=title, parameters=parameters, checks=checks) | {"origin": origin}
     report.write_json(out / "summary.json", data)
     caption = curves.caption_of(title, arguments.set)
-    curves.draw(out, result, case, curves.normals_of(result.scene), caption)
+    scene = result.scene
+    curves.draw(out, result, case, curves.normals_of(scene), caption, curves.size_of(scene))
     if arguments.frames:
         from ..show.render import render_frames
 
@@ -174,10 +196,9 @@ def _compare(
 ) -> None:
     """Plot the runs of a comparison side by side and name them in a summary."""
     picture = out / "comparison.png"
-    histories = {label: result.history for label, (_, result) in runs.items()}
     normals = curves.normals_of(next(iter(runs.values()))[1].scene)
     if len(runs) == len(places):
-        curves.draw_comparison(picture, case, histories, normals)
+        curves.draw_comparison(picture, case, {label: result for label, (_, result) in runs.items()}, normals)
     figures = {
         label: {
             "reason": result.reason,
@@ -210,6 +231,7 @@ def show(lines: list[str]) -> None:
     """Print lines; pass and FAIL in colour on a terminal."""
     import sys
 
+    stages.say("")
     if not sys.stdout.isatty():
         print("\n".join(lines))
         return

@@ -11,6 +11,7 @@ from ..base.errors import InputError
 from ..run.history import MOST_ROWS
 from ..run.scene_files import load_scene
 from . import folder, settings
+from .together import on_first_rank
 
 
 def is_scene(name: str) -> bool:
@@ -54,9 +55,9 @@ def run_scene(arguments: argparse.Namespace, start: Any, finish: Any) -> int:
     for key, default in defaults.items():
         if getattr(arguments, key, None) is None:
             setattr(arguments, key, options.get(key, default))
-    out = arguments.out or Path("runs") / file.stem
+    out = arguments.out
     case = without_checks()
-    with folder.replacing(out, arguments.force):
+    with on_first_rank(lambda: folder.replacing(out, arguments.force)):
         go, origin = start(arguments, scene, scheme, out, "")
         passed, _ = finish(go, file.stem, case, {"scene": str(file)} | given, out, arguments, origin)
     return 0 if passed else 1

@@ -10,7 +10,7 @@ from inspect import signature
 from types import ModuleType
 from typing import Any, Literal
 
-from ..base.errors import InputError
+from ..base.errors import InputError, hint
 from ..schemes import SCHEMES
 
 SCHEME_KEYS: dict[str, Any] = {
@@ -56,8 +56,10 @@ def read(name: str, case: ModuleType, pairs: Sequence[str]) -> Settings:
         elif key in of_scheme:
             scheme[key] = value(key, text, of_scheme[key])
         else:
-            words = ", ".join([*known, *extra, *of_scheme])
-            raise InputError("--set", key, f"{name} has no such parameter; it knows {words}")
+            words = [*known, *extra, *of_scheme]
+            raise InputError(
+                "--set", key, f"{name} has no such parameter; {hint(key, words)}It knows {', '.join(words)}"
+            )
     return Settings(scene, scheme, compare)
 
 
@@ -108,7 +110,7 @@ def scheme(options: dict[str, Any], case: Any = None) -> Any:
     options = own | options
     name = options.pop("scheme", "central-difference")
     if name not in SCHEMES:
-        raise InputError("--set scheme", name, "use one of " + ", ".join(SCHEMES))
+        raise InputError("--set scheme", name, hint(name, SCHEMES) + "use one of " + ", ".join(SCHEMES))
     taken = {item.name for item in fields(SCHEMES[name])}
     for key in options:
         if key not in taken:

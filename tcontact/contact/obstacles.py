@@ -67,12 +67,17 @@ class Obstacles:
             records = self._answers.pop(float(times[0]), None)
             arrays.set_values(self.motion, self._poses(times) if records is None else records)
 
+    @property
+    def asks(self) -> bool:
+        """Return whether functions of time move some of them."""
+        return self._motions is not None and any(motion and motion.varies for motion in self._motions)
+
     def ask(self, time: float, step: float, rows: int) -> int:
         """Evaluate functions of time for rows from `time` [s] on before a body moves; return how many succeed.
 
         Raises `FunctionError` if they fail within the first row.
         """
-        if self._motions is None or not any(motion and motion.varies for motion in self._motions):
+        if not self.asks:
             return rows
         self._answers = {}
         for number, start in enumerate(np.cumsum([time, *[step] * (rows - 1)]).tolist()):

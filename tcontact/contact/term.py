@@ -8,7 +8,7 @@ import numpy as np
 
 from ..cells.internal_force import InternalForce
 from ..device import arrays
-from ..kernels.lanes import MAXIMUM_ROWS, MAXIMUM_SLOTS
+from ..kernels.lanes import MAXIMUM_SLOTS
 from ..planning.body_plan import BodyPlan, ContactPlan
 from ..planning.domain import Domain
 from ..planning.islands import island_starts, islands_of, nodes_without_rows
@@ -51,7 +51,7 @@ class ContactTerm:
         count = len(contact.nodes)
         self.slots = max(1, min(len(scene.obstacles), MAXIMUM_SLOTS) + bool(domain.pairs))
         centre = domain.reference[contact.all_nodes].mean(axis=0)
-        self.obstacles = Obstacles(scene, centre, MAXIMUM_ROWS if domain.small else 1)
+        self.obstacles = Obstacles(scene, centre, domain.table_rows)
         self.islands = islands_of(domain)
         self.others = nodes_without_rows(domain, self.islands, len(scene.obstacles))
         nodes = np.concatenate([contact.nodes, *self.others])

@@ -67,11 +67,27 @@ def part(array: Array, first: int, count: int) -> np.ndarray:
 
 
 def copy(source: Array, target: Array) -> None:
-    """Copy the values of a float64 array to one of the same size, on the device."""
+    """Copy the values of an array to one of the same type and size, on the device."""
     if isinstance(source, np.ndarray):
         target[:] = source
+    elif "i32" in str(source.dtype):
+        _copy_wholes()(source, target)
     else:
         _copy_part()(source, 0, target)
+
+
+@functools.cache
+def _copy_wholes() -> Prepared:
+    from ..kernels.language.copies import copy_wholes
+
+    return Prepared(copy_wholes)
+
+
+@functools.cache
+def _copy_into() -> Prepared:
+    from ..kernels.language.copies import copy_into
+
+    return Prepared(copy_into)
 
 
 @functools.cache
@@ -89,6 +105,9 @@ def set_values(array: Array, values: np.ndarray, first: int = 0) -> None:
         return
     whole = flat.astype(np.float64)
     if flat.size < int(np.prod(array.shape)):
+        if "i32" not in str(array.dtype):  # without the other values, which stay on the device
+            _copy_into()(put(whole), array, first)
+            return
         whole = array.to_numpy()
         whole[first : first + flat.size] = flat
     array.from_numpy(whole)

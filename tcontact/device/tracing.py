@@ -20,8 +20,11 @@ import textwrap
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import CodeType, SimpleNamespace
 from typing import Any
+
+from ..base import stages
 
 
 @contextmanager
@@ -36,6 +39,34 @@ def quick_import() -> Iterator[None]:
         yield
     finally:
         inspect.getmodule = search
+
+
+@dataclass
+class Kernels:
+    """The kernels of this process: how many were compiled, and how many there will be, 0 where that is not known."""
+
+    so_far: int = 0
+    expected: int = 0
+
+    def another(self) -> str:
+        """Count one more; return its number in words, such as "3 of 9"."""
+        self.so_far += 1
+        return f"{self.so_far} of {self.expected}" if self.so_far <= self.expected else str(self.so_far)
+
+
+kernels = Kernels()
+
+
+def _told(materialize: Any) -> Any:
+    """Return the function that traces a kernel such that it says which one begins."""
+
+    @functools.wraps(materialize)
+    def telling(self: Any, key: Any = None, *arguments: Any, **options: Any) -> Any:
+        if key is None or key not in self.compiled_kernels:
+            stages.say(f"compiling kernel {kernels.another()}: {self.func.__name__}")
+        return materialize(self, key, *arguments, **options)
+
+    return telling
 
 
 def quicken() -> None:
@@ -54,6 +85,7 @@ def quicken() -> None:
         build = _quick_build(builder.__call__)
     except (ImportError, AttributeError):
         return
+    kernel_impl.Kernel.materialize = _told(kernel_impl.Kernel.materialize)
     context.get_pos_info = _place
     kernel_impl.getsourcelines = lines
     kernel_impl.getsourcefile = functools.cache(file)

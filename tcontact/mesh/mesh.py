@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.errors import InputError
+from ..base.errors import InputError, hint
 from ..base.validate import number, vector
 from . import checks
 from .elements import ELEMENTS, MIXED, Element
@@ -66,6 +66,45 @@ class Mesh:
         if len(blocks) > 1:
             kind, cells = MIXED, checks.read_only(in_rows(blocks))
         self.__dict__.update(_contents(nodes, cells, kind, node_sets, face_sets, cell_sets), _surface=skin)
+
+    readers: ClassVar[
+        Any
+    ]  # of meshes of other packages, and what draws a mesh: they stand above, the package sets them
+    views: ClassVar[Any]
+
+    @classmethod
+    def from_meshio(cls, mesh: Any, scale: float = 1.0) -> Mesh:
+        """Make a mesh of a `meshio.Mesh`.
+
+        scale: factor on the coordinates. Volume cells are taken, those of second order as those of first order; cell
+        sets of faces become face sets, those of volume cells cell sets, point sets node sets, and whole numbers of the
+        cells such as "region" the cell sets "region-1" and so on, as `read_mesh` does.
+        Raises `InputError` for what is no such mesh and for cells that a mesh cannot have.
+        """
+        made: Mesh = cls.readers.from_meshio(mesh, scale)
+        return made
+
+    @classmethod
+    def from_pyvista(cls, grid: Any, scale: float = 1.0) -> Mesh:
+        """Make a mesh of a grid of PyVista: a `pyvista.UnstructuredGrid`, or another one of volume cells.
+
+        scale: factor on the coordinates. Whole numbers of the cells such as "region" become cell sets, as `read_mesh`
+        does. Raises `InputError` for what is no such grid and for cells that a mesh cannot have.
+        """
+        made: Mesh = cls.readers.from_pyvista(grid, scale)
+        return made
+
+    def plot(self, sets: str | Iterable[str] = (), axes: Any = None) -> Any:
+        """Draw the boundary with matplotlib; return the axes, in three dimensions.
+
+        sets: names of sets whose faces have a colour and a place in the legend; axes: those to draw on, with the
+        projection "3d", None = new ones. Raises `InputError` for an unknown set.
+        """
+        return self.views.plot_mesh(self, (sets,) if isinstance(sets, str) else tuple(sets), axes)
+
+    def _repr_png_(self) -> bytes:
+        """Return a picture for a notebook."""
+        return bytes(self.views.mesh_picture(self))
 
     @cached_property
     def blocks(self) -> tuple[tuple[str, IntArray], ...]:
@@ -228,7 +267,7 @@ class Mesh:
             raise InputError("set", names, remedy)
         for name in wanted:
             if not isinstance(name, str) or name not in known:
-                raise InputError("set", name, remedy)
+                raise InputError("set", name, hint(name, known) + remedy)
         return wanted
 
     def _known_surfaces(self, names: str | Iterable[str]) -> list[str]:

@@ -29,7 +29,7 @@ class DrivenSupports:
         self._levels = np.zeros((0, 1 + 2 * self.axes))
 
     def rows_at_once(self, small: bool) -> int:
-        """Return the rows of its table if the domain is small, else 1."""
+        """Return the rows of its table if a launch or a block of them takes many, else 1."""
         return self.supports.rows if small else 1
 
     def begin(self, dt: float) -> None:

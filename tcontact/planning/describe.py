@@ -182,7 +182,7 @@ def memory(plan: Plan, domain: Domain) -> dict[str, int]:
     if domain.driven:
         axes = sum(len(support.axes) for support in domain.driven)
         result["supports"] += len(domain.support_rows) * (WHOLE + REAL) + WHOLE
-        result["supports"] += DRIVEN_AXIS * axes * (MAXIMUM_ROWS if domain.small else 1) * REAL
+        result["supports"] += DRIVEN_AXIS * axes * domain.table_rows * REAL
     if domain.springs:
         entries = sum(len(end.nodes) for spring in domain.springs for end in planned_ends(domain, spring))
         result["boundary-nodes"] += (SPRING_HEAD + SPRING_NUMBERS * len(domain.springs) + SPRING_ENTRY * entries) * REAL
@@ -254,7 +254,7 @@ def _obstacles(plan: Plan, domain: Domain) -> int:
     obstacles = plan.scene.obstacles
     rows = 1
     if any(obstacle.moves and not obstacle.free for obstacle in obstacles):
-        rows += (MAXIMUM_ROWS if domain.small else 1) + 1
+        rows += domain.table_rows + 1
     grids = sum(0 if obstacle.grid is None else obstacle.grid.size for obstacle in obstacles)
     return REAL * (OBSTACLE * rows * len(obstacles) + grids)
 

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..kernels import lanes
+from .contact_graph import ContactGraph
 from .domain import Domain
+from .islands import Island
 from .packing import WIDTH, CellPacks
 
 
 def device_threads(packs: CellPacks, nodes: int) -> int:
     """Return the threads of each loop: the power of two that has a thread for every cell and node, within limits."""
-    wanted = max(packs.lanes, nodes, lanes.FEWEST_THREADS)
+    return _power_of_two(max(packs.lanes, nodes, lanes.FEWEST_THREADS))
+
+
+def surface_threads(packs: CellPacks) -> int:
+    """Return the threads of a loop over the contact cells of a kind, within the same limits."""
+    return _power_of_two(max(packs.lanes - packs.first_contact_lane, lanes.FEWEST_THREADS))
+
+
+def _power_of_two(wanted: int) -> int:
     return min(1 << (wanted - 1).bit_length(), lanes.MOST_THREADS)
 
 
-def parts_of(packs: CellPacks, domain: Domain) -> np.ndarray:
+def parts_of(packs: CellPacks, domain: Domain, contact: bool = False) -> np.ndarray:
     """Return the parts of the cells by kind, see `DeviceLists`; packs: of one chunk, which has a segment for each part.
 
-    A kind without cells does not exist.
+    A kind without cells does not exist; contact: of the contact cells alone, without which a kind has no parts.
     """
     count = len(domain.kinds)
     segments = packs.segments.reshape(-1, lanes.SEGMENT)
@@ -27,7 +39,7 @@ def parts_of(packs: CellPacks, domain: Domain) -> np.ndarray:
     for kind in range(count):
         firsts.append(len(parts))
         lane = 0
-        for chunk in range(packs.all_chunks):
+        for chunk in range(packs.chunks if contact else 0, packs.all_chunks):
             table = packs.chunk_table[chunk * (count + 3) :]
             for segment in segments[table[kind] : table[kind + 1]]:
                 assert segment[lanes.FIRST_PACK] == 0
@@ -57,3 +69,32 @@ def corner_places(packs: CellPacks, domain: Domain) -> np.ndarray:
     order = np.argsort(nodes, kind="stable")
     starts = np.searchsorted(nodes[order], np.arange(len(domain.reference) + 1)) + len(domain.reference) + 1
     return np.concatenate([starts, places[order]]).astype(np.int32)
+
+
+def surface_corners(node_corners: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return those of `corner_places` of some nodes [k]: start of each [k + 1], then the places."""
+    first, end = node_corners[nodes].astype(np.int64), node_corners[nodes + 1].astype(np.int64)
+    starts = len(nodes) + 1 + np.concatenate([[0], np.cumsum(end - first)])
+    own = np.arange(starts[-1] - starts[0]) - np.repeat(starts[:-1] - starts[0], end - first)
+    return np.concatenate([starts, node_corners[np.repeat(first, end - first) + own]]).astype(np.int32)
+
+
+def givers(start: np.ndarray, receivers: np.ndarray, count: int) -> np.ndarray:
+    """Transpose the list of residual receivers of the contact nodes, start [k + 1] and places of boundary nodes.
+
+    Returns for each of `count` boundary nodes the start of its contact nodes [count + 1], then these, ascending.
+    """
+    owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    order = np.argsort(receivers, kind="stable")
+    starts = count + 1 + np.searchsorted(receivers[order], np.arange(count + 1))
+    return np.concatenate([starts, owner[order]]).astype(np.int32)
+
+
+def colour_lists(graph: ContactGraph, islands: Sequence[Island], pack_start: np.ndarray) -> np.ndarray:
+    """Return the first colour of each island [islands + 1], then the first pack of each colour [colours + 1].
+
+    pack_start [packs + 1]: first contact node of each pack, see `SweepOrder`.
+    """
+    ends = [*(island.nodes.start for island in islands), len(graph.nodes)]
+    firsts = np.append(graph.colour_start, len(graph.nodes))
+    return np.concatenate([np.searchsorted(firsts, ends), np.searchsorted(pack_start, firsts)]).astype(np.int32)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import InputError
+from ..kernels.lanes import DEVICE_ROWS, MAXIMUM_ROWS
 from ..mesh.elements import Element
 from ..scene.dissipation import BulkViscosity, Damping
 from ..scene.materials import Material
@@ -323,6 +324,11 @@ class Domain:
     def small(self) -> bool:
         """Return whether one thread takes its steps, many in a launch."""
         return self._share([block.count for block in self.blocks]) <= 1.0
+
+    @property
+    def table_rows(self) -> int:
+        """Return how many rows of a launch, or of a block of steps on a GPU, tables of functions of time have."""
+        return MAXIMUM_ROWS if self.small else DEVICE_ROWS
 
     @property
     def few_contact_cells(self) -> bool:

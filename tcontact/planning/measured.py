@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.columns import COLUMNS, NAN, PROBED, Column, cell_groups, group_columns
+from ..kernels.columns import COLUMNS, INFINITE, NAN, PROBED, UNREACHED, Column, cell_groups, group_columns
 from ..scene.scene import Scene
 from .domain import Domain
 from .rigid import names_of
@@ -55,6 +55,8 @@ class Layout:
             self.end += column.size
         self.width = sum(column.size for column in self.measured)
         self.empty = np.array([[column.absent for column in self.measured for _ in range(column.size)]])
+        gaps = [column.name for column in self.measured if column.absent == INFINITE]
+        self.gaps = self.numbers(gaps)
         self.summed = [self.place[column.name] for column in self.measured if column.combine in ("sum", "first")]
 
     def _named(self, columns: list[Column]) -> Iterator[Column]:
@@ -151,6 +153,8 @@ class RawRows:
         rows[:, self._first[0]] = raw[:, self._first[1]]
         for places, added in self._further:
             rows[:, places] += raw[:, added]
+        gaps = rows[:, self.layout.gaps]
+        rows[:, self.layout.gaps] = np.where(gaps >= UNREACHED, INFINITE, gaps)
         weight = sum(raw[:, i] * g for i, g in zip(self._moved, gravity, strict=True))  # the same bits for any n
         rows[:, self.layout.place["load_work"].start] += weight
         if "gravity_force" in self.layout.place:

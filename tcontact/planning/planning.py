@@ -60,6 +60,10 @@ class Plan:
     scene: Scene
     bodies: tuple[BodyPlan, ...]
 
+    def __repr__(self) -> str:
+        """Return the description of the plan."""
+        return f"Plan\n{self.describe()}"
+
     @cached_property
     def domains(self) -> tuple[Domain, ...]:
         """Domains: groups of bodies that take their steps together."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import InputError
+from ..base.errors import InputError, hint
 from ..scene.friction_models import FrictionLayer
 from ..scene.scene import Scene
 
@@ -51,7 +51,7 @@ def chosen(scene: Scene, fields: Any) -> tuple[str, ...]:
         return known
     for name in fields:
         if name not in known:
-            raise InputError("fields", name, f"frames of this scene can hold {', '.join(known)}")
+            raise InputError("fields", name, f"{hint(name, known)}frames of this scene can hold {', '.join(known)}")
     return tuple(name for name in known if name in fields or name == ALWAYS)
 
 

@@ -19,9 +19,9 @@ from . import smoothness
 from .acting_force import acting_force
 from .checks import Check
 from .result import Result
+from .tables import flat_columns
 
 SCALARS = ("ok", "reason", "message", "steps", "time", "dt", "dt_limit", "wall_s", "compile_s", "cell_updates_per_s")
-AXES = {3: "xyz", 6: ("xx", "yy", "zz", "xy", "yz", "xz")}  # ends of the names of the columns of a vector, a stress
 
 
 def versions() -> dict[str, str]:
@@ -138,21 +138,11 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
 
 def write_history(path: Path, history: Mapping[str, np.ndarray]) -> None:
     """Write the history as CSV: one row per step, all digits; vectors take the columns name_x, name_y, name_z."""
-    names: list[str] = []
-    columns: list[np.ndarray] = []
-    for name, array in history.items():
-        array = np.asarray(array)
-        if array.ndim == 1:
-            names.append(name)
-            columns.append(array)
-        else:
-            parts = array.reshape(len(array), -1)
-            names += [f"{name}_{end}" for end in AXES.get(parts.shape[1], range(parts.shape[1]))]
-            columns += list(parts.T)
+    columns = flat_columns(history)
     with replaced(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(names)
-        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+        writer.writerow(columns)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
 def si(value: float, unit: str, digits: int = 3) -> str:

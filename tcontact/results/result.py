@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, hint
 from ..friction_layer import LayerState
 from ..scene.scene import Scene
+from .outcome import Outcome
 from .smoothness import PressureRecord
 
 
@@ -24,7 +26,7 @@ class Maximum:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Outcome):
     """Result of a run: its end, how it went, and its history.
 
     ok: the run reached its end; reason: finished | diverged | inverted-cell | not-converged | bodies-meet |
@@ -41,7 +43,8 @@ class Result:
     in the user's numbering, bodies stacked in order, NaN in cells of other materials; points: where a law keeps a
     state, of every body the numbers of each of its blocks [cells, points, numbers], with which `simulate(initial=)`
     goes on; maxima: by the names in `Scene.maxima` the largest value of all cells and all steps, also those that the
-    history does not keep; precision: "f64" or "mixed", as `simulate` was asked for.
+    history does not keep; precision: "f64" or "mixed", as `simulate` was asked for; file: the result file, if
+    `simulate` was asked for `out`. `tcontact.open_result` reads such a run back.
     """
 
     ok: bool
@@ -69,6 +72,7 @@ class Result:
     points: tuple[tuple[np.ndarray, ...], ...] = ()
     maxima: dict[str, Maximum] = field(default_factory=dict)
     precision: str = "f64"
+    file: Path | None = None
 
     notebook: ClassVar[Any]  # shows a result in a notebook; pictures stand above results, so the package sets it
 
@@ -81,35 +85,21 @@ class Result:
             if known[-1] == name:
                 return slice(start, start + body.mesh.node_count)
             start += body.mesh.node_count
-        raise InputError("name", name, "use one of " + ", ".join(repr(label) for label in known))
+        raise InputError("name", name, hint(name, known) + "use one of " + ", ".join(map(repr, known)))
 
     @property
-    def probes(self) -> dict[str, np.ndarray]:
-        """What the probes recorded [rows] or [rows, numbers], by "<body>_<set>_<quantity>"."""
-        return self._of_obstacles("probe_")
+    def frames(self) -> Any:
+        """The stored frames, read when asked for: times [s], frame(index), points, fields (`ResultData`).
 
-    @property
-    def obstacle_force(self) -> dict[str, np.ndarray]:
-        """Force [rows, 3] [N] on every obstacle by name, where there are several or one moves."""
-        return self._of_obstacles("obstacle_force:")
+        A run without `out`, or with frames=0, has one frame, its end.
+        """
+        if self.file is not None:
+            from .files.vtkhdf import ResultData
 
-    @property
-    def obstacle_moment(self) -> dict[str, np.ndarray]:
-        """Moment [rows, 3] [N m] on every obstacle about its reference point, by name."""
-        return self._of_obstacles("obstacle_moment:")
-
-    @property
-    def pair_force(self) -> dict[str, np.ndarray]:
-        """Force on the first body of each pair [rows, 3] [N], by the name of the pair."""
-        return self._of_obstacles("pair_force:")
-
-    @property
-    def pair_moment(self) -> dict[str, np.ndarray]:
-        """Moment of that force about the origin [rows, 3] [N m], by the name of the pair."""
-        return self._of_obstacles("pair_moment:")
-
-    def _of_obstacles(self, start: str) -> dict[str, np.ndarray]:
-        return {name[len(start) :]: column for name, column in self.history.items() if name.startswith(start)}
+            data = ResultData.open(self.file)
+            if len(data):
+                return data
+        return self.views.end_of(self)
 
     def reversed(self) -> Result:
         """Return the same state with all velocities negated: given as `initial`, it runs backwards in time."""

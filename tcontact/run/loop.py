@@ -27,8 +27,7 @@ from ..scene.pairs import stiff_slaves
 from ..scene.scene import Scene
 from ..schemes import Scheme
 from ..schemes.explicit.body_view import BodyView
-from ..schemes.explicit.device_stable_step import stable_steps
-from ..schemes.explicit.stable_step import StableStep, largest_rate, with_viscosity
+from ..schemes.explicit.stable_step import StableStep, coarse, largest_rate, with_viscosity
 from .checkpoint.keeper import Keeper
 from .end_checks import end_warnings
 from .guards import Guards, Stop
@@ -86,11 +85,11 @@ class Run:
         """Plan the run; points: the state of the points of every body (`Result.points`), with which it starts."""
         self.scene, self.planned, self.scheme = scene, planned, scheme
         self.warnings: list[str] = []
-        self.domains: list[Any] = scheme.states(scene, planned, displacement, velocity)
+        self.domains: list[Any] = self.made_states(displacement, velocity)
         views = {id(view.plan): view for domain in self.domains for view in domain.views}
         self.states: list[BodyView] = [views[id(body)] for body in planned.bodies]
         # domains with contact step first: they evaluate functions of time, and if one fails nothing has moved yet
-        self._order = sorted(self.domains, key=lambda domain: domain.contact is None)
+        self._order = sorted(self.domains, key=lambda domain: not domain.touching)
         for body in planned.bodies:
             text = locking(body.body, body.label)
             if text is not None:
@@ -100,11 +99,7 @@ class Run:
         stiffness = scene.contact.stiffness if isinstance(scene.contact, PenaltyContact) else None
         stiffness = None if scheme.implicit else stiffness
         self.limits = [
-            stable_steps(
-                domain.internal_force.without_boundary(),
-                [self._stable_step(view, stiffness) for view in domain.views],
-            )
-            for domain in self.domains
+            domain.searches([self._stable_step(view, stiffness) for view in domain.views]) for domain in self.domains
         ]
         for state, own in zip(self.states, points, strict=bool(points)):
             state.take_over_points(own)  # the stable step is that of this state
@@ -126,6 +121,18 @@ class Run:
         self._may_flutter = scene.largest_friction >= FLUTTERS and any(
             body.contact and body.contact.removal == "normal" for body in planned.bodies
         )
+
+    def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
+        """Make the state of every domain; displacement, velocity: start of every body [n, 3]."""
+        return list(self.scheme.states(self.scene, self.planned, displacement, velocity))
+
+    def cut_by(self, signal: str) -> str:
+        """Return the name of the signal that stops the run, "" without; signal: what this process has received."""
+        return signal
+
+    def moves_finitely(self) -> bool:
+        """Return whether all displacements are finite."""
+        return all(bool(np.isfinite(arrays.get(domain.u)).all()) for domain in self.domains)
 
     def _stable_step(self, view: BodyView, stiffness: float | None) -> StableStep:
         """Return the search for the stable step of a body; stiffness [N/m^3]: of a penalty on nodes with mass."""
@@ -173,7 +180,7 @@ class Run:
             if not course.begun:
                 self._begin(frames, end)
             while True:
-                cut = interrupted()
+                cut = self.cut_by(interrupted())
                 if keeper is not None and keeper.due(course.row, bool(cut), course.time >= end):
                     writing = perf_counter()
                     course.wall = spent + (0.0 if first else writing - compiled - output)
@@ -356,7 +363,7 @@ class Run:
         due = number >= self._next_check or crushed
         if not (due or self.shape.wanted(number, touching)):
             return
-        if not all(np.isfinite(arrays.get(domain.u)).all() for domain in self.domains):
+        if not self.moves_finitely():
             return  # the guards stop at the next row
         used = self.shape.look(number, touching, self.dt, partial(self._present, rate))
         if not (due or used):
@@ -378,7 +385,7 @@ class Run:
             return False
         if self.dt <= CLOSE * limit:  # a constant step is worth more than the exact cfl number
             return False
-        self.dt = min(self.scheme.step_size(limit), CLOSE * limit)
+        self.dt = coarse(min(self.scheme.step_size(limit), CLOSE * limit))
         return True
 
     def _result(

@@ -6,6 +6,8 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from ..base import stages
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -25,7 +27,12 @@ class ProgressBar:
         self._task = None
 
     def __enter__(self) -> ProgressBar:
+        return self
+
+    def _start(self) -> None:
+        """Draw the bar: at the first step, when everything is compiled."""
         if self._enabled:
+            stages.say("")
             from rich.console import Console
             from rich.progress import (
                 BarColumn,
@@ -48,10 +55,11 @@ class ProgressBar:
             self._bar = Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=10)
             self._task = self._bar.add_task(self._label, total=self._duration, note="")  # type: ignore[assignment]
             self._bar.start()
-        return self
 
     def update(self, time: float, note: str = "") -> None:
         """Move to the simulated time [s]; note: a few words after the bar."""
+        if self._bar is None and self._enabled and time > 0.0:
+            self._start()
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, completed=min(time, self._duration), note=note)
 
@@ -61,3 +69,4 @@ class ProgressBar:
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
+            self._enabled = False

@@ -113,16 +113,25 @@ class Recorder:
         self.attributes: dict[str, Any] = {"title": title, "obstacles": describe(scene.obstacles)}
         if len(scene.bodies) > 1:
             self.attributes["bodies"] = [scene.label(number) for number in range(len(scene.bodies))]
+        static = {"body": bodies} if len(scene.bodies) > 1 else None
         try:
-            if frames is None:
-                static = {"body": bodies} if len(scene.bodies) > 1 else None
-                self.file = ResultFile.create(folder / FILE, points, blocks, self.attributes, static)
-            else:
-                self.times += [float(time) for time in ResultData.open(folder / FILE).times[:frames]]
-                self.file = ResultFile.reopen(folder / FILE, frames, self.attributes)
+            self.file = self._opened(frames, points, blocks, static)
         except OSError as error:
             remedy = f"{FILE} cannot be written there ({error.strerror}); make room or name another folder"
             raise InputError("out", str(folder), remedy) from error
+
+    def _opened(
+        self,
+        frames: int | None,
+        points: np.ndarray,
+        blocks: list[tuple[str, np.ndarray]],
+        static: dict[str, np.ndarray] | None,
+    ) -> ResultFile | FrameProcess:
+        """Open a new file, or that of a run which goes on after so many frames."""
+        if frames is None:
+            return ResultFile.create(self.folder / FILE, points, blocks, self.attributes, static)
+        self.times += [float(time) for time in ResultData.open(self.folder / FILE).times[:frames]]
+        return ResultFile.reopen(self.folder / FILE, frames, self.attributes)
 
     def prepare(self) -> None:
         """Prepare for the fields of the frames, before the first one."""

@@ -10,6 +10,7 @@ from typing import Any
 from ..base import validate
 from ..base.errors import InputError
 from ..device import runtime
+from ..device.team import team
 from ..planning.planning import plan
 from ..results.files.vtkhdf import ResultData
 from ..results.report import versions
@@ -24,9 +25,12 @@ from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .loop import Run
 from .precision import check_precision, set_precision
+from .prepared import record_friction
 from .progress import ProgressBar
+from .rank_recut import other_ranks, take_over
+from .rank_run import check_ranks, resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
-from .simulation import carry_out, record_friction, start_of_scene
+from .simulation import carry_out, start_of_scene
 
 
 def resume(
@@ -43,6 +47,8 @@ def resume(
 
     scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
     checkpoint; threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits);
+    as many processes (`mpiexec`) as before give the same bits too, another number goes on with a warning that the last
+    digits differ, and is refused for runs with springs or loads that functions of time drive;
     checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which another one
     cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older
     one, with a warning.
@@ -60,8 +66,13 @@ def resume(
     scheme, options = scheme_of(scheme), checked(checkpoint, folder)
     scene = scene.for_scheme(getattr(scheme, "implicit", False))
     path = checked_folder(folder)
+    together = team()
+    if together is not None:
+        check_ranks(scene, scheme, arch, together.size)
+        return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)
     with locked(path):
-        stored = latest(path)
+        every = latest(path)
+        stored = every[0]
         physics = fingerprint(scene, scheme)
         compare(stored.head["physics"], physics)
         kept = stored.head.get("precision", "f64")
@@ -84,12 +95,17 @@ def resume(
         record_friction(planned, head["fields"])
         run = Run(scene, planned, scheme, displacement, velocity, *rows)
         new = contents.prints(run)
-        if contents.differs(stored.head["new"], new, stored.found):
+        if stored.ranks > 1:
+            warnings.warn(other_ranks(stored.ranks, 1), RuntimeWarning, stacklevel=2)
+        elif contents.differs(stored.head["new"], new, stored.found):
             made = f"numpy {stored.head['versions']['numpy']}, tcontact {stored.head['versions']['tcontact']}"
             text = f"prepared the scene a little differently than the run did ({made}): the last digits may differ"
             warnings.warn(f"this machine {text}", RuntimeWarning, stacklevel=2)
         try:
-            contents.restore(run, stored.found, stored.values)
+            if stored.ranks > 1:
+                take_over(run, planned, every, None)
+            else:
+                contents.restore(run, stored.found, stored.values)
         except InputError:  # a function of time differs
             raise
         except (KeyError, ValueError, IndexError) as error:
@@ -116,18 +132,27 @@ def checked_folder(folder: Any) -> Path:
     return path
 
 
-def latest(folder: Path) -> store.Stored:
-    """Return the latest complete checkpoint whose frames are in the result file. Raises `InputError` without any."""
+def latest(folder: Path) -> list[store.Stored]:
+    """Return the latest complete checkpoint whose frames are in the result file, one of every rank of the run.
+
+    Raises `InputError` without any.
+    """
     good, bad = store.read_all(folder)
     for path in bad:
         warnings.warn(f"{path} is damaged and passed over", RuntimeWarning, stacklevel=3)
     if not good:
         raise InputError("folder", str(folder), _nothing(folder, bool(bad)))
     frames = len(ResultData.open(folder / FILE))
-    for stored in good:
-        if stored.head["frames"] <= frames:
-            return stored
-    raise InputError("folder", str(folder), f"{FILE} holds {frames} frames, fewer than its checkpoints; run again")
+    usable = [one for one in good if one.head["frames"] <= frames]
+    if not usable:
+        raise InputError("folder", str(folder), f"{FILE} holds {frames} frames, fewer than its checkpoints; run again")
+    if usable[0].ranks == 1:
+        return usable[:1]
+    known = {0: usable} | {rank: store.read_all(store.place_of(folder, rank))[0] for rank in store.others(folder)}
+    last = store.last_complete((rank, one.row, one.ranks) for rank, own in known.items() for one in own)
+    if last is None:
+        raise InputError("folder", str(folder), "holds no checkpoint that all ranks have; run again")
+    return [store.at(folder, rank, last, known[rank]) for rank in range(last[1])]
 
 
 def _nothing(folder: Path, damaged: bool) -> str:

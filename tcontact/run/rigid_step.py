@@ -30,19 +30,23 @@ class RigidStep:
     def of(run: Any) -> RigidStep | None:
         """Return the watch of a run; None if no obstacle that can touch something moves freely."""
         for domain in run.domains:
-            contact = domain.contact
-            if not run.scheme.implicit and contact is not None and contact.obstacles.free and contact.kernel != "gaps":
+            if not run.scheme.implicit and domain.frees:
                 return RigidStep(run, domain)
         return None
 
     def begin(self, run: Any) -> None:
         """Choose the first step: a row at the start, which moves nothing, gives the rate."""
-        self.domain.rigid.set_reach(AHEAD * run.dt, run.dt)
+        self._reach(AHEAD * run.dt, run.dt)
         run.scheme.step(self.domain, 0.0, 0.0, 0.0)
         row = self.domain.rows(np.zeros(1))[-1]
         if run.keep_below(self._limit(run, row)):
-            self.domain.rigid.set_reach(AHEAD * float(run.scheme.step_size(run.node_limit(row))), run.dt)
+            self._reach(AHEAD * float(run.scheme.step_size(run.node_limit(row))), run.dt)
             run.scheme.begin(self.domain, run.dt)
+
+    def _reach(self, time: float, step: float) -> None:
+        """Set the time [s] within which a node must be able to touch, to count, where the obstacles are."""
+        if self.domain.rigid is not None:
+            self.domain.rigid.set_reach(time, step)
 
     def follow(self, run: Any, row: np.ndarray) -> None:
         """Shorten the step where the row asks for it; let it grow where the obstacles have left."""
@@ -75,5 +79,6 @@ class RigidStep:
         Their viscosity beta h/c acts as a stiffness of beta h/(c dt), and counts twice (kernels/step/rigid_rate.py); it
         damps the impact and needs no resolution.
         """
-        beta = max((body.contact.viscosity for body in self.domain.domain.bodies if body.contact), default=0.0)
+        contacts = [view.plan.contact for view in self.domain.views]
+        beta = max((contact.viscosity for contact in contacts if contact), default=0.0)
         return 1.0 if beta == 0.0 else 2.0 * (1.0 + beta * run.dt_limit / run.dt)

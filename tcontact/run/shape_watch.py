@@ -25,12 +25,13 @@ TOUCHING = 1.5  # growth of the number of nodes in contact that asks for a look 
 class ShapeWatch:
     """Looks at the shape of the cells of all domains with nonlinear laws, which their `StableSteps` estimate.
 
-    factor: present stable step over that of the last estimate; due: row after which the next look is wanted.
+    domains: those that are looked at; factor: present stable step over that of the last estimate; due: row after which
+    the next look is wanted.
     """
 
     def __init__(self, domains: Sequence[Any], limits: Sequence[StableSteps]) -> None:
         pairs = [(one, limit) for one, limit in zip(domains, limits, strict=True) if not _linear(one)]
-        self._limits = [limit for _, limit in pairs]
+        self.domains, self._limits = [one for one, _ in pairs], [limit for _, limit in pairs]
         self._rates = [  # the trial displacement of an estimate serves between the estimates
             ShapeRates(one.domain, one.internal_force, one.u, limit.trial) for one, limit in pairs
         ]
@@ -42,9 +43,15 @@ class ShapeWatch:
     def anchor(self, number: int) -> None:
         """Start from the shape after row `number`, at which the stable step has just been estimated."""
         self.factor, self._seen = 1.0, number
-        for rates, start in zip(self._rates, self._start, strict=True):
+        for rates in self._rates:
             rates.remember()
-            start[:] = rates.measure(0.0)[0]
+        for measured, start in zip(self._measured(0.0), self._start, strict=True):
+            start[:] = measured[0]
+
+    def _measured(self, ahead: float) -> list[np.ndarray]:
+        """Return the rates [2, bodies] of every domain, see `ShapeRates.measure`."""
+        pairs = zip(self.domains, self._rates, strict=True)
+        return [domain.over_ranks(rates.measure(ahead)) for domain, rates in pairs]
 
     def touching_limit(self) -> float:
         """Return the number of nodes in contact above which a look is wanted at once."""
@@ -76,8 +83,8 @@ class ShapeWatch:
     def _factors(self, ahead: float) -> tuple[float, float]:
         """Return `factor` now and with the motion since the last look continued by `ahead` times itself."""
         found = np.full(2, np.inf)
-        for rates, limit, start in zip(self._rates, self._limits, self._start, strict=True):
-            growth = np.maximum(rates.measure(ahead), start) / np.where(start > 0.0, start, 1.0)
+        for measured, limit, start in zip(self._measured(ahead), self._limits, self._start, strict=True):
+            growth = np.maximum(measured, start) / np.where(start > 0.0, start, 1.0)
             steps = np.array([body.elastic for body in limit.bodies]) / np.sqrt(np.maximum(growth, 1.0))
             found = np.minimum(found, steps.min(axis=1))
         before = min(limit.elastic for limit in self._limits)

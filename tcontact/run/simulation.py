@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from ..base import validate
+from ..base import stages, validate
 from ..base.errors import InputError, OutputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
+from ..device.kernel_counts import counted
+from ..device.team import team
 from ..friction_layer import LayerState
 from ..friction_layer.grid import depths
-from ..planning.packing import chunks_for
-from ..planning.planning import Plan, plan
+from ..planning.planning import Plan
 from ..results import frame_fields
-from ..results.report import run_attributes, versions, write_history, write_json
+from ..results.report import run_attributes, write_history, write_json
 from ..results.result import Result
 from ..scene.body import Body
 from ..scene.contact_models import PenaltyContact
 from ..scene.friction_models import FrictionLayer
 from ..scene.layer_metals import metal_of
 from ..scene.scene import Scene
-from ..schemes import IMPLICIT, scheme_of
+from ..schemes import scheme_of
 from .checkpoint import Checkpoint, contents, store
-from .checkpoint.fingerprint import fingerprint
 from .checkpoint.keeper import Keeper
 from .checkpoint.options import checked
 from .device_room import check_device, check_scheme
 from .folder_lock import locked
 from .history import MOST_ROWS
+from .law_checks import check_laws
 from .loop import Run
-from .precision import check_precision, set_precision
+from .precision import check_precision
+from .prepared import checkpoint_head, finished_plan, take_over
 from .progress import ProgressBar
-from .recorder import Recorder, check_folder, make_folder, unwritten, writing_beside
+from .rank_run import Asked, check_ranks, simulate_on_ranks
+from .recorder import FILE, Recorder, check_folder, make_folder, unwritten, writing_beside
 
 
 def simulate(
@@ -75,6 +78,7 @@ def simulate(
     doubles (sums over time and maxima still include every step; a message before the run says so); precision: "f64",
     or "mixed": float32 arithmetic in the ordinary cells, on differences of displacements that are formed in float64,
     all else in float64 (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
+    Under `mpiexec -n P` the processes share the scene (docs/SCALING.md), and each of them returns the whole result.
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.
@@ -100,23 +104,29 @@ def simulate(
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
     points = () if initial is None else _points(scene, initial)
+    together = team()
+    if together is not None:
+        check_ranks(scene, scheme, arch, together.size)
+        wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
+        rows = history_every, history_rows
+        asked = Asked(scene, scheme, start, layers, points, frames, wanted, rows, pressures, precision)
+        own = None if initial is None else start
+        return simulate_on_ranks(together, asked, out, options, own, threads, progress)
     folder = None if out is None else check_folder(out)
     wanted = frame_fields.chosen(scene, fields)
     if folder is not None:
         frame_fields.check_room(folder, scene, frames, wanted)
-    planned = plan(scene)
-    scheme.check(planned)
-    _warn_steep(scene, planned)
-    set_precision(planned, precision)
-    if folder is not None:
-        record_friction(planned, wanted)
+    stages.say("planning")
+    planned = finished_plan(scene, scheme, precision, () if folder is None else wanted)
     check_device(planned, arch)
+    stages.say("starting the compiler")
     runtime.start(arch, threads)
     check_starts(planned.domains, displacement)
-    _check_laws(scene, scheme)
+    check_laws(scene, scheme)
     if folder is not None:
         make_folder(folder)
     with ExitStack() as ending:
+        ending.enter_context(counted(_kind(planned, scheme, arch, precision, folder is not None and frames > 0)))
         process = None
         if folder is not None:
             ending.enter_context(locked(folder))
@@ -134,15 +144,13 @@ def simulate(
         recorder.process = process
         keeper = None
         if options is not None:
-            head: dict[str, Any] = {"physics": fingerprint(scene, scheme), "versions": versions()}
-            head |= {"history_every": history_every, "pressures": pressures, "fields": list(wanted)}
-            head |= {"chunks": chunks_for(runtime.threads()), "precision": precision}
-            head |= {"history_rows": history_rows, "origin": dict(options.origin), "keep": options.keep}
-            start = None if initial is None else (displacement, velocity)
+            history = history_every, history_rows
+            head = checkpoint_head(scene, scheme, options, wanted, history, pressures, precision)
+            kept = None if initial is None else (displacement, velocity)
             new = contents.prints(run)
             if points:  # a run made again for `resume` starts without them: checkpoints always hold the state
                 new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
-            keeper = Keeper(options, folder, new, recorder, head, start)
+            keeper = Keeper(options, folder, new, recorder, head, kept)
         take_over(run, layers)  # after the fingerprints of the new run
         with ProgressBar(scene.duration, "simulate", progress) as bar:
             return carry_out(run, frames, folder, recorder, keeper, bar, started)
@@ -159,7 +167,7 @@ def carry_out(
 ) -> Result:
     """Run, write result file, history and summary to the folder, and remove checkpoints without further use."""
     try:
-        result = run.go(frames, recorder, bar, started, keeper)
+        result = replace(run.go(frames, recorder, bar, started, keeper), file=folder / FILE)
         attributes = run_attributes(result)
         try:
             recorder.close(result.history, attributes)
@@ -180,48 +188,14 @@ def carry_out(
     return result
 
 
-def record_friction(planned: Plan, fields: Sequence[str]) -> None:
-    """Let the domains sum up slip and friction work of their contact nodes where frames hold these."""
-    for domain in planned.domains:
-        domain.records_friction = not frame_fields.FRICTION.keys().isdisjoint(fields)
-
-
-def _check_laws(scene: Scene, scheme: Any) -> None:
-    """Refuse a law that the kernels do not have, or not for this scheme, and wrong parameters. Raises `InputError`."""
-    from ..kernels.cells.implicit_rules import has_rule  # imports Taichi, as the next ones do
-    from ..kernels.materials import LAWS
-
-    for index, body in enumerate(scene.bodies):
-        for block in body.blocks:
-            field = f"Scene.bodies[{index}].material"
-            field += "" if block.region is None else f"[{block.region!r}]"
-            name, values = block.material.law, block.material.parameters
-            law = LAWS.get(name)
-            if law is None:
-                remedy = f"the kernels have {', '.join(LAWS)}; tcontact.register_law adds one"
-                raise InputError(f"{field}.law", name, remedy)
-            if len(values) != len(law.parameters):
-                remedy = f"the law {name!r} takes {len(law.parameters)}, {', '.join(law.parameters)}; give a value for"
-                raise InputError(f"{field}.parameters", values, f"{remedy} each")
-            if scheme.implicit and not has_rule(law, scheme.stress):
-                have = ", ".join(known for known, one in LAWS.items() if has_rule(one, scheme.stress))
-                others = [kind.__name__ for kind in IMPLICIT if has_rule(law, kind.stress)]
-                remedy = f"implicit schemes have {have} for steps of {type(scheme).__name__}; use one of them, or a"
-                remedy += f" scheme that takes {name}: {', '.join([*others, 'CentralDifference'])}"
-                raise InputError(f"{field}.law", name, remedy)
-
-
-def _warn_steep(scene: Scene, planned: Plan) -> None:
-    """Warn of coefficients above 1: Coulomb friction in the static solve may then have several solutions (METHOD 3)."""
-    coefficient = scene.largest_friction
-    stays = any(body.contact is not None and body.contact.block > 1 and body.contact.graph for body in planned.bodies)
-    if coefficient > 1.0 and stays:
-        warnings.warn(
-            f"a friction coefficient of {coefficient:g} with full removal may have several solutions; removal='normal'"
-            " has one at any coefficient",
-            RuntimeWarning,
-            stacklevel=3,
-        )
+def _kind(planned: Plan, scheme: Any, arch: str, precision: str, pictured: bool) -> str:
+    """Return what decides which kernels a run has; pictured: it writes frames. Looks at plain data alone."""
+    bodies = [
+        ([(block.element, block.material.law) for block in plan.body.blocks], plan.contact and plan.contact.removal)
+        for plan in planned.bodies
+    ]
+    shapes = sorted({obstacle.shape for obstacle in planned.scene.obstacles})
+    return repr((planned.terms, bodies, shapes, type(scheme).__name__, arch, precision, pictured))
 
 
 def start_of_scene(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -333,10 +307,3 @@ def _kept(body: Body) -> list[tuple[Any, ...]]:
         (block.element, block.material.law, getattr(block.material, "initial_temperature", None))
         for block in body.blocks
     ]
-
-
-def take_over(run: Run, layers: tuple[LayerState | None, ...]) -> None:
-    """Start from the friction layers of another run, one for each body."""
-    for state, left in zip(run.states, layers, strict=bool(layers)):
-        if left is not None:
-            state.take_over_layers(left)

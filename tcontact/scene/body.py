@@ -77,6 +77,21 @@ class Body:
     probes: Sequence[Probe] = ()
     rigid_parts: Sequence[RigidPart] = ()
 
+    def __repr__(self) -> str:
+        """Return a line: mesh, material, set that can touch, and what else the body has."""
+        law = self.material
+        known = (
+            type(law).__name__
+            if isinstance(law, Material)
+            else ", ".join(f"{k} {type(v).__name__}" for k, v in law.items())
+        )
+        found = [f"{self.mesh.cell_count} {self.mesh.kind} cells, {self.mesh.node_count} nodes", known]
+        found += [f"contact {', '.join(self.contact)}"] if self.contact else []
+        many = {"supports": self.supports, "loads": self.loads, "springs": self.springs, "probes": self.probes,
+                "point masses": self.point_masses, "rigid parts": self.rigid_parts}  # fmt: skip
+        found += [f"{len(parts)} {name}" for name, parts in many.items() if parts]
+        return f"Body({'; '.join(found)})"
+
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
             raise InputError("Body.mesh", self.mesh, "give a tcontact.Mesh (box_mesh, read_mesh or Mesh)")

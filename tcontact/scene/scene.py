@@ -6,7 +6,7 @@ import copy
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from .probes import Probe, checked_maxima
 from .reach import SAMPLES, with_reached_faces
 from .springs import SceneSpring, springs_of, with_spring_speeds
 from .time_functions import TimeFunction
+
+REPR_LINES = 6  # bodies, and obstacles, that the text of a scene names
 
 
 class OverlapWarning(UserWarning):
@@ -59,6 +61,7 @@ class Scene:
     maxima: Sequence[str] = ()
     body_pairs: tuple[BodyPair, ...] = field(default=(), init=False)
     springs: tuple[SceneSpring, ...] = field(default=(), init=False)
+    views: ClassVar[Any]  # draws a scene; it stands above, so the package sets it
 
     def __post_init__(self) -> None:
         bodies = (self.bodies,) if isinstance(self.bodies, Body) else self.bodies
@@ -232,8 +235,10 @@ class Scene:
                 high = np.minimum(boxes[first][1], boxes[second][1])
                 if (low <= high).all() and {first, second} not in paired:
                     warnings.warn(
-                        f"bodies {self.label(first)} and {self.label(second)} overlap in their bounding boxes;"
-                        " they are no pair in contact with each other",
+                        f"bodies {self.label(first)} ({_between(*boxes[first])}) and {self.label(second)}"
+                        f" ({_between(*boxes[second])}) overlap in their bounding boxes and are no pair in contact with"
+                        " each other: move one of them (mesh.translated), or let faces that look at each other be"
+                        " contact faces of both (Body(contact=...))",
                         OverlapWarning,
                         stacklevel=4,
                     )
@@ -253,6 +258,25 @@ class Scene:
                     raise InputError(f"Scene.bodies[{index}].probes", name, remedy)
                 columns[name] = self.label(index)
 
+    def __repr__(self) -> str:
+        """Return a few lines: the bodies, the obstacles and the settings."""
+        lines = [f"Scene of {self.duration:g} s"]
+        lines += [f"  {self.label(number)}: {body!r}" for number, body in enumerate(self.bodies[:REPR_LINES])]
+        if len(self.bodies) > REPR_LINES:
+            lines.append(f"  and {len(self.bodies) - REPR_LINES} more bodies")
+        shapes = [f"{one.name + ' ' if one.name else ''}{type(one).__name__}" for one in self.obstacles]
+        more = f" and {len(shapes) - REPR_LINES} more" if len(shapes) > REPR_LINES else ""
+        lines += [f"  obstacles: {', '.join(shapes[:REPR_LINES])}{more}"] if shapes else []
+        given = {"contact": self.contact if self.touching else None, "friction": self.friction,
+                 "damping": self.damping, "viscosity": self.viscosity}  # fmt: skip
+        shown = [f"{name} {type(value).__name__}" for name, value in given.items() if value is not None]
+        shown += ["gravity"] if self.gravity is not None else []
+        return "\n".join([*lines, *(["  " + ", ".join(shown)] if shown else [])])
+
+    def _repr_png_(self) -> bytes:
+        """Return a picture of the start for a notebook."""
+        return bytes(self.views.scene_picture(self))
+
     def label(self, index: int) -> str:
         """Return the name of a body for messages and results."""
         return self.bodies[index].name or f"body-{index}"
@@ -266,3 +290,8 @@ def _check_names(field: str, owners: str, named: Sequence[Any], label: Callable[
     for index, one in enumerate(named):
         if one.name is None and label(index) in names:
             raise InputError(field, label(index), f"so is number {index} called, which has no name; give it one")
+
+
+def _between(low: np.ndarray, high: np.ndarray) -> str:
+    """Return where a box is in words."""
+    return ", ".join(f"{axis} {low[i]:.4g} to {high[i]:.4g}" for i, axis in enumerate("xyz")) + " m"

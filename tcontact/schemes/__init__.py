@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.errors import InputError
+from ..base.errors import InputError, hint
 from .explicit.central_difference import CentralDifference
 from .implicit.discrete_gradient import DiscreteGradient
 from .implicit.dissipative import Dissipative
@@ -45,7 +45,7 @@ def scheme_of(value: Any) -> Scheme:
     """A scheme object, from itself or from its name. Raises `InputError` for anything else."""
     if isinstance(value, str):
         if value not in SCHEMES:
-            raise InputError("scheme", value, "use one of " + ", ".join(repr(name) for name in SCHEMES))
+            raise InputError("scheme", value, hint(value, SCHEMES) + "use one of " + ", ".join(map(repr, SCHEMES)))
         return SCHEMES[value]()
     if not isinstance(value, (CentralDifference, ImplicitScheme)):
         raise InputError("scheme", value, "give a scheme object or one of " + ", ".join(repr(name) for name in SCHEMES))

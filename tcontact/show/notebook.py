@@ -1,24 +1,29 @@
-"""Display of a `Result` in a notebook: a table of how it went, and a picture of its end by the von Mises stress."""
+"""Display in a notebook: a result as a table and a picture of its end, scenes and meshes as pictures of their start."""
 
 from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..cells.stress import VonMises
 from ..device import runtime
+from ..mesh.mesh import Mesh
 from ..results.acting_force import acting_force
 from ..results.files.vtkhdf import Frame
 from ..results.report import si
 from ..results.result import Result
 from ..scene.obstacles.description import describe
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 SIZE = (640, 480)
 
@@ -42,10 +47,7 @@ class EndState:
     @cached_property
     def blocks(self) -> tuple[tuple[str, np.ndarray], ...]:
         """Kinds and connectivities [m, k] of the bodies."""
-        meshes = [body.mesh for body in self.result.scene.bodies]
-        starts = np.cumsum([0, *(mesh.node_count for mesh in meshes)])
-        pairs = zip(meshes, starts, strict=False)
-        return tuple((kind, cells + start) for mesh, start in pairs for kind, cells in mesh.blocks)
+        return stacked_blocks([body.mesh for body in self.result.scene.bodies])
 
     @property
     def times(self) -> np.ndarray:
@@ -87,12 +89,70 @@ class EndState:
         return Frame(result.time, nodal, cells)
 
 
+@dataclass(frozen=True)
+class StartState:
+    """Meshes with their names, and obstacles, as a series of one frame at rest: what pictures need of `ResultData`."""
+
+    meshes: Sequence[Mesh]
+    names: Sequence[str]
+    obstacles: Sequence[Any]
+    path: Path = Path("start")
+    point_fields: tuple[str, ...] = ()
+    cell_fields: tuple[str, ...] = ("body",)
+
+    def __len__(self) -> int:
+        return 1
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Positions [n, 3] [m] of all nodes."""
+        return np.concatenate([mesh.nodes for mesh in self.meshes])
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[str, np.ndarray], ...]:
+        """Kinds and connectivities [m, k] of the meshes."""
+        return stacked_blocks(self.meshes)
+
+    @property
+    def times(self) -> np.ndarray:
+        """The start [s]."""
+        return np.zeros(1)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Names of the bodies, and obstacles."""
+        return {"title": "", "obstacles": self.obstacles, "bodies": list(self.names)}
+
+    def frame(self, _index: int) -> Frame:
+        """Return the only frame."""
+        numbers = [np.full(mesh.cell_count, index) for index, mesh in enumerate(self.meshes)]
+        return Frame(0.0, {}, {"body": np.concatenate(numbers)})
+
+
+def stacked_blocks(meshes: Sequence[Mesh]) -> tuple[tuple[str, np.ndarray], ...]:
+    """Return kinds and connectivities [m, k] of meshes whose nodes are numbered one mesh after the other."""
+    starts = np.cumsum([0, *(mesh.node_count for mesh in meshes)])
+    pairs = zip(meshes, starts, strict=False)
+    return tuple((kind, cells + start) for mesh, start in pairs for kind, cells in mesh.blocks)
+
+
+def start_picture(meshes: Sequence[Mesh], names: Sequence[str], obstacles: Sequence[Any]) -> bytes:
+    """Return a PNG of meshes, each in a colour with its name, and of obstacles."""
+    from .render.studio import Studio
+
+    studio = Studio(StartState(meshes, names, obstacles), SIZE, 1.0, None)  # type: ignore[arg-type]
+    return _png(studio.picture(studio.data.frame(0), "body", studio.limits("body"), studio.camera("above")))
+
+
 def picture(result: Result) -> bytes:
     """Return a PNG of the end of a run."""
     from .render.studio import Studio
 
     studio = Studio(EndState(result), SIZE, 1.0, None)  # type: ignore[arg-type]
-    image = studio.picture(studio.data.frame(0), "von_mises", studio.limits("von_mises"), studio.camera("above"))
+    return _png(studio.picture(studio.data.frame(0), "von_mises", studio.limits("von_mises"), studio.camera("above")))
+
+
+def _png(image: Image.Image) -> bytes:
     file = io.BytesIO()
     image.save(file, "PNG")
     return file.getvalue()

@@ -31,57 +31,76 @@ ENERGIES = {
     "external_work": GREY,
 }
 TIME = ("time", "s")
+GAP_ROUNDING = 1e-12  # gap over the size of the bodies, or over the widest gap, below which there is none
+FORCE_ROUNDING = 1e-9  # contact force times the size of the bodies over their elastic energy, the same
 Curves = Mapping[str, tuple[np.ndarray, np.ndarray]]
 History = Mapping[str, np.ndarray]
 
 
 def contact_force(
-    path: Path, history: History, normals: Sequence[np.ndarray], known: Curves | None = None, title: str = ""
+    path: Path,
+    history: History,
+    normals: Sequence[np.ndarray],
+    known: Curves | None = None,
+    title: str = "",
+    size: float = 0.0,
 ) -> None:
-    """Plot the contact force over time, with curves it can be judged by if there are any."""
+    """Plot the contact force over time, with curves it can be judged by if there are any.
+
+    With several obstacles or pairs of bodies each has a curve with its name. size: of the bodies [m]; a force below the
+    rounding that belongs to it and to the elastic energy is called so and not drawn as noise.
+    """
     figure, (axes,) = _figure(1, title)
+    draw_force(axes, history, normals, known, size)
+    time, unit = _time(history)
+    _finish(figure, [axes], time, unit[1], path)
+
+
+def draw_force(
+    axes: Axes, history: History, normals: Sequence[np.ndarray], known: Curves | None = None, size: float = 0.0
+) -> None:
+    """Draw the curves of `contact_force` on axes."""
     time, unit = _time(history)
     force = force_component(history, normals)
     known = known or {}
-    pairs = {name: np.linalg.norm(values, axis=1) for name, values in pair_forces(history).items()}
-    drawn = [force, *(values for _, values in known.values()), *pairs.values()]
-    factor, prefix = si_scale(max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn))
+    parts = {name: np.linalg.norm(values, axis=1) for name, values in part_forces(history).items()}
+    drawn = [force, *(values for _, values in known.values()), *parts.values()]
+    largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in drawn)
+    noise = FORCE_ROUNDING * float(np.nanmax(history["elastic"], initial=0.0)) / size if size else 0.0
+    if largest <= noise:
+        below = f": below its rounding of {_figures(noise, 'N')}" if largest else ""
+        _nothing(axes, f"no resultant contact force{below}")
+        axes.set_yticks([0.0])
+        axes.set_ylabel("contact force [N]")
+        return
+    factor, prefix = si_scale(largest)
     along = _tangential(history, normals)
-    if not pairs:
+    if not parts:
         axes.plot(time, force / factor, color=BLUE, lw=1.0, label="computed" if along is None else "normal")
-    elif np.any(history["contact_force"]) and acting_force(history) is history["contact_force"]:
-        axes.plot(time, force / factor, color=GREY, lw=1.0, label="obstacles")
-    for (name, values), color in zip(pairs.items(), itertools.cycle((BLUE, ORANGE, PURPLE, BROWN, VIOLET))):
+    for (name, values), color in zip(parts.items(), itertools.cycle((BLUE, ORANGE, GREEN, PURPLE, BROWN, VIOLET))):
         axes.plot(time, values / factor, color=color, lw=1.0, label=name)
     for label, (times, values) in known.items():
         axes.plot(times / unit[0], values / factor, color=RED, lw=1.0, ls="--", label=label)
     if along is not None:
-        axes.plot(time, along / factor, color=ORANGE, lw=1.0, label="friction")
-    if known or pairs or along is not None:
+        color, label = (GREY, "friction on the obstacles") if parts else (ORANGE, "friction")
+        axes.plot(time, along / factor, color=color, lw=1.0, label=label)
+    if known or parts or along is not None:
         axes.legend(loc="best", frameon=False)
     if np.nanmin(force, initial=0.0) >= 0.0 and np.isfinite(force).all():
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))  # small changes of a large force should look small
     axes.set_ylabel(f"contact force {'on the body ' if len(normals) == 1 else ''}[{_greek(prefix)}N]")
-    _finish(figure, [axes], time, unit[1], path)
 
 
-def gap(path: Path, history: History, title: str = "") -> None:
-    """Plot the smallest gap (penetration where negative) and the number of nodes in contact."""
+def gap(path: Path, history: History, title: str = "", size: float = 0.0) -> None:
+    """Plot the smallest gap (penetration where negative) and the number of nodes in contact.
+
+    size: of the bodies [m]; gaps below their rounding are called so and not drawn as noise.
+    """
     from matplotlib.ticker import MaxNLocator
 
     figure, (upper, lower) = _figure(2, title)
     time, unit = _time(history)
-    smallest = history["gap_min"]
-    factor, prefix = si_scale(float(np.nanmax(np.abs(smallest), initial=0.0)))
-    upper.axhline(0.0, color=GREY, lw=0.8)
-    upper.plot(time, smallest / factor, color=BLUE, lw=1.0)
-    upper.fill_between(time, np.minimum(smallest, 0.0) / factor, 0.0, color=RED, alpha=0.35, lw=0)
-    upper.set_ylabel(f"smallest gap [{_greek(prefix)}m]")
-    deepest = max(0.0, -float(np.nanmin(smallest)))
-    size, name = si_scale(deepest)
-    rounding = 1e-12 * float(np.nanmax(np.abs(smallest), initial=0.0))
-    depth = f"deepest penetration {deepest / size:.3g} {_greek(name)}m" if deepest > rounding else "no penetration"
-    upper.set_title(depth, fontsize=9, loc="right", color=GREY)
+    draw_gap(upper, history, size)
     lower.plot(time, history["contact_nodes"], color=BLUE, lw=1.0, drawstyle="steps-post")
     lower.set_ylabel("nodes in contact")
     lower.set_ylim(bottom=0.0)
@@ -89,10 +108,42 @@ def gap(path: Path, history: History, title: str = "") -> None:
     _finish(figure, [upper, lower], time, unit[1], path)
 
 
+def draw_gap(axes: Axes, history: History, size: float = 0.0) -> None:
+    """Draw the smallest gap of `gap` on axes."""
+    time, _ = _time(history)
+    smallest = np.where(np.isinf(history["gap_min"]), np.nan, history["gap_min"])  # nothing is near: no curve
+    widest = float(np.nanmax(np.abs(smallest), initial=0.0))
+    rounding = GAP_ROUNDING * max(widest, size)
+    factor, prefix = si_scale(widest)
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    if widest > rounding:
+        axes.plot(time, smallest / factor, color=BLUE, lw=1.0)
+        axes.fill_between(time, np.minimum(smallest, 0.0) / factor, 0.0, color=RED, alpha=0.35, lw=0)
+        axes.set_ylabel(f"smallest gap [{_greek(prefix)}m]")
+    else:
+        _nothing(axes, f"neither gap nor penetration: below their rounding of {_figures(rounding, 'm')}")
+        axes.set_yticks([0.0])
+        axes.set_ylabel("smallest gap [m]")
+    deepest = max(0.0, -float(np.nanmin(smallest, initial=0.0)))
+    depth = f"deepest penetration {_figures(deepest, 'm')}" if deepest > rounding else "no penetration"
+    axes.set_title(depth, fontsize=9, loc="right", color=GREY)
+
+
 def energy(path: Path, history: History, title: str = "") -> None:
     """Plot the energies over time, and the energy error below."""
     figure, (upper, lower) = _figure(2, title)
     time, unit = _time(history)
+    draw_energies(upper, history)
+    lower.axhline(0.0, color=GREY, lw=0.8)
+    lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
+    lower.set_ylabel("energy error [-]")
+    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+    _finish(figure, [upper, lower], time, unit[1], path)
+
+
+def draw_energies(axes: Axes, history: History) -> None:
+    """Draw the energies of the ledger and their sum on axes, each with its name at its end."""
+    time, _ = _time(history)
     parts = [column for kind in ("stored", "dissipated", "supplied") for column in COLUMNS if column.energy == kind]
     signs = {column.name: (-1.0, "− ") if column.energy == "supplied" else (1.0, "") for column in parts}
     present = [name for name in signs if name in history and np.any(history[name])]
@@ -101,25 +152,41 @@ def energy(path: Path, history: History, title: str = "") -> None:
     for name in present:
         (sign, mark), color = signs[name], ENERGIES.get(name, VIOLET)  # the sign with which it enters the sum
         curve, label = sign * history[name] / factor, mark + name.replace("_", " ")
-        upper.plot(time, curve, color=color, lw=1.1, label=label)
+        axes.plot(time, curve, color=color, lw=1.1, label=label)
         ends[label] = float(curve[-1]), color
     total = history["energy"] / factor
-    upper.plot(time, total, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
+    axes.plot(time, total, color="black", lw=1.1, ls=(0, (4, 2)), label="sum")
     ends["sum"] = float(total[-1]), "black"
-    upper.set_ylabel(f"energy [{_greek(prefix)}J]")
-    _label_ends(upper, ends)
-    lower.axhline(0.0, color=GREY, lw=0.8)
-    lower.plot(time, history["energy_error"], color=BLUE, lw=0.9)
-    lower.set_ylabel("energy error [-]")
-    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
-    _finish(figure, [upper, lower], time, unit[1], path)
+    axes.set_ylabel(f"energy [{_greek(prefix)}J]")
+    _label_ends(axes, ends)
+
+
+def draw_column(axes: Axes, history: History, name: str, unit: str) -> None:
+    """Draw a column of the history on axes, a vector as a curve for each axis."""
+    time, _ = _time(history)
+    values = history[name].reshape(len(time), -1)
+    plain = unit in ("1", "") or unit.startswith("kg")  # without a prefix
+    factor, prefix = (1.0, "") if plain else si_scale(float(np.nanmax(np.abs(values), initial=0.0)))
+    names = [""] if values.shape[1] == 1 else "xyz" if values.shape[1] == 3 else map(str, range(values.shape[1]))
+    for part, label, color in zip(values.T, names, itertools.cycle((BLUE, ORANGE, GREEN, PURPLE, BROWN, VIOLET))):
+        axes.plot(time, part / factor, color=color, lw=1.0, label=label)
+    if values.shape[1] > 1:
+        axes.legend(loc="best", frameon=False)
+    mark = f" [{_greek(prefix)}{unit}]" if unit not in ("1", "") else ""
+    axes.set_ylabel(name.replace("_", " ") + mark)
+
+
+def time_axis(axes: Axes, history: History) -> None:
+    """Write the name and unit of the time below axes."""
+    axes.set_xlabel(f"time [{_time(history)[1][1]}]")
+    axes.grid(True, color="#dddddd", lw=0.6)
 
 
 def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.ndarray]) -> None:
     """Plot runs side by side on the same scales: contact force, penetration, penetration energy."""
     rows = {
         "contact force": ("N", lambda history: force_component(history, normals)),
-        "penetration": ("m", lambda history: np.maximum(0.0, -history["gap_min"])),
+        "penetration": ("m", _penetration),
         "penetration energy": ("J", lambda history: history["contact"]),
     }
     figure, grid = _grid(len(rows), len(runs))
@@ -130,7 +197,10 @@ def comparison(path: Path, runs: Mapping[str, History], normals: Sequence[np.nda
         )
         for number, (axes, (label, history)) in enumerate(zip(grid[row], runs.items(), strict=True)):
             color = (BLUE, RED, GREEN, ORANGE, PURPLE, BROWN)[number % 6]
-            axes.plot(history["time"] / unit[0], column(history) / factor, color=color, lw=0.8)
+            values = column(history)
+            axes.plot(history["time"] / unit[0], values / factor, color=color, lw=0.8)
+            if not np.any(values):
+                _nothing(axes, "none")
             if row == 0:
                 error = float(np.nanmax(np.abs(history["energy_error"])))
                 up_and_down = f"$\\sum|\\Delta F|\\,/\\,2F_{{max}}$ = {unrest(column(history)):.3g}"
@@ -241,6 +311,27 @@ def force_component(history: History, normals: Sequence[np.ndarray]) -> np.ndarr
     return np.linalg.norm(force, axis=1)
 
 
+def part_forces(history: History) -> dict[str, np.ndarray]:
+    """Return the contact forces [rows, 3] [N] of several obstacles and of pairs of bodies by their names.
+
+    Nothing of these is {}: one obstacle has the contact force of all. What no body touches is left away.
+    """
+    start, pairs = "obstacle_force:", pair_forces(history)
+    obstacles = {name[len(start) :]: force for name, force in history.items() if name.startswith(start)}
+    if not obstacles and pairs and acting_force(history) is history["contact_force"]:
+        obstacles = {"obstacles": history["contact_force"]}
+    touched = {name: force for name, force in (obstacles | pairs).items() if np.any(force)}
+    return touched if pairs or len(obstacles) > 1 else {}
+
+
+def _penetration(history: History) -> np.ndarray:
+    """Return the penetration [m] of every row, 0 where it is below the rounding of the gaps."""
+    gaps = history["gap_min"]
+    widest = np.max(np.abs(gaps), initial=0.0, where=np.isfinite(gaps))
+    depth = np.maximum(0.0, -gaps)
+    return np.where(depth > GAP_ROUNDING * widest, depth, 0.0)
+
+
 def _tangential(history: History, normals: Sequence[np.ndarray]) -> np.ndarray | None:
     """Return the length of the contact force across a single normal [N]; None where nothing slides."""
     if not normals or not np.any(history.get("friction_work", 0.0)):
@@ -251,6 +342,16 @@ def _tangential(history: History, normals: Sequence[np.ndarray]) -> np.ndarray |
     force = history["contact_force"]
     with np.errstate(invalid="ignore"):
         return np.linalg.norm(force - np.outer(force @ normal, normal), axis=1)
+
+
+def _nothing(axes: Axes, text: str) -> None:
+    """Say in the middle of an empty panel that there is nothing to draw."""
+    axes.text(0.5, 0.6, text, transform=axes.transAxes, ha="center", color=GREY, fontsize=9)
+
+
+def _figures(value: float, unit: str) -> str:
+    factor, prefix = si_scale(value)
+    return f"{value / factor:.3g} {_greek(prefix)}{unit}"
 
 
 def _label_ends(axes: Axes, ends: Mapping[str, tuple[float, str]]) -> None:

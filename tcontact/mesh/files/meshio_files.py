@@ -16,8 +16,8 @@ from .content import KINDS, FileMesh, MeshFileError
 from .meshio_guard import guarded
 from .second_order import SECOND_ORDER
 
-_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
-_DIMENSION |= {name: _DIMENSION[first] for name, first in SECOND_ORDER.items()}
+DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2} | dict.fromkeys(KINDS, 3)
+DIMENSION |= {name: DIMENSION[first] for name, first in SECOND_ORDER.items()}
 MAXIMUM_REGIONS = 100  # values of a cell array of a VTU file that makes cell sets
 _UNNAMED = ("PhysicalPoint", "PhysicalLine", "PhysicalSurface", "PhysicalVolume")  # names in gmsh's exports
 
@@ -29,7 +29,12 @@ def read_vtu(path: Path) -> FileMesh:
     so on; identities of cells and arrays of VTK's own are left out. Point data are not sets.
     """
     mesh = read_file(path, "vtu")
-    content = FileMesh(mesh.points, _blocks(mesh))
+    return FileMesh(mesh.points, typed_blocks(mesh), cell_sets=region_sets(mesh))
+
+
+def region_sets(mesh: Any) -> dict[str, dict[int, IntArray]]:
+    """Return cell sets by whole numbers of the cells, as `FileMesh` has them."""
+    found = {}
     for name, arrays in mesh.cell_data.items():
         parts = [np.asarray(part) for part in arrays]
         known = name.lower().startswith("vtk") or name.lower().endswith("ids")
@@ -37,9 +42,8 @@ def read_vtu(path: Path) -> FileMesh:
             continue
         values = np.unique(np.concatenate(parts))
         for value in values.tolist() if len(values) <= MAXIMUM_REGIONS else []:
-            members = {number: np.flatnonzero(part == value) for number, part in enumerate(parts)}
-            content.cell_sets[f"{name}-{value}"] = members
-    return content
+            found[f"{name}-{value}"] = {number: np.flatnonzero(part == value) for number, part in enumerate(parts)}
+    return found
 
 
 def read_gmsh(path: Path) -> FileMesh:
@@ -51,13 +55,13 @@ def read_gmsh(path: Path) -> FileMesh:
     once for each group; the doubles are dropped.
     """
     mesh = read_file(path, "gmsh")
-    blocks = _blocks(mesh)
+    blocks = typed_blocks(mesh)
     names = _physical_names(path)
     content = FileMesh(mesh.points, blocks)
     node_ids: dict[str, list[IntArray]] = {}
     regions: dict[str, dict[int, IntArray]] = {}
     for k, (cell_type, rows) in enumerate(blocks):
-        dimension = _DIMENSION.get(cell_type, -1)
+        dimension = DIMENSION.get(cell_type, -1)
         tags = np.asarray(mesh.cell_data["gmsh:physical"][k]) if "gmsh:physical" in mesh.cell_data else np.zeros(0, int)
         members = {}
         for tag in np.unique(tags[tags != 0]).tolist():
@@ -99,7 +103,7 @@ def read_file(path: Path, file_format: str) -> Any:
         for context in (contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings()):
             stack.enter_context(context)
         stack.enter_context(guarded(path))
-        stack.enter_context(mock.patch.dict("meshio._mesh.topological_dimension", _DIMENSION))  # its own lacks wedge15
+        stack.enter_context(mock.patch.dict("meshio._mesh.topological_dimension", DIMENSION))  # its own lacks wedge15
         warnings.simplefilter("ignore")
         try:
             mesh = meshio.read(path, file_format)
@@ -131,7 +135,8 @@ def _read_partly_grouped(path: Path) -> Any:
         return meshio.read(path, "gmsh")
 
 
-def _blocks(mesh: Any) -> list[tuple[str, IntArray]]:
+def typed_blocks(mesh: Any) -> list[tuple[str, IntArray]]:
+    """Return the types of cells in meshio's words with their nodes; polyhedra come last, without nodes."""
     return [(block.type, np.asarray(block.data)) for block in mesh.cells if not block.type.startswith("poly")] + [
         (block.type, np.zeros((len(block.data), 1), dtype=np.int64))
         for block in mesh.cells
@@ -149,7 +154,7 @@ def _physical_names(path: Path) -> dict[tuple[int, int], str]:
 def _without_doubles(blocks: list[tuple[str, IntArray]], cell_type: str) -> tuple[IntArray, IntArray]:
     """Return all cells of one type, each once, and for every cell of the blocks its place among them."""
     rows = np.concatenate([block for name, block in blocks if name == cell_type]).astype(np.int64)
-    if len(rows) == 0 or _DIMENSION.get(cell_type) != 3 or rows.min() < 0:
+    if len(rows) == 0 or DIMENSION.get(cell_type) != 3 or rows.min() < 0:
         return rows, np.arange(len(rows))
     _, first, same = np.unique(face_keys(rows, int(rows.max()) + 1), return_index=True, return_inverse=True)
     order = np.argsort(first)

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from ...base import stages
 from ...base.errors import InputError
 from ...base.validate import choice, number
 from ..elements import ELEMENTS
@@ -43,6 +44,7 @@ def read_mesh(path: str | os.PathLike[str], scale: float = 1.0, kind: str | None
         raise InputError("path", path, "give the name of a mesh file")
     file = Path(path)
     reader = _reader(file)
+    stages.say(f"reading {file.name}")
     try:
         return mesh_from_file(first_order(reader(file), kind), factor, kind)
     except MeshFileError as error:

@@ -90,6 +90,11 @@ def prints(run: Any) -> Prints:
     }
 
 
+def shapes(run: Any) -> dict[str, tuple[int, ...] | None]:
+    """Return the paths of a run that `restore` knows, with the shapes of arrays; None for other values."""
+    return {leaf.path: tuple(leaf.value.shape) if leaf.is_array else None for leaf in _leaves(run, set())}
+
+
 def differs(stored: dict[str, list], new: Prints, found: dict[str, np.ndarray]) -> list[str]:
     """Return the paths of arrays left out of a checkpoint that differ from those of the saved run."""
     return [path for path, known in stored.items() if path not in found and list(new.get(path, ())) != known]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from ...base.errors import InputError
 from ...device.atomic_file import part_of, replaced
 
 FILES = ("checkpoint-a.npz", "checkpoint-b.npz")
+RANKS = "checkpoint-ranks"  # folder of those of the other ranks, one below it for each
 FORMAT = 4
 HEAD = "head"
 
@@ -32,6 +35,11 @@ class Stored:
     def row(self) -> int:
         """Row of the history at which it was written."""
         return int(self.head["row"])
+
+    @property
+    def ranks(self) -> int:
+        """Number of ranks of the run, which have written a checkpoint each; 1 for one process."""
+        return int(self.head.get("ranks", 1))
 
 
 class OtherFormat(Exception):
@@ -70,11 +78,47 @@ def read_all(folder: Path) -> tuple[list[Stored], list[Path]]:
     return sorted(good, key=lambda stored: -stored.row), bad
 
 
+def place_of(folder: Path, rank: int) -> Path:
+    """Return the folder for the checkpoints of a rank."""
+    return folder if rank == 0 else folder / RANKS / str(rank)
+
+
+def others(folder: Path) -> list[int]:
+    """Return the numbers of the ranks beside the first one that have left checkpoints, ascending."""
+    return sorted(int(found.name) for found in (folder / RANKS).glob("*") if found.name.isdigit())
+
+
+def last_complete(known: Iterable[tuple[int, int, int]]) -> tuple[int, int] | None:
+    """Return row and number of ranks of the last checkpoint that every rank of its run has written, None without any.
+
+    known: rank, row and number of ranks of all checkpoints that were read.
+    """
+    have: dict[tuple[int, int], set[int]] = {}
+    for rank, row, ranks in known:
+        have.setdefault((row, ranks), set()).add(rank)
+    return max((one for one, ranks in have.items() if ranks == set(range(one[1]))), default=None)
+
+
+def at(folder: Path, rank: int, place: tuple[int, int], known: Sequence[Stored] | None = None) -> Stored:
+    """Return the checkpoint of a rank at a row of a run on some ranks, as `last_complete` names them.
+
+    known: checkpoints of this rank that were read already.
+    """
+    there = read_all(place_of(folder, rank))[0] if known is None else known
+    return next(one for one in there if (one.row, one.ranks) == place)
+
+
 def remove(folder: Path) -> None:
     """Remove the checkpoints of a folder and temporary files left by a kill."""
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
         part_of(folder / name).unlink(missing_ok=True)
+    for other in sorted((folder / RANKS).glob("*")):
+        remove(other)
+        with suppress(OSError):
+            other.rmdir()
+    with suppress(OSError):
+        (folder / RANKS).rmdir()
 
 
 def _read(path: Path) -> Stored:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import os
 import sys
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
+from ...base.errors import InputError, hint
 from ...base.validate import choice, number
 from ...mesh.box import box_mesh
 from ...mesh.elements import ELEMENTS, MIXED
@@ -314,7 +313,5 @@ def check_keys(place: str, data: dict[str, Any], known: Iterable[str]) -> None:
     words = list(known)
     for key in data:
         if key not in words:
-            close = difflib.get_close_matches(key, words, 1)
-            hint = f"did you mean {close[0]}? " if close else ""
             where = f"{place}.{key}" if place else key
-            raise InputError(where, data[key], f"unknown key; {hint}Known are {', '.join(words)}")
+            raise InputError(where, data[key], f"unknown key; {hint(key, words)}Known are {', '.join(words)}")

@@ -21,8 +21,8 @@ def describe(
 
     history: of the run, in which the poses of obstacles that move freely stand.
 
-    kind; point [3] and frame [3, 3] at t = 0, parameters as in `Obstacle`; normal [3] of a plane; points [k, 3] (local)
-    and triangles [m, 3] of a sampled one; motion: time [m], point [m, 3], frame [m, 3, 3].
+    kind; name, None without one; point [3] and frame [3, 3] at t = 0, parameters as in `Obstacle`; normal [3] of a
+    plane; points [k, 3] (local) and triangles [m, 3] of a sampled one; motion: time [m], point [m, 3], frame [m, 3, 3].
     """
     found = []
     for number, obstacle in enumerate(obstacles):
@@ -32,7 +32,7 @@ def describe(
 
 
 def _described(obstacle: Obstacle, times: np.ndarray, label: str, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    result: dict[str, Any] = {"kind": obstacle.shape, "point": obstacle.reference.tolist()}
+    result: dict[str, Any] = {"kind": obstacle.shape, "name": obstacle.name, "point": obstacle.reference.tolist()}
     if obstacle.shape == "plane":
         result["normal"] = obstacle.frame[2].tolist()
     result |= {"frame": obstacle.frame.tolist(), "parameters": list(obstacle.parameters)}

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base import validate
+from ...base import stages, validate
 from ...base.errors import InputError
 from .base import Obstacle, unit_or
 from .distance_check import check_distance
@@ -107,6 +107,7 @@ class Sdf(Obstacle):
         a part is too thin for the grid (`thin_parts.py`). Edges are rounded by about a cell, slots narrower than a cell
         are closed.
         """
+        stages.say("sampling a surface")
         distance, gradient, origin, spacing, triangles = sample_surface(surface, cells, margin, scale)
         made = cls(distance, gradient, origin, spacing, surface=triangles, **options)
         check_thickness(triangles, made.grid, made.origin, made.spacing, cells)

@@ -36,6 +36,15 @@ class DampedStep:
         total = plan.lumped if plan.images is None else plan.images.total(plan.lumped)
         self.inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
         self.start: np.ndarray | None = None  # momenta [3n] of the mode found last
+        self.count = 3 * len(plan.lumped)  # components of the body
+
+    def _sum(self, value: float) -> float:
+        """Return the sum of a number over all parts of the body; here there is one."""
+        return value
+
+    def _most(self, value: float) -> float:
+        """Return the largest value of a number over all parts of the body; here there is one."""
+        return value
 
     def _summed(self, force: np.ndarray) -> np.ndarray:
         """Sum a force [3n] of images at their masters."""
@@ -51,7 +60,7 @@ class DampedStep:
 
     def _products(self, u: np.ndarray, here: np.ndarray, x: np.ndarray) -> Search:
         """Return K x and C x."""
-        scale = self.small / np.abs(x).max()
+        scale = self.small / self._most(float(np.abs(x).max(initial=0.0)))
         stiff = yield from self.stiffness(u, here, x)
         return stiff, self.viscous_force(u, scale * x) / scale
 
@@ -64,17 +73,17 @@ class DampedStep:
         start = np.random.default_rng(20071).uniform(-1.0, 1.0, u.size) if self.start is None else self.start
         p = self._summed(start)
         x = self._moved(p)
-        length = np.sqrt(dot(p, x))
+        length = np.sqrt(self._sum(dot(p, x)))
         p, x, before, beta = p / length, x / length, np.zeros_like(p), 0.0
         keep, alphas, betas = [], [], []
-        for _ in range(min(products, u.size)):
+        for _ in range(min(products, self.count)):
             keep.append(p)
             stiff, resisting = yield from self._products(u, here, x)
             following = self._summed(stiff + rate * resisting) - beta * before
-            alphas.append(dot(x, following))
+            alphas.append(self._sum(dot(x, following)))
             following -= alphas[-1] * p
             moved = self._moved(following)
-            beta = float(np.sqrt(max(dot(following, moved), 0.0)))
+            beta = float(np.sqrt(max(self._sum(dot(following, moved)), 0.0)))
             betas.append(beta)
             if beta <= 1e-9 * max(abs(alphas[-1]), abs(alphas[0])):
                 break
@@ -96,7 +105,8 @@ class DampedStep:
             assert self.start is not None
             x = self._moved(self.start)
             parts = yield from self._products(u, here, x)
-            k, c = (over * dot(x, part) / dot(x, self.start) for part in parts)
+            unit = self._sum(dot(x, self.start))
+            k, c = (over * self._sum(dot(x, part)) / unit for part in parts)
             before, dt = dt, 4.0 / (np.sqrt(max(c * c + 4.0 * k, 0.0)) + c)
             if abs(dt - before) <= CLOSE * dt:
                 break

@@ -9,27 +9,44 @@ from ...device import arrays, runtime
 from ...kernels.columns import raw_places
 from ...kernels.lanes import DEVICE_ROWS
 from ...planning.domain import Domain
+from ...scene.contact_models import ImpulseContact, MasslessContact, PenaltyContact
+from ...scene.friction_models import FrictionLayer
 from ...scene.scene import Scene
 from ..sensors import sensed
 
 
 def steps_on_device(scene: Scene, domain: Domain, arch: str | None = None) -> bool:
-    """Return whether `DeviceSteps` can step a domain: on a GPU, if all of its nodes are ordinary ones.
+    """Return whether threads of a GPU step a domain: its nodes, supports and contact.
 
-    Contact, supports, loads other than constant gravity, springs, rigid parts, periodic bodies, bulk viscosity,
-    node-averaged cells and probes are stepped by the kernels of the CPU, which run on a GPU too, slowly.
-    arch: the backend, None = the one in use.
+    Supports and springs are of all kinds, contact is that with obstacles at rest or in prescribed motion, with or
+    without friction. Other contact, friction layers, viscous contact cells, loads other than constant gravity, rigid
+    parts, periodic bodies, bulk viscosity, node-averaged cells and probes are stepped by the kernels of the CPU, which
+    run on a GPU too, slowly. arch: the backend, None = the one in use.
     """
     from ...kernels.elements import FUNCTIONS
 
     if (arch or runtime.arch()) != "cuda":
         return False
-    if len(domain.boundary) or domain.contact is not None or domain.images is not None:
+    if not _boundary_on_device(scene, domain) or domain.images is not None:
         return False
-    if domain.rigid or domain.springs or domain.loaded or domain.viscosity is not None:
+    if domain.rigid or domain.loaded or domain.viscosity is not None:
         return False
     averaged = any(FUNCTIONS[element].averaged for element, _law in domain.kinds)
     return not averaged and not sensed(scene, domain.bodies)
+
+
+def _boundary_on_device(scene: Scene, domain: Domain) -> bool:
+    """Return whether threads of a GPU step the boundary nodes of a domain, or there are none."""
+    contact = domain.contact
+    if domain.mixed and len(domain.boundary):
+        return False
+    if contact is None:
+        return True
+    if not isinstance(scene.contact, MasslessContact | PenaltyContact | ImpulseContact) or not len(contact.nodes):
+        return False
+    if domain.pairs or isinstance(scene.friction, FrictionLayer) or domain.viscous_cells:
+        return False
+    return not any(obstacle.free for obstacle in scene.obstacles)
 
 
 class DeviceSteps:
@@ -44,9 +61,17 @@ class DeviceSteps:
 
     def __init__(self, force: DeviceForce, u: arrays.Array, v: arrays.Array) -> None:
         self.force = force
-        self._state = [part for part in (u, v, force.memory) if part is not None]
-        self._kept = [arrays.zeros(int(np.prod(part.shape))) for part in self._state]
+        self._state: list[arrays.Array] = []
+        self._kept: list[arrays.Array] = []
+        self._keep([part for part in (u, v, force.memory) if part is not None])
         self._places = raw_places(False, force.plastic)
+
+    def _keep(self, parts: list[arrays.Array]) -> None:
+        """Let a block start from these arrays too, of which it needs a copy."""
+        for part in parts:
+            make = arrays.whole_numbers if "i32" in str(part.dtype) else arrays.zeros
+            self._state.append(part)
+            self._kept.append(make(int(np.prod(part.shape))))
 
     def advance(
         self,
@@ -55,20 +80,28 @@ class DeviceSteps:
         rows: int = 1,
         jacobian: float = -np.inf,
         energy: float = np.inf,
+        touching: float = np.inf,
     ) -> np.ndarray:
         """Take steps and return the sums of their rows [done, numbers].
 
         kicks [s]: before, after, drift; steps [s]: those that end and start at the first row. The last row returned is
-        the first one with a det F of at most `jacobian` or an energy above `energy` [J], if there is any.
+        the first one with a det F of at most `jacobian`, an energy above `energy` [J] or more than `touching` nodes in
+        contact, if there is any.
         """
         if rows > 1:
             for source, target in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)
         found = self._take(kicks, steps, rows)
-        total = found[:, self._places.nodes.kinetic] + found[:, self._places.cells.elastic]
-        calm = (total <= energy) & (found[:, self._places.cells.jacobian_min] > jacobian)
-        done = rows if calm.all() else int(np.argmin(calm)) + 1
-        if done < rows:
+        places = self._places
+        total = found[:, places.nodes.kinetic] + found[:, places.cells.elastic]
+        calm = found[:, places.cells.jacobian_min] > jacobian
+        if found.shape[1] > places.shared.kinetic:
+            total = total + found[:, places.shared.kinetic]
+        if found.shape[1] > places.shared.contact_nodes:  # a domain without contact has no limit of them
+            calm = calm & ~(found[:, places.shared.contact_nodes] > touching)
+        calm = calm & (total <= energy)
+        done = len(found) if calm.all() else int(np.argmin(calm)) + 1
+        if done < len(found):
             for target, source in zip(self._state, self._kept, strict=True):
                 arrays.copy(source, target)
             found = self._take(kicks, steps, done)

@@ -6,6 +6,7 @@ Force products M^-1 K w come from the force pass itself, as differences about th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -21,6 +22,7 @@ from .long_vectors import Vectors, dot, nodes_of, portions
 
 PRODUCTS = 20
 SAFETY = 0.98
+DIGITS = 14  # binary ones of a step that was shortened
 DIFFERENCE = 1e-6  # largest displacement of a product, over the size of the smallest cell
 
 
@@ -59,8 +61,12 @@ class StableSteps:
             for number in [number for number, search in left.items() if not next(search, False)]:
                 del left[number]
                 self.bodies[number].trial[:] = parts[number]
-        rate = 0.0 if self.bodies[0].plan.viscosity is None else self.force.sum_of("viscous_rate")
+        rate = 0.0 if self.bodies[0].plan.viscosity is None else self._rate()
         return min(with_viscosity(body.elastic, rate, body.damped) for body in self.bodies)
+
+    def _rate(self) -> float:
+        """Return the largest rate of bulk viscosity [1/s] in the last pass."""
+        return self.force.sum_of("viscous_rate")
 
     @property
     def elastic(self) -> float:
@@ -104,6 +110,7 @@ class StableStep:
     ) -> None:
         self.plan, self.spring_rate = plan, spring_rate
         self.trial = self.answer = np.zeros(0)
+        self.count = 3 * len(plan.lumped)  # components, and so modes, of the body
         self.bound, self.size = self._cell_bounds()
         contact = plan.contact
         self.penalty = None
@@ -131,7 +138,7 @@ class StableStep:
 
     def stiffness_product(self, u: np.ndarray, here: np.ndarray, vector: np.ndarray) -> Search:
         """Return K(u) vector [N] of the free body; here: -M^-1 f(u)."""
-        scale = DIFFERENCE * self.size / np.abs(vector).max()
+        scale = DIFFERENCE * self.size / self._most(float(np.abs(vector).max(initial=0.0)))
         self.trial[:] = u + scale * vector
         yield True
         return np.repeat(self.plan.lumped, 3) * (here - self.answer) / scale
@@ -157,7 +164,7 @@ class StableStep:
         the body has stiffened since; in the first search a random one, large where cells are small."""
         if self.start is not None:
             found = self._unit(self.start) + self._unit(self._tied(here))
-            return self._unit(found if found.any() else self.start)
+            return self._unit(found if self._most(float(found.any())) > 0.0 else self.start)
         assert self.bound is not None
         found = np.random.default_rng(20071).uniform(-1.0, 1.0, here.size)
         found.reshape(-1, 3)[:] *= ((self.bound / self.bound.max()) ** 4)[:, None]
@@ -168,8 +175,16 @@ class StableStep:
 
     def _unit(self, vector: np.ndarray) -> np.ndarray:
         """Scale a vector to a kinetic energy of 1/2; one without energy is not changed."""
-        length = np.sqrt(dot(vector, self.plan.lumped, vector))
+        length = np.sqrt(self._sum(dot(vector, self.plan.lumped, vector)))
         return vector / length if length > 0.0 else vector
+
+    def _sum(self, value: float) -> float:
+        """Return the sum of a number over all parts of the body; here there is one."""
+        return value
+
+    def _most(self, value: float) -> float:
+        """Return the largest value of a number over all parts of the body; here there is one."""
+        return value
 
     def first_vector(self) -> np.ndarray:
         """Return the start vector of the first search."""
@@ -201,8 +216,8 @@ class StableStep:
         plain = self.penalty is None and self.plan.images is None
         alphas: list[float] = []
         betas: list[float] = []
-        beta, largest = 0.0, float(np.abs(current).max())
-        for _ in range(min(products, u.size)):
+        beta, largest = 0.0, self._most(float(np.abs(current).max(initial=0.0)))
+        for _ in range(min(products, self.count)):
             keep.add(current, largest)
             scale = DIFFERENCE * self.size / largest
             for part in portions(u):
@@ -216,13 +231,13 @@ class StableStep:
                 following -= beta * before[part]
                 before[part] = following
                 alpha += dot(current[part], mass[nodes_of(part)], following)
-            square, largest = 0.0, 0.0
+            alpha, square, largest = self._sum(alpha), 0.0, 0.0
             for part in portions(u):
                 following = before[part]
                 following -= alpha * current[part]
                 square += dot(following, mass[nodes_of(part)], following)
                 largest = max(largest, float(following.max()), -float(following.min()))
-            beta = float(np.sqrt(max(square, 0.0)))
+            largest, beta = self._most(largest), float(np.sqrt(max(self._sum(square), 0.0)))
             alphas.append(alpha)
             betas.append(beta)
             if not has_next(alpha, alphas[0], beta):
@@ -241,6 +256,16 @@ class StableStep:
 def has_next(alpha: float, first: float, beta: float) -> bool:
     """Return whether there is another Lanczos vector; first: the first alpha."""
     return bool(1e-9 * max(abs(alpha), abs(first)) < beta < np.inf)
+
+
+def coarse(step: float) -> float:
+    """Return a step [s] rounded down to 14 binary digits.
+
+    Estimates of the stable step are quotients of small differences: a CPU, a GPU and several ranks find them equal to
+    nine digits only. With a rounded step they go on at the same times.
+    """
+    part, power = math.frexp(step)
+    return math.ldexp(math.floor(part * 2.0**DIGITS), power - DIGITS) if math.isfinite(step) else step
 
 
 def with_viscosity(elastic: float, rate: float, damped: float = np.inf) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ...cells.device_force import DeviceForce
 from ...cells.internal_force import InternalForce
 from ...contact.contact_terms import make_contact
 from ...contact.layered_friction import LayeredFriction
+from ...contact.massless_contact import MasslessContactTerm
 from ...device import arrays
 from ...kernels.columns import RIGID, group_size, raw_places
 from ...kernels.lanes import MAXIMUM_ROWS
@@ -26,8 +27,12 @@ from ...planning.rigid import names_of
 from ...scene.scene import Scene
 from ..sensors import Sensors, sensed
 from .body_view import BodyView
+from .device_boundary import DeviceBoundarySteps
+from .device_contact import DeviceContactSteps
+from .device_stable_step import stable_steps
 from .device_step import DeviceSteps, steps_on_device
 from .serial_step import SerialStep
+from .stable_step import StableStep, StableSteps
 from .timed import Timed
 
 AT_ONCE = 60  # passes of SMALL cells in one call of `advance` of a larger domain: 20 ms on a thread
@@ -77,9 +82,14 @@ class DomainState:
                 self.loads = AppliedLoads(domain, packed, load, gravity, group_size(*before))
         self.supports: Supports | None = None
         if len(domain.support_rows):
-            self.supports = Supports(domain, self._started(displacement), MAXIMUM_ROWS if domain.small else 1)
+            self.supports = Supports(domain, self._started(displacement), domain.table_rows)
         self.driven = DrivenSupports(domain, self.supports) if self.supports is not None and domain.driven else None
         self.contact = make_contact(scene, domain, self.boundary_nodes, self.internal_force)
+        self.touching = self.contact is not None
+        self._rebuilds = 0
+        self.frees = False  # whether obstacles move freely that something can touch
+        if self.contact is not None and self.contact.kernel != "gaps":
+            self.frees = bool(self.contact.obstacles.free)
         self.images = None if domain.images is None else PeriodicImages(domain, domain.images)
         self.rigid = self._rigid_bodies()
         self.sensors: Sensors | None = None
@@ -89,7 +99,7 @@ class DomainState:
             self.sensors = Sensors(*parts, rows, domain.massless, self.start_velocity)
         self.serial: SerialStep | None = None
         parts_of_step = self.boundary_nodes, self.contact, self.rigid
-        if any(part is not None for part in parts_of_step) or (domain.small and not on_device):
+        if not on_device and (any(part is not None for part in parts_of_step) or domain.small):
             terms = self.internal_force, self.boundary_nodes, self.supports, self.contact, self.images
             self.serial = SerialStep(domain, self.groups, *terms, self.loads, self.sensors, self.rigid)
             if domain.small:
@@ -97,7 +107,7 @@ class DomainState:
         self.v = arrays.share(self._massive(self.start_velocity))
         self.device: DeviceSteps | None = None
         if isinstance(self.internal_force, DeviceForce):
-            self.device = DeviceSteps(self.internal_force, self.u, self.v)
+            self.device = self._device_steps(self.internal_force)
         self.timed: list[Timed] = [] if self.driven is None else [self.driven]
         self.timed += [self.loads] if self.loads is not None and self.loads.varies else []
         self.timed += [self.rigid] if self.rigid is not None and self.rigid.driven else []
@@ -107,6 +117,15 @@ class DomainState:
         several = several if self.device is None else self.device.rows_at_once
         self._raw = np.zeros((several, group_size(*self.groups)))
         self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
+
+    def _device_steps(self, force: DeviceForce) -> DeviceSteps:
+        """Make the steps on a GPU."""
+        if self.boundary_nodes is None:
+            return DeviceSteps(force, self.u, self.v)
+        parts = force, self.u, self.v, self.boundary_nodes
+        if isinstance(self.contact, MasslessContactTerm):
+            return DeviceContactSteps(self.domain, self.groups, *parts, self.contact, self.supports)
+        return DeviceBoundarySteps(self.domain, self.groups, *parts, self.contact, self.supports)
 
     def _rigid_bodies(self) -> RigidBodies | None:
         """Make the rigid bodies, and place the obstacles among them."""
@@ -155,6 +174,10 @@ class DomainState:
             self.loads.start(self.u, self.start_velocity)
             self.internal_force.set_steps(0.0, 0.0, 0.0)
             self.serial.run(self.serial.names.LOADS, self.u, self.v, 0.0, 0.0, 0.0)
+        if isinstance(self.device, DeviceContactSteps) and self.contact is not None:
+            assert self.domain.contact is not None
+            self.device.begin()
+            self.contact.start_velocity(self.u, self.start_velocity[self.domain.contact.nodes], dt)
         if self.serial is None or self.contact is None:
             return
         if self.contact.kernel == "penalty" and self.contact.pairs is not None:
@@ -183,10 +206,29 @@ class DomainState:
     def prepare(self, time: float, before: float, after: float, rows: int) -> int:
         """Compute what functions of time give for the rows of a launch, see `Timed`; return how many there may be."""
         for term in self.timed:
-            rows = min(rows, term.rows_at_once(self.domain.small))
+            rows = min(rows, term.rows_at_once(self.domain.small or self.device is not None))
         for term in self.timed:
             term.prepare(time, before, after, rows)
         return rows
+
+    def ask(self, time: float, steps: tuple[float, float], rows: int) -> int:
+        """Ask the functions of time for the rows of a call of `advance`; return how many there may be.
+
+        Raises `FunctionError`, before anything moves.
+        """
+        rows = self.prepare(time, *steps, rows)
+        apart = self.serial is not None and not self.domain.small and self.device is None
+        if apart and self.contact is not None and steps[1] > 0.0:
+            rows = self.contact.obstacles.ask(time, steps[1], rows)
+        return rows
+
+    def searches(self, steps: Sequence[StableStep]) -> StableSteps:
+        """Return the search for the stable step of its bodies together."""
+        return stable_steps(self.internal_force.without_boundary(), steps)
+
+    def over_ranks(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest values [.., bodies] over all ranks that have parts of the bodies; here there is one."""
+        return values
 
     def advance(
         self,
@@ -209,9 +251,11 @@ class DomainState:
         fails within the first row.
         """
         force, serial, places = self.internal_force, self.serial, self._places
-        rows = self.prepare(time, *steps, rows)
+        rows = self.ask(time, steps, rows)
         if self.device is not None:
-            found = self.device.advance((kick_before, kick_after, drift), steps, rows, jacobian, energy)
+            if self.contact is not None and steps[1] > 0.0:
+                self.contact.obstacles.move(np.cumsum([time, *[steps[1]] * rows]))
+            found = self.device.advance((kick_before, kick_after, drift), steps, rows, jacobian, energy, touching)
             self._raw[: len(found), : found.shape[1]] = found
             return len(found)
         if self.domain.small and serial is not None:
@@ -222,8 +266,6 @@ class DomainState:
             done = serial.run(serial.names.PASS, self.u, self.v, time, *steps, rows, *limits)
             self._measure(done, steps)
             return done
-        if serial is not None and self.contact is not None and steps[1] > 0.0:
-            rows = self.contact.obstacles.ask(time, steps[1], rows)
         for number in range(rows):
             before = steps[0] if number == 0 else steps[1]
             if self.sensors is not None:
@@ -266,7 +308,9 @@ class DomainState:
         raw = self.serial.rows(len(times)) if small and self.serial is not None else self._raw[: len(times)]
         rows = self._reader.measured(raw, times, self.domain.gravity, self._mass)
         if self.contact is not None and self.contact.pairs is not None:
-            rows[-1, self.layout.place["pair_rebuilds"]] = self.contact.pairs.rebuilds
+            place, before = self.layout.place["pair_rebuilds"], self._rebuilds
+            self._rebuilds = self.contact.pairs.rebuilds  # at the end of the launch of these rows
+            rows[:-1, place], rows[-1, place] = before, self._rebuilds
             rows[:, self.layout.place["solver_products"]] = rows[:, self.layout.place["sweeps"]]
         if self.sensors is not None:
             self.sensors.put(rows, times)

@@ -13,7 +13,7 @@ class Timed(Protocol):
     """
 
     def rows_at_once(self, small: bool) -> int:
-        """Return the largest number of rows of a launch; small: one thread takes all steps of the domain."""
+        """Return the largest number of rows; small: a launch, or a block of them on a GPU, takes many steps."""
         ...
 
     def prepare(self, time: float, before: float, after: float, rows: int) -> None:

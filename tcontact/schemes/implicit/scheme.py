@@ -31,7 +31,8 @@ class ImplicitScheme(ImplicitRule):
     method over the size of the forces; iterations: maximum number with full steps, before a line search and then
     smaller steps; mass: "lumped", or "consistent" (with redistribution: paper eq. 13); reproject: bring massless
     contact nodes to equilibrium after every step (None: if the scheme does not balance them at its end); solver:
-    "direct", "krylov" or "auto"; verbose: print every residual. Raises `InputError`.
+    "direct", "krylov" or "auto"; verbose: report every residual (logger "tcontact" at INFO, else
+    printed). Raises `InputError`.
     """
 
     def check(self, planned: Plan) -> None:

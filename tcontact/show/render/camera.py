@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from ...base.errors import InputError
 from ...scene.obstacles.base import direction as unit_of
 from .triangles import Triangles
 
+THIN = 0.2  # thickness over width below which a body is seen from its broad side
+BROAD = 0.55  # sine of the angle to a thin body from which on it is not seen edge-on
 PARALLEL = 1e-9  # sine of the angle below which two directions count as one
 
 
@@ -31,9 +35,20 @@ class Camera:
             raise InputError("Camera.up", self.up, f"must not be parallel to the direction {self.direction}")
 
 
+class Signs(NamedTuple):
+    """The names of obstacles, the triangles on the screen that each may stand on, and points of the bodies there."""
+
+    names: tuple[str, ...]
+    places: tuple[Triangles, ...]
+    bodies: np.ndarray
+
+
 @dataclass(frozen=True)
 class Eye:
-    """A placed camera: position [m], `axes` right, up, back, focal length and centre [pixel]; `fixed`: the scenery."""
+    """A placed camera: position [m], `axes` right, up, back, focal length and centre [pixel]; `fixed`: the scenery.
+
+    distance [m]: to the middle of the bodies, where the scale bar holds; 0 for a picture without one.
+    """
 
     position: np.ndarray
     axes: np.ndarray
@@ -42,6 +57,8 @@ class Eye:
     fixed: Triangles
     shadow: tuple[np.ndarray, np.ndarray] | None  # point and normal of the plane that catches the shadow
     moving: Callable[[Eye, float], Eye] | None = None  # this eye with the scenery of a time [s]
+    distance: float = 0.0
+    signs: Signs | None = None
 
     def at(self, time: float) -> Eye:
         """Return the eye with the obstacles where they are at a time [s]."""
@@ -54,6 +71,45 @@ class Eye:
         return np.stack(
             [self.centre[0] + self.focal * right * inverse, self.centre[1] - self.focal * up * inverse, inverse], 1
         )
+
+
+def thin_normals(bodies: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the normals [k, 3] of those bodies, given by points [n, 3] each, that are flat and thin as a plate is."""
+    found = []
+    for points in bodies:
+        if not np.isfinite(points).all():
+            continue
+        ways = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+        widths = np.ptp(points @ ways.T, axis=0)
+        if len(widths) == 3 and widths[2] < THIN * widths[1]:
+            found.append(ways[2])
+    return np.array(found).reshape(-1, 3)
+
+
+def usual_direction(
+    view: str, up: np.ndarray, walls: Sequence[np.ndarray], sides: Sequence[np.ndarray], plates: np.ndarray
+) -> np.ndarray:
+    """Return the direction [3] to the eye in a three-quarter view from "above" or "below".
+
+    Of the turns around `up` it is the first that shows most: walls by their fronts, given by their normals, cuts by
+    their open sides, thin plates by their broad sides.
+    """
+    first = np.eye(3)[np.argmin(np.abs(up))]
+    first = first - up * (first @ up)
+    first /= np.linalg.norm(first)
+    second = np.cross(up, first)
+    turns = np.radians((-60 if view == "above" else -76) + 30 * np.arange(12))
+    around = [math.cos(turn) * first + math.sin(turn) * second for turn in turns]
+    rises = np.radians((20, 35, 50) if view == "above" else (-58,))
+    ways = [math.cos(rise) * way + math.sin(rise) * up for rise in rises for way in around]
+
+    def shown(way: np.ndarray) -> float:
+        fronts = sum(float(wall @ way > 0.05) for wall in walls)
+        opened = sum(min(0.5, float(side @ way)) for side in sides)
+        broad = sum(min(BROAD, abs(float(plate @ way))) for plate in plates)
+        return fronts + opened + broad / max(1, len(plates))
+
+    return max(ways, key=shown)
 
 
 def fitted(points: np.ndarray, slope_x: float, slope_y: float) -> np.ndarray:

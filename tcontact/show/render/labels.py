@@ -12,7 +12,7 @@ import numpy as np
 from ...results.files.vtkhdf import ResultData
 from .bodies import legend
 from .camera import Eye
-from .colours import AXIS_COLOURS, FAINT_TEXT, FIELDS, TEXT, colour_table
+from .colours import AXIS_COLOURS, BACKGROUND, FAINT_TEXT, FIELDS, TEXT, colour_table
 
 if TYPE_CHECKING:
     from PIL import Image, ImageFont
@@ -38,7 +38,7 @@ def decorate(
     note: str,
     colours: str,
 ) -> None:
-    """Write title, colour bar, or the names of the bodies by their colours, and axis names into the picture.
+    """Write title, colour bar, or the names of the bodies by their colours, scale bar and axis names into the picture.
 
     They are the same in all pictures of a series; `write_figures` adds the others.
     """
@@ -55,6 +55,8 @@ def decorate(
         legend(draw, studio.names, colour_table(colours), limits, studio.size, u, text)
     else:
         _colour_bar(picture, studio, limits, unit, colours)
+    if eye.distance > 0.0:
+        _scale_bar(picture, studio, eye)
     for axis, letter in enumerate("xyz"):
         right, upward = eye.axes[:2, axis]
         length = math.hypot(right, upward)
@@ -67,6 +69,26 @@ def decorate(
                 small,
                 anchor="mm",
             )
+
+
+def _scale_bar(picture: Image.Image, studio: Sheet, eye: Eye) -> None:
+    """Draw a bar of a round length at the lower left, as long as that length is at the middle of the bodies."""
+    from PIL import ImageDraw
+
+    draw, u, height = ImageDraw.Draw(picture), studio.unit, studio.size[1]
+    most = 150 * u * eye.distance / eye.focal  # metres that 150 pixels of a usual picture show
+    if not 1e-300 < most < 1e300:  # a deformation enlarged beyond all lengths
+        return
+    power = 10.0 ** math.floor(math.log10(most))
+    length = max(step for step in (1, 2, 5) if step * power <= most * (1 + 1e-9)) * power
+    left, right, y = 122 * u, 122 * u + length * eye.focal / eye.distance, height - 36 * u
+    line = max(1, round(1.6 * u))
+    draw.line((left, y, right, y), FAINT_TEXT, line)
+    for end in (left, right):
+        draw.line((end, y - 4 * u, end, y + 4 * u), FAINT_TEXT, line)
+    factor, prefix = prefix_of(length)
+    place, text = ((left + right) / 2, y - 8 * u), f"{length / factor:.3g} {prefix}m"
+    draw.text(place, text, TEXT, font(round(13 * u)), "ms", stroke_width=round(2 * u), stroke_fill=BACKGROUND)
 
 
 def _colour_bar(picture: Image.Image, studio: Sheet, limits: tuple[float, float], unit: str, colours: str) -> None:

@@ -6,11 +6,11 @@ import builtins
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base import validate
+from ...base import stages, validate
 from ...base.errors import InputError
 from ...device.atomic_file import refuse_link, unlinked
 from ...results.files.vtkhdf import ResultData
@@ -20,6 +20,9 @@ from .colours import colour_map
 from .shots import Shots
 from .studio import Studio
 from .surface import Clip
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 SIZE = "give width and height in pixels, 160 to 8192"
 
@@ -67,6 +70,7 @@ def render_frames(
     if video is not None and validate.flag("video", video) and not can_film():
         raise InputError("video", video, "needs the package imageio-ffmpeg: pip install imageio-ffmpeg")
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
+    stages.say("drawing")
     eye = _eye(studio, view, camera)
     folder = out / "frames"
     with written_to(out):
@@ -120,16 +124,40 @@ def render_picture(
     """
     data = data if isinstance(data, ResultData) else ResultData.open(data)
     path = _picture_name(path)
+    options = (camera, deformation_scale, obstacles, range, view, title, colours, clip)
+    stored_picture(drawn_picture(data, time, field, size, *options), path)
+    return path
+
+
+def drawn_picture(
+    data: Any,
+    time: float | None,
+    field: str,
+    size: tuple[int, int],
+    camera: Camera | None = None,
+    deformation_scale: float = 1.0,
+    obstacles: Sequence[Mapping[str, Any]] | None = None,
+    range: tuple[float, float] | None = None,
+    view: str = "above",
+    title: str | None = None,
+    colours: str | None = None,
+    clip: Sequence[Clip] = (),
+) -> Image.Image:
+    """Draw the picture of `render_picture`; data: also a series in memory, `show.notebook.EndState`."""
     if time is not None:
         time = validate.number("time", time)
     studio, limits = _opened(data, field, size, deformation_scale, obstacles, range, title, clip, colours)
     eye = _eye(studio, view, camera)
     index = len(data) - 1 if time is None else int(np.argmin(np.abs(data.times - time)))
-    picture = studio.picture(studio.frame(index), field, limits, eye)
+    return studio.picture(studio.frame(index), field, limits, eye)
+
+
+def stored_picture(picture: Image.Image, path: Path | str) -> None:
+    """Write a picture into a file. Raises `InputError` for a name or a place that cannot be written."""
+    path = _picture_name(path)
     with written_to(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         picture.save(unlinked(path))
-    return path
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base import stages
 from ...device.atomic_file import unlinked
 from .camera import Eye
 from .png import write_png
@@ -52,6 +53,7 @@ class Shots:
         shoot: called with each as well.
         """
         for index, path in enumerate(self._paths):
+            stages.say(f"drawing picture {index + 1} of {len(self._paths)}")
             early = self._early.pop(index, None)
             picture = self._drawn(index) if early is None else early
             self._waiting.append(self._pool.submit(write_png, unlinked(path), picture))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,11 +16,10 @@ from ...device.atomic_file import unlinked
 from ...results.files.vtkhdf import Frame, ResultData
 from ...scene.obstacles.base import direction as unit_of
 from .bodies import colour_number, names_of, own_limits, write_names
-from .camera import Camera, Eye, fitted
+from .camera import Camera, Eye, fitted, thin_normals, usual_direction
 from .colours import AWAY_FROM_ZERO, BACKGROUND, FIELD, SHADOWED, colour_map, tables
 from .labels import decorate, font, prefix_of, round_down, round_up, write_figures
-from .planes import Patch, read_planes
-from .solids import Pose, hides, outlined, read_solids, shaded
+from .scenery import Scenery, Signs, write_signs
 from .surface import Clip, clipped_surface
 from .triangles import Place, Triangles, draw, drawable, triad, union, window
 
@@ -30,6 +28,7 @@ if TYPE_CHECKING:
 
 
 SAMPLES = 2  # samples per pixel along one axis
+TOUCHING = 0.5  # cosine between the outward normal of a face and the force against it, from which on they touch
 DARK = 0.26  # share of the light that a shadow takes
 KEPT = 2**28  # bytes of frames that are kept in memory, so that a series is read from its file once
 
@@ -51,8 +50,7 @@ class Studio:
             raise InputError("deformation_scale", deformation_scale, "give a finite number")
         self.data, self.size, self.scale = data, (int(size[0]), int(size[1])), deformation_scale
         described = data.attributes.get("obstacles", ()) if obstacles is None else obstacles
-        self.planes, self.solids = read_planes(described), read_solids(described)
-        self.poses = [Pose.read(one, index) for index, one in enumerate(described) if one.get("kind") == "plane"]
+        self.scenery = Scenery(described)
         self._finished = data.attributes.get("reason", "finished") == "finished"
         self.title = str(data.attributes.get("title", "")) if title is None else title
         self.clip, self.wish = tuple(clip), colours
@@ -150,27 +148,26 @@ class Studio:
                 points.append(x[np.concatenate([along.argmin(axis=0), along.argmax(axis=0)])])
         return np.concatenate(points) if points else start
 
-    def camera(self, view: str, camera: Camera | None = None, frames: Iterable[Frame] | None = None) -> Eye:
-        """Place the eye so that body, in these frames or over the whole run, and contact plane fill the picture."""
+    def camera(
+        self,
+        view: str,
+        camera: Camera | None = None,
+        frames: Iterable[Frame] | None = None,
+        pushed: np.ndarray | None = None,
+    ) -> Eye:
+        """Place the eye so that body, in these frames or over the whole run, and contact plane fill the picture.
+
+        pushed: where there is no plane, the direction [3] in which the obstacles push, as the normal of a plane does.
+        """
         if view not in ("above", "below"):
             raise InputError("view", view, "use 'above' or 'below'")
-        up = self.planes[0][1] if self.planes else np.array([0.0, 0.0, 1.0])
+        up = self.scenery.planes[0][1] if self.scenery.planes else np.array([0.0, 0.0, 1.0])
         if camera is None:
-            first = np.eye(3)[np.argmin(np.abs(up))]
-            first = first - up * (first @ up)
-            first /= np.linalg.norm(first)
-            second = np.cross(up, first)
-            rise = math.radians(20 if view == "above" else -58)
-            turns = np.radians((-60 if view == "above" else -76) + 30 * np.arange(12))
-            ways = [math.cos(rise) * (math.cos(a) * first + math.sin(a) * second) + math.sin(rise) * up for a in turns]
+            start = self.positions(self.frame(0)) if len(self.data) else self.data.points[self.surface.nodes]
+            plates = thin_normals([start[nodes] for nodes in self.bodies])
             sides = [np.array(clip.normal) / np.linalg.norm(clip.normal) for clip in self.clip]
-            direction = max(
-                ways,
-                key=lambda way: (
-                    sum(float(normal @ way > 0.05) for _, normal in self.planes[1:])
-                    + sum(min(0.5, float(side @ way)) for side in sides)
-                ),
-            )
+            normal = up if self.scenery.planes or pushed is None else pushed
+            direction = usual_direction(view, normal, [wall for _, wall in self.scenery.planes[1:]], sides, plates)
         else:
             remedy = "give a tcontact.render.Camera"
             direction, up = unit_of("camera", camera.direction, remedy), unit_of("camera", camera.up, remedy)
@@ -180,47 +177,16 @@ class Studio:
         axes = np.array([right, np.cross(back, right), back])
 
         body = self.extent(self.frame(i) for i in range(len(self.data))) if frames is None else self.extent(frames)
-        seen, patches = [body], []
-        for number, (point, normal) in enumerate(self.planes):
-            patch = Patch.under(body, point, normal, shadowed=number == 0)
-            in_front = normal @ back > 0
-            patches.append((patch, in_front))
-            seen.append(patch.rim(0.72 if in_front else 0.8))
-        centre = 0.5 * (body.min(axis=0) + body.max(axis=0))
-        radius = 0.5 * float(np.linalg.norm(np.ptp(body, axis=0)))
-        times = self.data.times
-        for solid in self.solids:
-            for time in (times[0], times[-1]) if len(times) else (0.0,):
-                points, _ = solid.mesh(time, centre, radius)
-                seen.append(points[np.linalg.norm(points - centre, axis=1) < 1.3 * radius])
+        placed = self.scenery.around(body, back, self.data.times)
         u = self.unit
         left, top, width, height = 24 * u, 74 * u, self.size[0] - 146 * u, self.size[1] - 104 * u
         slope = 0.2  # tangent of half the opening angle: mild perspective
         focal = height / 2 / slope
-        position = fitted(np.concatenate(seen) @ axes.T, width / 2 / focal, slope) @ axes
-        empty = Triangles.plain(np.empty((0, 3, 3)), 0)
-        eye = Eye(position, axes, focal, (left + width / 2, top + height / 2), empty, None)
+        position = fitted(placed.shown() @ axes.T, width / 2 / focal, slope) @ axes
         fixed = triad(axes, 52 * u, self.size[1] - 52 * u, u)
-        hiding = [
-            hides(solid.mesh(times[0] if len(times) else 0.0, centre, radius), eye, body) for solid in self.solids
-        ]
-
-        def scenery(eye: Eye, time: float) -> Eye:
-            parts, shadow = [fixed], None
-            for number, ((patch, in_front), pose) in enumerate(zip(patches, self.poses, strict=True)):
-                there = patch.carried(pose, time)
-                parts.append(there.tiles(eye) if in_front else there.outline(eye, u))
-                if number == 0 and in_front:
-                    shadow = there.centre, np.cross(there.first, there.second)
-            for solid, hidden in zip(self.solids, hiding, strict=True):
-                mesh = solid.mesh(time, centre, radius)
-                parts.append(outlined(mesh, eye, u) if hidden else shaded(mesh, eye))
-            return replace(eye, fixed=Triangles.joined(parts), shadow=shadow, moving=None)
-
-        eye = replace(eye, fixed=fixed)
-        if any(one.pose.moves for one in self.solids) or any(pose.moves for pose in self.poses):
-            return replace(eye, moving=scenery)
-        return scenery(eye, 0.0)
+        distance = float((position - placed.centre) @ back)
+        eye = Eye(position, axes, focal, (left + width / 2, top + height / 2), fixed, None, distance=distance)
+        return placed.before(eye, u)
 
     def picture(self, frame: Frame, field: str, limits: tuple[float, float], eye: Eye, note: str = "") -> Image.Image:
         """Draw one frame."""
@@ -239,13 +205,14 @@ class Studio:
         values, nodal = self.values(frame, field)
         x = self.surface.spread(self.positions(frame))
         screen = eye.project(x)
-        body = self._body(x, screen, values, nodal, limits, eye)
+        force = frame.point_data.get("contact_force") if field == "contact_pressure" else None
+        body = self._body(x, screen, values, nodal, limits, eye, force)
         width, height = self.size
         chosen = colour_map(field, self.wish)
         colours = tables(chosen)
         darker = self._cast_shadow(self._fallen(x, eye))
         place = window([screen], [0], width, height)
-        floor, pixel_behind, scenery = self._scenery(eye.fixed, colours)
+        floor, pixel_behind, scenery = self._scenery(eye, colours)
         rows, columns = (slice(SAMPLES * part.start, SAMPLES * part.stop) for part in place)
         # cells that inverted have faces that look inward
         whole = self.scale == 1.0 and self._finished and isinstance(drawable(body.screen), slice)
@@ -288,12 +255,13 @@ class Studio:
             self._signed = scenery, signs, image.reshape(-1), (image != bare).any(axis=2)
         return None if self._signed[3][place].any() else self._signed[2]
 
-    def _scenery(self, fixed: Triangles, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return depth, pixel and picture of the scenery alone; it is drawn again only where it has moved.
+    def _scenery(self, eye: Eye, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return depth, pixel and picture of the scenery with its names; it is drawn again only where it has moved.
 
         Its depth is rounded down, so that a body at the same depth is seen. Its colours are those of all fields, as
         only bodies have the colours of the field.
         """
+        fixed = eye.fixed
         if self._behind is None or self._behind[0] is not fixed:
             depth, pixel = np.zeros_like(self.depth), np.zeros_like(self.pixel)
             width, height = self.size
@@ -302,6 +270,8 @@ class Studio:
             image = np.tile(np.array(BACKGROUND, np.uint8), width * height)
             every = slice(0, height), slice(0, width)
             self._resolve(every, pixel, np.zeros_like(pixel), np.zeros_like(self.shadow), image)
+            if eye.signs is not None:
+                image = self._signed_scenery(image, eye.signs)
             self._behind = fixed, np.nextafter(depth, np.float32(0.0)), pixel, image
         return self._behind[1:]
 
@@ -331,18 +301,36 @@ class Studio:
 
     def _seen(self, body: Triangles, eye: Eye) -> np.ndarray:
         """Return the number of the body that is seen at a pixel + 1 [height, width], 0 where none is."""
+        number = self.body_of_face[self.surface.face]
+        return self._numbered(body.screen, number, eye.fixed)
+
+    def _signed_scenery(self, image: np.ndarray, signs: Signs) -> np.ndarray:
+        """Return the picture of the scenery with the names of its obstacles."""
+        from PIL import Image
+
+        number = np.repeat(np.arange(len(signs.places)), [len(place.screen) for place in signs.places])
+        mask = self._numbered(np.concatenate([place.screen for place in signs.places]), number)
+        picture = Image.fromarray(image.reshape(self.size[1], self.size[0], 3))
+        write_signs(picture, signs, mask, self.unit, font(round(14 * self.unit)))
+        return np.array(picture).reshape(-1)
+
+    def _numbered(self, screen: np.ndarray, number: np.ndarray, others: Triangles | None = None) -> np.ndarray:
+        """Return the number of what is seen at a pixel + 1 [height, width], 0 where others are or nothing is seen.
+
+        screen [n,3,3]: triangles; number [n] of what each belongs to.
+        """
         width, height = self.size
-        number = self.body_of_face[self.surface.face] + 1
-        plain = Triangles.plain(body.screen, FIELD, np.where(number < 256, number / 255, 0.0)[:, None])
+        plain = Triangles.plain(screen, FIELD, np.where(number < 255, (number + 1) / 255, 0.0)[:, None])
+        scene = plain if others is None else Triangles.joined([plain, others])
         colours = np.zeros(3 * 256 * SHADOWED + 3 * 512, np.float32)
         colours[:768] = np.repeat(np.arange(256), 3)  # the other tables, those of the scenery, are black
-        scene, every = Triangles.joined([plain, eye.fixed]), (slice(0, height), slice(0, width))
+        every = slice(0, height), slice(0, width)
         draw(scene, width, every, 1, 0.0, colours, self.nothing, self.mask_depth, self.mask)
         return (self.mask & 255).reshape(height, width)
 
     def contact_face(self, path: Path, limits: tuple[float, float] | None = None) -> list[Path]:
         """Draw the key picture of a run that touched something; return [] where there is nothing to show."""
-        if "contact_pressure" not in self.data.point_fields or not (self.planes or self.solids):
+        if "contact_pressure" not in self.data.point_fields or not (self.scenery.planes or self.scenery.solids):
             return []
         forces = []
         for index in range(len(self.data)):
@@ -357,7 +345,9 @@ class Studio:
             factor, prefix = prefix_of(max(forces))
             force = f": {max(forces) / factor:.3g} {prefix}N"
         limits = limits or self.limits("contact_pressure")
-        eye = self.camera("below", frames=[frame])
+        push = frame.point_data["contact_force"].sum(axis=0) if "contact_force" in frame.point_data else np.zeros(3)
+        length = float(np.linalg.norm(push))
+        eye = self.camera("below", frames=[frame], pushed=push / length if length > 0.0 else None)
         self.picture(frame, "contact_pressure", limits, eye, f"largest contact force{force}").save(unlinked(path))
         return [path]
 
@@ -369,8 +359,13 @@ class Studio:
         nodal: bool,
         limits: tuple[float, float],
         eye: Eye,
+        force: np.ndarray | None,
     ) -> Triangles:
-        """Return the surface with its colours and its light; x [m], places [pixel]: its points and the quad centres."""
+        """Return the surface with its colours and its light; x [m], places [pixel]: its points and the quad centres.
+
+        force: contact force of all nodes [n, 3] [N], if the values are those of faces that it presses on, and 0 on
+        others of the same nodes.
+        """
         surface = self.surface
         level = (values - limits[0]) / (limits[1] - limits[0])
         level = np.nan_to_num(level, nan=0.0, posinf=1.0, neginf=0.0)
@@ -383,7 +378,10 @@ class Studio:
                     np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]),
                 ]
             )
-            normal = normal / np.linalg.norm(normal, axis=1)[:, None] @ eye.axes.T
+            normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+            if force is not None:
+                value[~self._pressed(normal, force)[surface.face]] = np.clip(limits[0] / (limits[0] - limits[1]), 0, 1)
+            normal = normal @ eye.axes.T
         key = np.array([-0.42, 0.72, 0.55])
         light = 0.74 + 0.18 * np.maximum(0.0, normal @ (key / np.linalg.norm(key))) + 0.2 * np.abs(normal[:, 2])
         light = np.nan_to_num(light, nan=0.7)[surface.face]
@@ -393,6 +391,14 @@ class Studio:
         ink = np.full(len(screen), 0.38 * min(1.0, max(0.0, (length - 2.5) / 9)))
         table = np.full(len(screen), FIELD, dtype=np.int32)
         return Triangles(screen, value, light, table, surface.edges, ink)
+
+    def _pressed(self, normal: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Tell of faces with outward normals [q+t, 3] whether the contact force of their nodes presses on them."""
+        surface = self.surface
+        of_node = force[surface.nodes]
+        total = np.concatenate([of_node[surface.quads].sum(axis=1), of_node[surface.triangles].sum(axis=1)])
+        against = -np.einsum("fi,fi->f", normal, total)
+        return np.asarray(against > TOUCHING * np.linalg.norm(total, axis=1))
 
     def _fallen(self, x: np.ndarray, eye: Eye) -> np.ndarray:
         """Return where on the screen [k,3] the points fall on the plane that catches the shadow; none without one."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ....base.errors import InputError
+from ....base.errors import InputError, hint
 
 
 def names() -> list[str]:
@@ -26,7 +26,8 @@ def names() -> list[str]:
 def load(name: str) -> ModuleType:
     """Return the problem's module. Raises `InputError` with the known names."""
     if name not in names():
-        raise InputError("case", name, "use one of " + ", ".join([*names(), "friction-layer", "hard-cases"]))
+        known = [*names(), "friction-layer", "hard-cases"]
+        raise InputError("case", name, hint(name, known) + "use one of " + ", ".join(known))
     return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
 
 

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ....base.stages import detail
 from .linear_solver import Direct, Krylov, NoSolution
 
 FLOOR = 1e-8  # a residual that stops falling counts as rounding below this share of the forces
@@ -30,7 +31,7 @@ class Equations(Protocol):
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings: rtol: residual over forces; iterations: maximum number; verbose: print every residual."""
+    """Settings: rtol: residual over forces; iterations: maximum number; verbose: log every residual."""
 
     rtol: float = 1e-12
     iterations: int = 15
@@ -66,7 +67,7 @@ def _iterate(
     size = before = first = float(np.abs(residual).max())
     for iteration in range(2 * settings.iterations if search else settings.iterations):
         if settings.verbose:
-            print(f"    newton {iteration}: residual {size / max(scale, 1e-300):.3e}")
+            detail(f"newton {iteration}: residual {size / max(scale, 1e-300):.3e}")
         stuck = iteration > 2 and size > 0.5 * before and size <= FLOOR * scale
         if size <= settings.rtol * scale or stuck:
             return Solution(d, iteration, size / max(scale, 1e-300))

@@ -5,6 +5,7 @@ Row n holds the level n and the forces of the step that ended there, those of mi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ....planning.body_plan import BodyPlan
 from ....planning.measured import Layout
 from ....results.smoothness import PressureRecord
 from ....scene.scene import Scene
+from ...explicit.stable_step import StableStep, StableSteps
 from ...sensors import Sensors, sensed
 from .body import ImplicitBody, Level, Taken
 from .newton import NotConverged
@@ -55,6 +57,7 @@ class ImplicitState:
     """Level and row of one body; displacement, velocity [n, 3]: its start, in the user's numbering."""
 
     rows_at_once = 1
+    touching = True
     viscous_force = None  # no viscous contact cells
 
     def __init__(
@@ -86,6 +89,10 @@ class ImplicitState:
             parts = scene, [plan], [number], np.zeros(1), layout, 1
             self.sensors = Sensors(*parts, None, self.start_velocity)
         self.views = [self]
+
+    def searches(self, steps: Sequence[StableStep]) -> StableSteps:
+        """Return the search for the stable step of an explicit scheme."""
+        return StableSteps(self.internal_force, steps)
 
     @property
     def trouble(self) -> str | None:

@@ -1,0 +1,275 @@
+"""The boundary nodes of a step on a GPU: load, kick, drift, prediction and static solve by one block of threads.
+
+After the loops over cells and ordinary nodes (device_step.py) one block takes the boundary nodes, with the functions of
+the CPU, whose loops its threads share (language/threads.py):
+
+    boundary block    contact load lambda_k = max(0, nu.(f_k - f_ext,k)); friction; kick and drift;
+                      x_K predicted   (METHOD 2 and 3)
+    pass              force of the contact cells at x_K, a thread per cell; then one block: residual, tangent where it
+                      is due, sweeps, x_K += B d; as often as the solve needs (static/control.py)
+
+Contact by penalty or impulses, and supports or springs without contact, have the boundary block alone, and no pass.
+Which of the launches does something is decided on the device (device_control.py).
+"""
+
+import functools
+
+from ..cells.device_cells import make_device_cell
+from ..contact.constraint_rows import hand_over, hand_over_friction
+from ..contact.contact_load import impulse_load, penalty_load
+from ..contact.friction import STEP, clear_work
+from ..contact.friction_laws import note_slip, set_coefficients
+from ..contact.kick_friction import kick_friction
+from ..contact.obstacle_rows import choose_candidates, fill_rows, obstacle_loads, smallest_gap
+from ..contact.obstacles import set_pose
+from ..engine import ti
+from ..lanes import BLOCK_THREADS, DEVICE_BLOCK, END_LANE, FIRST_LANE, GRAVITY, MAXIMUM_SLOTS, PART, PART_CELLS
+from ..language.bundles import ContactOptions
+from ..language.compile_options import LEAVE_TO_LLVM, compiled_with
+from ..language.signatures import Signature, kernel_of
+from ..language.threads import item, leader, meet, turns
+from ..nodes.boundary_nodes import damp, kick_and_drift, support_reactions
+from ..nodes.device_nodes import step_numbers
+from ..nodes.driven_supports import accelerate, move_on
+from ..nodes.springs import measure_springs, spring_forces
+from ..static.control import CONVERGED, MEASURE, NEXT, any_island
+from ..static.massless_contact import massless_load, move_out, predict
+from ..static.sliding import restart_slip, sliding_work
+from ..static.solve import make_resolve
+from .device_control import (
+    A_LOOK,
+    A_PASS,
+    DEVICE_CONTROL,
+    FIRST,
+    MOST,
+    NOTHING,
+    PASSES,
+    TAKEN,
+    WANTS,
+    row_of,
+    takes_step,
+    want_pass,
+)
+from .device_step import STEPS, make_loops
+
+CONTACT_STEPS = (*STEPS, "after")
+
+
+@ti.func
+def placed(
+    body: ti.template(), lists: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
+    ratio, fall, after, exact: ti.template(),
+):  # fmt: skip
+    """Predict the massless nodes, move them out of obstacles and ask for passes of the static solve.
+
+    after [s]: the step that begins, 0 at the start of a run.
+    """
+    if ti.static(contact.options.static_friction):
+        if leader(contact) == 1:
+            contact.friction[STEP] = after
+        if after == 0.0:
+            restart_slip(body, contact)
+    if ti.static(contact.options.obstacle_slots == MAXIMUM_SLOTS):
+        choose_candidates(obstacles, contact, body.u)
+    predict(body, contact, ratio, fall)
+    if ti.static(exact):
+        fill_rows(obstacles, rows, contact, body.u)
+        move_out(body, contact, rows)
+    if leader(contact) == 1:
+        want_pass(lists)
+
+
+@ti.func
+def contact_load(
+    body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
+    contact: ti.template(), system: ti.template(), before, after,
+):  # fmt: skip
+    """Fill the rows, and set and apply the contact force at the present positions."""
+    if ti.static(contact.options.model != "massless" and contact.options.obstacle_slots == MAXIMUM_SLOTS):
+        choose_candidates(obstacles, contact, body.u)
+    fill_rows(obstacles, rows, contact, body.u)
+    smallest_gap(obstacles, rows, contact, body.u)
+    if ti.static(contact.options.model == "massless"):
+        massless_load(body, boundary, contact, rows, None, system)
+    elif ti.static(contact.options.model == "penalty"):
+        penalty_load(contact, rows)
+    else:
+        impulse_load(body, boundary, contact, rows, ti.select(after > 0.0, 0.5 * (before + after), before))
+    hand_over(body, contact, rows)
+
+
+@ti.func
+def friction_load(
+    body: ti.template(), boundary: ti.template(), obstacles: ti.template(), rows: ti.template(),
+    contact: ti.template(), before, after, damped: ti.template(),
+):  # fmt: skip
+    """Sum up the work of friction in the step that ends, and apply the friction of the kick to the contact nodes."""
+    clear_work(contact)
+    if ti.static(contact.options.static_friction):
+        sliding_work(body, boundary, contact, rows, None)
+    if ti.static(contact.options.varied):
+        first = ti.select(before > 0.0, 0, 1)
+        set_coefficients(body, boundary, obstacles, rows, None, contact, 1, first, after)
+    if ti.static(contact.options.kick_friction):
+        kick_friction(body, boundary, contact, rows, obstacles, None, damped)
+        hand_over_friction(body, contact, rows)
+
+
+@functools.cache
+def make_device_contact_step(
+    kinds: tuple[tuple[str, str], ...], signature: Signature, threads: int, options: ContactOptions, exact: bool,
+    has_supports: bool, driven: bool, has_springs: bool, damped: str = "",
+):  # fmt: skip
+    """Return the step kernel of a domain with contact, memoised.
+
+    step(offer, commit, *CONTACT_STEPS, *arrays): offer: number of the step among those offered in its block; commit
+    and steps [s]: see `make_device_step`, after: the step that begins, 0 after the last row; options.model: "massless",
+    "penalty", "impulse", or "" without contact; exact: massless without a penalty;
+    has_supports: supports hold or move components; driven: functions of time move some of them;
+    has_springs: springs act on boundary nodes.
+    """
+    cell_loop, node_loop = make_loops(kinds, threads, damped, True)
+
+    @ti.func
+    def boundary_block(
+        offer: ti.template(), before: ti.template(), after: ti.template(), steps: ti.template(), body: ti.template(),
+        lists: ti.template(), boundary: ti.template(), supports: ti.template(), obstacles: ti.template(),
+        rows: ti.template(), contact: ti.template(), system: ti.template(),
+    ):  # fmt: skip
+        ti.loop_config(block_dim=BLOCK_THREADS)
+        for _ in range(BLOCK_THREADS):
+            if takes_step(lists) == 1:
+                number = row_of(lists, offer)
+                numbers = step_numbers(body, steps)
+                own = ti.static(body._replace(params=numbers))
+                if ti.static(driven):
+                    accelerate(own, boundary, supports, contact, number)
+                if ti.static(has_springs):
+                    spring_forces(own, boundary, contact, damped)
+                if ti.static(options.model != ""):
+                    contact_load(own, boundary, obstacles, rows, contact, system, before, after)
+                if ti.static(options.friction != ""):
+                    friction_load(own, boundary, obstacles, rows, contact, before, after, damped)
+                if ti.static(options.tracked):
+                    obstacle_loads(obstacles, rows, contact, None, own.u)
+                if ti.static(damped != ""):
+                    damp(own, boundary, contact, damped)
+                if ti.static(has_springs):
+                    measure_springs(own, boundary, contact)
+                if ti.static(has_supports):
+                    support_reactions(own, boundary, supports, contact)
+                kick_and_drift(own, boundary, contact, "")
+                if ti.static(driven):
+                    move_on(own, boundary, supports, contact, number)
+                if ti.static(options.varied and not options.static_friction):
+                    note_slip(own, boundary, obstacles, rows, None, contact)
+                meet(contact)
+                width = contact.sums.shape[0]
+                for turn in range(turns(contact, width)):
+                    j = item(contact, turn)
+                    lists.control[DEVICE_CONTROL + number * width + j] = contact.sums[j]
+                if leader(contact) == 1:
+                    lists.control[TAKEN] = number + 1.0
+                    if offer == 0:
+                        lists.control[MOST] = 0.0
+                if ti.static(options.posed):
+                    if after > 0.0:
+                        set_pose(obstacles, contact, number + 1)
+                if ti.static(options.model == "massless"):
+                    if after > 0.0:
+                        ratio = ti.select(before > 0.0, after / ti.max(before, 1e-300), 1.0)
+                        fall = 0.5 * after * (before + after) * ti.Vector([numbers[GRAVITY + j] for j in range(3)])
+                        placed(own, lists, obstacles, rows, contact, ratio, fall, after, exact)
+
+    @ti.func
+    def device_contact_step(
+        offer: ti.template(), commit: ti.template(), before: ti.template(), kick_before: ti.template(),
+        kick_after: ti.template(), drift: ti.template(), g0: ti.template(), g1: ti.template(), g2: ti.template(),
+        after: ti.template(), body: ti.template(), lists: ti.template(), boundary: ti.template(),
+        supports: ti.template(), obstacles: ti.template(), rows: ti.template(), contact: ti.template(),
+        system: ti.template(),
+    ):  # fmt: skip
+        steps = ti.static([kick_before, kick_after, drift, g0, g1, g2])
+        for i in ti.static(range(len(kinds))):
+            cell_loop(i, offer, commit, before, body, lists)
+        node_loop(offer, steps, body, lists)
+        boundary_block(offer, before, after, steps, body, lists, boundary, supports, obstacles, rows, contact, system)
+
+    parts = {"options": options, "driven": driven}
+    made = kernel_of(device_contact_step, signature, ("offer", "commit"), CONTACT_STEPS, **parts)
+    return compiled_with(made, **LEAVE_TO_LLVM)
+
+
+@functools.cache
+def make_device_start(signature: Signature, options: ContactOptions, exact: bool):
+    """Return the kernel that asks for a static solve at the start of a run, where nothing moves, memoised."""
+
+    @ti.func
+    def device_start(
+        body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
+        rows: ti.template(), contact: ti.template(), system: ti.template(),
+    ):  # fmt: skip
+        ti.loop_config(block_dim=BLOCK_THREADS)
+        for _ in range(BLOCK_THREADS):
+            placed(body, lists, obstacles, rows, contact, 0.0, ti.Vector.zero(ti.f64, 3), 0.0, exact)
+
+    return compiled_with(kernel_of(device_start, signature, options=options), **LEAVE_TO_LLVM)
+
+
+@functools.cache
+def make_device_pass(
+    kinds: tuple[tuple[str, str], ...], measured: tuple[int, ...], signature: Signature, threads: int,
+    options: ContactOptions, plain: bool,
+):  # fmt: skip
+    """Return the kernel of one pass of the static solve, memoised.
+
+    measured: the kinds, by number, that have contact cells; threads: of the loops over these; plain: every basis is the
+    identity.
+    """
+    cells = [make_device_cell(*kinds[i]) for i in measured]
+    resolve = make_resolve(kinds, options.block, plain, options.threads)
+    head = len(kinds) + 1
+
+    @ti.func
+    def surface_loop(n: ti.template(), body: ti.template(), lists: ti.template()):
+        ti.loop_config(block_dim=DEVICE_BLOCK)
+        for t in range(threads):
+            if lists.control[WANTS] == A_PASS:
+                surface = ti.static(lists._replace(parts=lists.contact_parts))
+                i = ti.static(measured[n])
+                at = head + PART * surface.parts[i]
+                end = surface.parts[head + PART * (surface.parts[i + 1] - 1) + END_LANE]
+                for turn in range((end - t + threads - 1) // threads):
+                    lane = t + turn * threads
+                    while lane >= surface.parts[at + END_LANE]:
+                        at += PART
+                    cell = lane - surface.parts[at + FIRST_LANE]
+                    if cell < surface.parts[at + PART_CELLS]:
+                        cells[n](body, surface, at, cell, 0.0, 0)
+
+    @ti.func
+    def device_pass(
+        body: ti.template(), lists: ti.template(), boundary: ti.template(), obstacles: ti.template(),
+        rows: ti.template(), contact: ti.template(), pairs: ti.template(), system: ti.template(),
+    ):  # fmt: skip
+        for n in ti.static(range(len(cells))):
+            surface_loop(n, body, lists)
+        ti.loop_config(block_dim=BLOCK_THREADS)
+        for _ in range(BLOCK_THREADS):
+            if lists.control[WANTS] == A_PASS:
+                first = ti.cast(lists.control[FIRST], ti.i32)
+                fill_rows(obstacles, rows, contact, body.u)
+                if ti.static(options.varied and options.static_friction):
+                    here = contact.friction[STEP]
+                    set_coefficients(body, boundary, obstacles, rows, None, contact, 0, 0, here)
+                resolve(body, boundary, contact, rows, None, pairs, system, None, first)
+                if leader(contact) == 1:
+                    passes = lists.control[PASSES] + 1.0
+                    lists.control[FIRST] = 0.0
+                    lists.control[PASSES] = passes
+                    lists.control[MOST] = ti.max(lists.control[MOST], passes)
+                    if any_island(system.stats, NEXT, MEASURE) == 0:
+                        failed = any_island(system.stats, CONVERGED, 0.0)
+                        lists.control[WANTS] = ti.select(failed == 1, A_LOOK, NOTHING)
+
+    return compiled_with(kernel_of(device_pass, signature, options=options), **LEAVE_TO_LLVM)

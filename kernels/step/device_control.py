@@ -1,0 +1,35 @@
+"""Numbers on the device that decide what the launches of a block of steps do, so that the host need not look.
+
+The host offers steps and passes of the static solve; the device takes an offer if it is its turn. A step is taken where
+the last solve has ended (WANTS = NOTHING), a pass where one goes on (A_PASS). A solve that needs more passes than one
+step offers takes those of the next step, whose own launches then do nothing. A solve that did not converge (A_LOOK)
+lets nothing more happen. Behind these numbers stand the sums of the boundary nodes, a row for every step of the block.
+"""
+
+from ..engine import ti
+
+# what is next; steps taken in this block; 1: the next pass is the first one of its step; passes of this step so far;
+# largest number of passes of a step in this block
+WANTS, TAKEN, FIRST, PASSES, MOST = 0, 1, 2, 3, 4
+DEVICE_CONTROL = 5
+NOTHING, A_PASS, A_LOOK = 0.0, 1.0, 2.0
+
+
+@ti.func
+def takes_step(lists: ti.template()):
+    """Return 1 if the device takes the step that is offered, else 0."""
+    return ti.select(lists.control[WANTS] == NOTHING, 1, 0)
+
+
+@ti.func
+def row_of(lists: ti.template(), offer):
+    """Return the row of the step that is taken; offer: its number among those offered in this block."""
+    return ti.select(offer == 0, 0, ti.cast(lists.control[TAKEN], ti.i32))
+
+
+@ti.func
+def want_pass(lists: ti.template()):
+    """Ask for the passes of a static solve."""
+    lists.control[WANTS] = A_PASS
+    lists.control[FIRST] = 1.0
+    lists.control[PASSES] = 0.0

@@ -1,0 +1,63 @@
+"""The ranks of a run: how many processes an MPI launcher has started, and their communicator.
+
+A launcher says it in the environment of the processes, so that nothing of MPI is imported without one.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from ..base.errors import InputError
+
+# number of processes and number of this one: MPICH and Intel MPI, Open MPI
+VARIABLES = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
+
+
+def launched() -> tuple[int, int]:
+    """Return the number of processes that an MPI launcher has started, and the number of this one; (1, 0) without."""
+    for size, rank in VARIABLES:
+        count, own = os.environ.get(size, ""), os.environ.get(rank, "")
+        if count.isdigit() and own.isdigit() and int(count) > 1:
+            return int(count), int(own)
+    return 1, 0
+
+
+def is_first_rank() -> bool:
+    """Return whether this process is the first of those that `mpiexec` has started, or the only one.
+
+    A run on several ranks returns the same `Result` on all of them: let the first one print, draw and write.
+    """
+    return launched()[1] == 0
+
+
+def check_single(what: str) -> None:
+    """Refuse what takes one process where a launcher has started several. Raises `InputError`."""
+    count, _ = launched()
+    if count > 1:
+        raise InputError("ranks", count, f"{what} takes one process in this version; start it without mpiexec")
+
+
+def communicator() -> Any:
+    """Return the communicator of all processes, None for a single one.
+
+    Raises `InputError` if mpi4py or its MPI library is missing, or belongs to another MPI than the launcher.
+    """
+    count, _ = launched()
+    if count == 1:
+        return None
+    try:
+        import mpi4py
+
+        mpi4py.rc.thread_level = "funneled"
+        from mpi4py import MPI
+    except ImportError as error:
+        raise InputError("ranks", count, "they need mpi4py; pip install 'tcontact[mpi]'") from error
+    except RuntimeError as error:  # mpi4py is there, but finds no library
+        remedy = f"mpi4py finds no MPI library ({error}); install one, or pip install mpich"
+        raise InputError("ranks", count, remedy) from error
+    world = MPI.COMM_WORLD
+    if world.Get_size() != count:
+        found = f"mpi4py sees {world.Get_size()} processes: its MPI is not that of the launcher"
+        raise InputError("ranks", count, f"{found}; use the mpiexec of {MPI.Get_library_version().split()[0]}")
+    return world

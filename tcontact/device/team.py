@@ -1,0 +1,114 @@
+"""The processes of a run on several ranks: numbers that all of them need, and errors that end all of them.
+
+Every rank calls the same methods in the same order. Sums add the parts in the order of the ranks on every rank, so that
+all ranks take the same decisions from equal bits; MPI does not promise that of its own reductions.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..base.errors import InputError, OutputError
+from . import ranks
+from .exchange import Exchange
+
+Value = TypeVar("Value")
+
+
+def team() -> Team | None:
+    """Return the ranks that a launcher has started, None for a single process.
+
+    From then on an `InputError` or `OutputError` that ends all ranks is printed by the first one alone.
+    Raises `InputError` as `ranks.communicator`.
+    """
+    world = ranks.communicator()
+    if world is None:
+        return None
+    found = Team(world)
+    before = sys.excepthook if getattr(sys.excepthook, "of_ranks", None) is None else sys.excepthook.of_ranks  # type: ignore[attr-defined]
+
+    def once(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+        together = issubclass(kind, (InputError, OutputError))
+        if found.leads or not together:
+            before(kind, error, trace)
+            sys.stderr.flush()
+        if together:
+            world.Barrier()  # a rank that ends with an error ends the others: the message goes first
+
+    once.of_ranks = before  # type: ignore[attr-defined]
+    sys.excepthook = once
+    return found
+
+
+class Team:
+    """The ranks of a communicator of mpi4py; rank: number of this one; size: their number."""
+
+    def __init__(self, comm: Any) -> None:
+        self.comm, self.rank, self.size = comm, int(comm.Get_rank()), int(comm.Get_size())
+        self._exchanges: list[Exchange] = []
+
+    def exchange(self, shared: Sequence[tuple[int, np.ndarray]]) -> Exchange:
+        """Return an exchange of the values at shared rows, see `Exchange`."""
+        self._exchanges.append(Exchange(self.comm, shared))
+        return self._exchanges[-1]
+
+    def free(self) -> None:
+        """Give back what MPI holds for the exchanges."""
+        for one in self._exchanges:
+            one.free()
+        self._exchanges = []
+
+    @property
+    def leads(self) -> bool:
+        """Return whether this is the first rank, which has the contact and writes the files."""
+        return self.rank == 0
+
+    def gathered(self, values: np.ndarray) -> np.ndarray:
+        """Return values [..], of one shape on all ranks, of every rank [ranks, ..]."""
+        own = np.array(values, dtype=np.float64, order="C")
+        found = np.empty((self.size, *own.shape))
+        self.comm.Allgather(own, found)
+        return found
+
+    def joined(self, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Return the rows of all ranks, one rank after the other; counts [ranks]: number of rows of each."""
+        own = np.ascontiguousarray(values, dtype=np.float64)
+        found = np.empty((int(counts.sum()), *own.shape[1:]))
+        width = int(np.prod(own.shape[1:], dtype=np.int64))
+        self.comm.Allgatherv(own, [found, [int(count) * width for count in counts]])
+        return found
+
+    def total(self, value: float) -> float:
+        """Return the sum of a number over the ranks, in their order."""
+        return float(sum(self.gathered(np.array(value)).tolist()))
+
+    def largest(self, value: Any) -> Any:
+        """Return the largest value of every number [..] over the ranks."""
+        found = self.gathered(np.asarray(value)).max(axis=0)
+        return float(found) if np.ndim(value) == 0 else found
+
+    def smallest(self, value: float) -> float:
+        """Return the smallest value of a number over the ranks."""
+        return float(self.gathered(np.array(value)).min())
+
+    def any(self, condition: bool) -> bool:
+        """Return whether a condition holds on some rank."""
+        return self.largest(float(condition)) > 0.0
+
+    def from_first(self, value: Value) -> Value:
+        """Return what the first rank has; the other ranks give anything."""
+        return self.comm.bcast(value)
+
+    def first_of(self, value: Value | None) -> Value | None:
+        """Return the value of the lowest rank that has one; None where no rank has."""
+        return next((one for one in self.comm.allgather(value) if one is not None), None)
+
+    def agree(self, error: Exception | None) -> None:
+        """Raise the error of the lowest rank that has one, on every rank."""
+        found = self.first_of(error)
+        if found is not None:
+            raise error if error is not None and type(error) is type(found) else found

@@ -1,0 +1,218 @@
+"""The part of a body that one rank has: the same body with fewer cells, in the numbering of a mesh of its own.
+
+    a_i = (w_i - sum_r f_i^r) / m_i,       f_i^r: force of the cells of part r
+
+A node on a cut has a copy in every part with a cell at it, and there it is a boundary node, whose force other ranks add
+to. Every copy has the whole mass m_i and weight w_i of the node, adds the forces of all ranks in one order, and so
+moves with the bits of all others; the ledger counts the copy of the lowest rank alone. What acts on a body (contact,
+loads, springs, rigid parts, driven supports) acts on nodes that the first rank alone has, so that its lists are those
+of the whole plan in another numbering; components that are held at a constant velocity may be on any rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from ...mesh.mesh import Mesh
+from ...mesh.parts import part_of
+from ...scene.body import Body
+from ...scene.cell_blocks import blocks_of
+from ...scene.periodic import Images
+from ..applied_loads import loaded_nodes
+from ..body_plan import BodyPlan, ContactPlan
+from ..lumped_mass import NodeMasses
+from ..packing import inverse, lanes_apart, renumbered
+from .parts import Part
+
+ACTING = ("supports", "loads", "point_masses", "springs", "probes", "rigid_parts")
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPart:
+    """What one rank has of a body.
+
+    whole: plan of the whole body; part: its cells and nodes in the mesh; plan: of the part, None without cells of the
+    body, whose `lumped` is that of its own cells; nodes [n]: numbers of the nodes of `plan` in `whole`, ascending;
+    shared: for every other rank with copies, ascending, the boundary nodes [k] of `plan`, in the order of both; mass
+    [n] [kg]: whole mass of its nodes.
+    """
+
+    whole: BodyPlan
+    part: Part
+    plan: BodyPlan
+    nodes: np.ndarray
+    shared: tuple[tuple[int, np.ndarray], ...]
+    mass: np.ndarray
+
+
+def acting_nodes(plan: BodyPlan, tied: np.ndarray) -> np.ndarray:
+    """Return the nodes [k] of the mesh, ascending, that the first rank must have.
+
+    Something acts on them beside the cells, constant gravity and supports that no function of time drives.
+    tied: nodes of the mesh that springs of the scene connect.
+    """
+    body, inside = plan.body, np.zeros(len(plan.reference), dtype=bool)
+    rows = np.setdiff1d(np.arange(len(plan.boundary)), _plainly_held(plan))
+    inside[plan.boundary[rows]] = True
+    if plan.contact is not None:
+        inside[plan.contact.all_nodes] = True
+        if plan.contact.graph is not None:
+            inside[plan.cells[plan.contact.graph.cells]] = True
+    found = [plan.node_order[inside], tied, loaded_nodes(body)]
+    found += [body.mesh.nodes_of(point.set) for point in body.point_masses]
+    for probe in body.probes:
+        if probe.facts.of_cells:
+            found.append(body.mesh.cells[probe.cells(body.mesh)].reshape(-1))
+        else:
+            found.append(probe.nodes(body.mesh))
+    return np.unique(np.concatenate(found)).astype(np.int64)
+
+
+def _plainly_held(plan: BodyPlan) -> np.ndarray:
+    """Return the boundary nodes with supports that no function of time drives, and with their ordinary mass."""
+    ordinary = plan.lumped[plan.boundary][:, None, None] * np.eye(3)
+    same = (plan.tensors == ordinary).all(axis=(1, 2))
+    held = np.setdiff1d(plan.support_rows, plan.support_rows[plan.driven >= 0])
+    held = held[same[held]]
+    if plan.images is not None:
+        held = held[~np.isin(plan.boundary[held], plan.images.members)]
+    for rigid in plan.rigid:
+        held = np.setdiff1d(held, rigid.nodes)
+    return held
+
+
+def body_part(plan: BodyPlan, part: Part, acts: bool) -> BodyPart:
+    """Return what one rank has of a planned body; acts: it has all nodes on which something acts."""
+    body = _part_of_body(plan.body, part, acts)
+    nodes = np.sort(plan.place[part.nodes])
+    node_order = np.searchsorted(part.nodes, plan.node_order[nodes])
+    place, number = inverse(node_order), np.full(len(plan.reference), -1, dtype=np.int64)
+    number[nodes] = np.arange(len(nodes))
+    touching = np.zeros(0, dtype=np.int64)
+    if acts and plan.contact is not None and plan.contact.graph is not None:
+        touching = np.searchsorted(part.cells, plan.cell_order[plan.contact.graph.cells])
+    kept = plan.cell_order[np.isin(plan.cell_order, part.cells, assume_unique=True)]
+    cell_order = _cell_order(body, np.searchsorted(part.cells, kept), place, touching)
+    lumped = plan.lumped[nodes].copy()
+    copies = np.sort(place[part.copies])
+    lumped[copies] = NodeMasses(body).total[node_order[copies]]
+    images = None
+    mass = plan.lumped if plan.images is None else plan.images.total(plan.lumped)
+    if acts and plan.images is not None:
+        images = Images(number[plan.images.master[nodes]], plan.images.period)
+    kept_rows = np.flatnonzero(number[plan.boundary] >= 0)  # those of the whole plan, in their order
+    old = number[plan.boundary[kept_rows]]
+    more = np.setdiff1d(copies, old)
+    boundary = np.concatenate([old, more])
+    own = mass[nodes[more]][:, None, None] * np.eye(3)
+    row_of = np.full(len(plan.boundary), -1, dtype=np.int64)
+    row_of[kept_rows] = np.arange(len(kept_rows))
+    counted = part.owner[node_order] == part.rank  # the reaction of a support is that of one copy
+    mine = row_of[plan.support_rows] >= 0
+    mine[mine] = counted[boundary[row_of[plan.support_rows[mine]]]]
+    found = replace(
+        plan,
+        body=body,
+        node_order=node_order,
+        cell_order=cell_order,
+        reference=plan.reference[nodes],
+        cells=renumbered(place, body.mesh.cells, cell_order),
+        lumped=lumped,
+        boundary=boundary,
+        tensors=np.concatenate([plan.tensors[kept_rows], own]),
+        inverses=np.concatenate([plan.inverses[kept_rows], _inverted(own)]),
+        loads=np.concatenate([plan.loads[kept_rows], own @ plan.gravity]),
+        support_rows=row_of[plan.support_rows[mine]],
+        support_axes=plan.support_axes[mine],
+        speeds=plan.speeds[mine],
+        driven=plan.driven[mine],
+        rigid=tuple(replace(one, nodes=row_of[one.nodes]) for one in plan.rigid) if acts else (),
+        contact=_contact(plan.contact, number, inverse(cell_order)[touching]) if acts else None,
+        images=images,
+    )
+    row = np.full(len(nodes), -1, dtype=np.int64)
+    row[boundary] = np.arange(len(boundary))
+    shared = tuple((other, row[place[places]]) for other, places in part.shared)
+    return BodyPart(plan, part, found, nodes, shared, mass[nodes])
+
+
+def _inverted(mass: np.ndarray) -> np.ndarray:
+    """Return the inverse of mass tensors [k, 3, 3] of ordinary nodes."""
+    return np.eye(3) / mass[:, 0, :1, None]
+
+
+def no_part(plan: BodyPlan, rank: int) -> BodyPart:
+    """Return the part of a rank without cells of the body: its plan has no nodes."""
+    none = np.zeros(0, dtype=np.int64)
+    empty = {name: getattr(plan, name)[:0] for name in ("node_order", "cell_order", "reference", "cells", "lumped")}
+    empty |= {name: getattr(plan, name)[:0] for name in ("boundary", "tensors", "inverses", "loads", "speeds")}
+    empty |= dict.fromkeys(("support_rows", "support_axes", "driven"), none)
+    found = replace(plan, **empty, contact=None, images=None, rigid=())
+    found.__dict__["blocks"] = ()  # those of its body are the blocks of the whole mesh
+    return BodyPart(plan, Part(rank, none, none, none, ()), found, none, (), np.zeros(0))
+
+
+def _part_of_body(body: Body, part: Part, acts: bool) -> Body:
+    """Return the body with the cells of a part; its checks are those of the whole body, which has passed them."""
+    mesh, nodes = body.mesh, part.nodes
+    node_sets, face_sets = (dict(own) if acts else {} for own in (mesh.node_sets, mesh.face_sets))
+    smaller = Mesh(**part_of(mesh.nodes, mesh.blocks, node_sets, face_sets, dict(mesh.cell_sets), part.cells))
+    given = {field.name: getattr(body, field.name) for field in fields(Body)}
+    given |= {"mesh": smaller, "velocity": body.initial_velocity[nodes]}
+    given |= {"displacement": body.initial_displacement[nodes]}
+    if isinstance(body.material, Mapping):
+        given["material"] = {name: one for name, one in body.material.items() if name in smaller.cell_sets}
+    number = np.full(mesh.node_count, -1, dtype=np.int64)
+    number[nodes] = np.arange(len(nodes))
+    motions, known = body.motions
+    faces, images = number[body.contact_faces], None
+    if acts and body.images is not None:
+        images = Images(number[body.images.master[nodes]], body.images.period)
+    if not acts:
+        given |= dict.fromkeys(ACTING, ()) | dict.fromkeys(("contact", "periodic"))
+        motions, known = np.broadcast_to(np.nan, mesh.nodes.shape), ()
+        faces = np.zeros((0, body.contact_faces.shape[1]), dtype=np.int64)
+    result = object.__new__(Body)
+    result.__dict__.update(given)
+    result.__dict__.update(
+        contact_faces=faces,
+        images=images,
+        motions=(motions[nodes], known),
+        initial_velocity=given["velocity"],
+        initial_displacement=given["displacement"],
+        spring_speed=body.spring_speed,
+        blocks=blocks_of(smaller, given["material"], given["formulation"]),
+    )
+    return result
+
+
+def _cell_order(body: Body, order: np.ndarray, place: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """Return the cells of a part block after block, in this order [m]; tetrahedra as in planning.py.
+
+    place [n]: number of every node in the plan; touching [c]: contact cells, which keep their order.
+    """
+    rank, contact = np.zeros(len(order), dtype=np.int64), np.zeros(len(order), dtype=bool)
+    for number, block in enumerate(body.blocks):
+        rank[block.numbers] = number
+    contact[touching] = True
+    found = []
+    for number, block in enumerate(body.blocks):
+        own = order[rank[order] == number]
+        free, held = own[~contact[own]], own[contact[own]]
+        if block.kind == "tet4" and len(free):
+            free = free[lanes_apart(place[body.mesh.cells[free, : block.facts.corners]])]
+        found.append(np.concatenate([free, held]) if block.kind == "tet4" else own)
+    return np.concatenate(found)
+
+
+def _contact(contact: ContactPlan | None, number: np.ndarray, cells: np.ndarray) -> ContactPlan | None:
+    """Return contact lists in the numbering of a part; number [n]: of every node there; cells [c]: contact cells."""
+    if contact is None:
+        return None
+    graph = contact.graph
+    if graph is not None:
+        graph = replace(graph, nodes=number[graph.nodes], cells=cells)
+    return replace(contact, nodes=number[contact.nodes], all_nodes=number[contact.all_nodes], graph=graph)

@@ -1,0 +1,176 @@
+"""Cut a mesh into parts of equal work, the cells of the contact face first.
+
+A step lasts as long as the largest number of cells of a rank plus the largest contact work of a rank, because the
+static solve keeps the contact ranks in lock step. With c contact cells of extra work w among m cells and P ranks, the
+fewest contact ranks whose contact work fits into the mean work of a rank are
+
+    q = c (1 + w) / ((m + w c)/P), rounded up, at least 1 and at most P.
+
+The contact cells are cut into q equal patches, every patch takes layers of cells behind it until its rank has the mean
+work, and the remaining cells are cut into P - q parts. METIS (Karypis and Kumar 1998) cuts patches and remaining cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...mesh.geometry import Blocks, IntArray, cell_face_keys, cells_at
+
+EXTRA_WORK = {"normal": 4.0, "full": 7.0}  # work of a contact cell beside its own pass, in passes of a cell
+UNBALANCE = 10  # thousandths by which METIS may miss equal parts
+
+
+def cut_cells(
+    blocks: Blocks, node_count: int, ranks: int, contact_nodes: Sequence[int] | IntArray = (), extra: float = 0.0
+) -> IntArray:
+    """Return the rank [m] of every cell.
+
+    blocks: kinds of cells with their nodes, as `Mesh.blocks`; ranks: number of parts; contact_nodes: nodes that the
+    static solve moves; extra: work of a cell there beside its own pass (`EXTRA_WORK`).
+    Raises `InputError` if there are fewer cells than ranks, `ImportError` without pymetis.
+    """
+    count = sum(len(cells) for _, cells in blocks)
+    if not 1 <= ranks <= count:
+        raise InputError("ranks", ranks, f"the mesh has {count} cells; start at least 1 and at most {count} ranks")
+    if ranks == 1:
+        return np.zeros(count, dtype=np.int64)
+    graph = CellGraph.of(blocks, node_count)
+    contact = _contact_cells(blocks, node_count, contact_nodes)
+    mean = (count + extra * len(contact)) / ranks
+    patches = int(np.clip(np.ceil(len(contact) * (1.0 + extra) / mean - 1e-9), 1, ranks)) if len(contact) else 0
+    patches = min(patches, len(contact))
+    rank = np.full(count, -1, dtype=np.int64)
+    if patches:
+        rank[contact] = graph.within(contact).cut(patches)
+        weight = np.ones(count)
+        weight[contact] += extra
+        _grow(graph, rank, weight, patches, mean if patches < ranks else np.inf)
+    rest = np.flatnonzero(rank < 0)
+    if len(rest) and patches < ranks:
+        rank[rest] = patches + graph.within(rest).cut(ranks - patches)
+    rank[rank < 0] = patches - 1  # pieces of a mesh that no patch touches
+    return _without_empty(rank, ranks)
+
+
+def cut_beside(blocks: Blocks, node_count: int, ranks: int, together: IntArray, extra: float = 0.0) -> IntArray:
+    """Return the rank [m] of every cell; the first rank has all cells `together` [c], and layers of cells behind them.
+
+    blocks: kinds of cells with their nodes, as `Mesh.blocks`; extra: work of the first rank beside its cells, in passes
+    of a cell. Raises `InputError` if too few cells are left for the other ranks, `ImportError` without pymetis.
+    """
+    count = sum(len(cells) for _, cells in blocks)
+    if not len(together):
+        return cut_cells(blocks, node_count, ranks)
+    if count - len(together) < ranks - 1:
+        text = f"{len(together)} of {count} cells touch contact faces, supports or loads, and stay on the first rank;"
+        raise InputError("ranks", ranks, f"{text} start at most {count - len(together) + 1} ranks, or refine the mesh")
+    rank = np.full(count, -1, dtype=np.int64)
+    rank[together] = 0
+    if ranks > 1:
+        graph, weight = CellGraph.of(blocks, node_count), np.ones(count)
+        weight[together] += extra / len(together)
+        limit = min((count + extra) / ranks, count - (ranks - 1) + extra)
+        _grow(graph, rank, weight, 1, limit)
+        rest = np.flatnonzero(rank < 0)
+        rank[rest] = 1 + _without_empty(graph.within(rest).cut(ranks - 1), ranks - 1)
+    return rank
+
+
+class CellGraph:
+    """Cells that share a face: the neighbours of cell c are near[start[c] : start[c + 1]], ascending."""
+
+    def __init__(self, start: IntArray, near: IntArray) -> None:
+        self.start, self.near = start, near
+
+    @classmethod
+    def of(cls, blocks: Blocks, node_count: int) -> CellGraph:
+        """Make the graph of the cells of a mesh."""
+        keys = np.concatenate([cell_face_keys(cells, kind, node_count) for kind, cells in blocks])
+        owners, first = [], 0
+        for kind, cells in blocks:
+            faces = len(cell_face_keys(cells[:1], kind, node_count))
+            owners.append(np.repeat(np.arange(first, first + len(cells)), faces))
+            first += len(cells)
+        owner = np.concatenate(owners)
+        order = np.argsort(keys, kind="stable")
+        twice = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+        return cls.from_pairs(owner[order[twice]], owner[order[twice + 1]], first)
+
+    @classmethod
+    def from_pairs(cls, left: IntArray, right: IntArray, count: int) -> CellGraph:
+        """Make the graph of `count` cells from pairs of neighbours, each given once."""
+        rows, near = np.concatenate([left, right]), np.concatenate([right, left])
+        order = np.lexsort((near, rows))
+        return cls(np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))]), near[order])
+
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """Return all pairs of neighbours, each once, the lower number first."""
+        rows = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+        once = rows < self.near
+        return rows[once], self.near[once]
+
+    def within(self, chosen: IntArray) -> CellGraph:
+        """Return the graph of some cells, in their order."""
+        place = np.full(len(self.start) - 1, -1, dtype=np.int64)
+        place[chosen] = np.arange(len(chosen))
+        left, right = (place[part] for part in self.pairs())
+        inside = (left >= 0) & (right >= 0)
+        return CellGraph.from_pairs(left[inside], right[inside], len(chosen))
+
+    def near_of(self, cells: IntArray) -> IntArray:
+        """Return the neighbours of some cells, ascending."""
+        lengths = self.start[cells + 1] - self.start[cells]
+        shift = np.repeat(self.start[cells] - np.concatenate([[0], np.cumsum(lengths)[:-1]]), lengths)
+        return np.unique(self.near[np.arange(int(lengths.sum())) + shift])
+
+    def cut(self, parts: int) -> IntArray:
+        """Return the part [cells] of every cell: equal parts, few neighbours between them."""
+        if parts == 1:
+            return np.zeros(len(self.start) - 1, dtype=np.int64)
+        import pymetis
+
+        options = pymetis.Options(ufactor=UNBALANCE, seed=1)
+        graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32))
+        _, found = pymetis.part_graph(parts, graph, options=options, recursive=True)
+        return np.asarray(found, dtype=np.int64)
+
+
+def _contact_cells(blocks: Blocks, node_count: int, contact_nodes: Sequence[int] | IntArray) -> IntArray:
+    marked = np.zeros(node_count, dtype=bool)
+    marked[np.asarray(contact_nodes, dtype=np.int64)] = True
+    found, first = [], 0
+    for _, cells in blocks:
+        found.append(cells_at(marked, cells) + first)
+        first += len(cells)
+    return np.concatenate(found)
+
+
+def _grow(graph: CellGraph, rank: IntArray, weight: np.ndarray, patches: int, limit: float) -> None:
+    """Give the patches layers of cells behind them, in place, until each has the work `limit` or no neighbours."""
+    work = np.bincount(rank[rank >= 0], weights=weight[rank >= 0], minlength=patches)
+    edge = [np.flatnonzero(rank == patch) for patch in range(patches)]
+    growing = [patch for patch in range(patches) if work[patch] + 1.0 <= limit]
+    while growing:
+        patch = min(growing, key=lambda one: (work[one], one))
+        layer = graph.near_of(edge[patch])
+        layer = layer[rank[layer] < 0]
+        room = int(min(len(layer), limit - work[patch]))
+        edge[patch] = layer[:room]
+        rank[edge[patch]] = patch
+        work[patch] += weight[edge[patch]].sum()
+        if room == 0 or room < len(layer):
+            growing.remove(patch)
+
+
+def _without_empty(rank: IntArray, ranks: int) -> IntArray:
+    """Give every rank at least one cell, taken from the largest part."""
+    size = np.bincount(rank, minlength=ranks)
+    for empty in np.flatnonzero(size == 0):
+        largest = int(size.argmax())
+        cell = np.flatnonzero(rank == largest)[-1]
+        rank[cell] = empty
+        size[largest], size[empty] = size[largest] - 1, 1
+    return rank

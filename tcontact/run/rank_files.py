@@ -1,0 +1,125 @@
+"""Frames and checkpoints of a run on several ranks: all gather, the first one writes the frames, each its checkpoints.
+
+A checkpoint is a file of every rank, those of the first one in the folder of the run, those of the others below it in
+`checkpoint-ranks`. All are of the same row: `latest_of_all` finds the last one that every rank has whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InputError, OutputError
+from ..device.team import Team
+from ..results.files.vtkhdf import ResultData
+from .checkpoint import store
+from .checkpoint.keeper import Keeper
+from .recorder import FILE, Recorder
+from .snapshot import Snapshot
+
+
+class RankRecorder(Recorder):
+    """The recorder of every rank: all gather the fields, the first one writes them."""
+
+    team: Team
+
+    def frame(self, time: float, snapshot: Snapshot) -> None:
+        """Append the state at `time` [s]. Raises `OutputError` on all ranks."""
+        self._together(lambda: super(RankRecorder, self).frame(time, snapshot))
+
+    def settle(self) -> None:
+        """Wait until every frame is in the file. Raises `OutputError` on all ranks."""
+        self._together(super().settle)
+
+    def close(self, history: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+        """Store the history and the scalars of the run, and close the file. Raises `OutputError` on all ranks."""
+        self._together(lambda: super(RankRecorder, self).close(history, attributes))
+
+    def _together(self, write: Callable[[], None]) -> None:
+        error: OutputError | None = None
+        try:
+            write()
+        except OutputError as found:
+            error = found
+        self.team.agree(error)
+
+
+class NoFile:
+    """The result file of the ranks that write none; it counts the frames, `count` of them at the start."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def __len__(self) -> int:
+        return self.count
+
+    def append(self, *_fields: Any) -> None:
+        """Drop a frame."""
+        self.count += 1
+
+    def sync(self) -> None:
+        """Do nothing."""
+
+    def write_history(self, _history: Any) -> None:
+        """Drop the history."""
+
+    def write_attributes(self, _attributes: Any) -> None:
+        """Drop the attributes."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class SilentRecorder(RankRecorder):
+    """The recorder of a rank that writes nothing."""
+
+    def _opened(self, frames: int | None, *_given: Any) -> Any:
+        return NoFile(frames or 0)
+
+
+class RankKeeper(Keeper):
+    """The checkpoints of a rank; the first one decides when all write theirs."""
+
+    team: Team
+
+    def due(self, row: int, stopping: bool, ended: bool) -> bool:
+        """Return whether a checkpoint is due on all ranks before the step that starts at `row`."""
+        return self.team.from_first(super().due(row, stopping, ended))
+
+
+def on_first(team: Team, act: Callable[[], Any]) -> Any:
+    """Return what the first rank gets from a function, on all ranks; raise its `InputError` or `OutputError` there."""
+    error: Exception | None = None
+    found = None
+    if team.leads:
+        try:
+            found = act()
+        except (InputError, OutputError) as own:
+            error = own
+    team.agree(error)
+    return team.from_first(found)
+
+
+def latest_of_all(folder: Path, team: Team) -> list[store.Stored]:
+    """Return the last checkpoint that all ranks of its run have written, on all ranks.
+
+    That of this rank where as many ranks had it, else those of all of them. Raises `InputError` on all ranks.
+    """
+    numbers = [0, *store.others(folder)]
+    error: InputError | None = None
+    mine: dict[int, list[store.Stored]] = {}
+    try:
+        mine = {one: store.read_all(store.place_of(folder, one))[0] for one in numbers[team.rank :: team.size]}
+    except InputError as found:
+        error = found
+    team.agree(error)
+    frames = team.from_first(len(ResultData.open(folder / FILE)) if team.leads and (folder / FILE).exists() else 0)
+    rows = [(rank, one.row, one.ranks) for rank, own in mine.items() for one in own if one.head["frames"] <= frames]
+    last = store.last_complete(row for part in team.comm.allgather(rows) for row in part)
+    if last is None:
+        raise InputError("folder", str(folder), "holds no checkpoint that all ranks have; run again")
+    wanted = [team.rank] if last[1] == team.size else range(last[1])
+    return [store.at(folder, rank, last, mine.get(rank)) for rank in wanted]

@@ -1,0 +1,334 @@
+"""Simulate a scene on several ranks: every rank steps its part, the first one writes (docs/SCALING.md).
+
+All ranks plan the whole scene, cut it in the same way and go through the same loop with the same rows: they take the
+same decisions. What fails on one rank alone ends all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ..base import stages
+from ..base.errors import InputError, OutputError
+from ..contact.pairs.pair_contact import check_starts
+from ..device import runtime
+from ..device.team import Team
+from ..friction_layer import LayerState
+from ..planning.partition.domain_part import DomainPart, domain_part
+from ..planning.planning import Plan
+from ..results import frame_fields
+from ..results.report import run_attributes, versions, write_history, write_json
+from ..results.result import Result
+from ..scene.cell_blocks import AVERAGED
+from ..scene.scene import Scene
+from ..schemes.explicit.rank_state import RankState
+from .checkpoint import Checkpoint, contents, store
+from .checkpoint.fingerprint import compare, fingerprint
+from .checkpoint.keeper import Start, start_of
+from .folder_lock import locked
+from .law_checks import check_laws
+from .loop import Run
+from .prepared import checkpoint_head, finished_plan, take_over
+from .progress import ProgressBar
+from .rank_files import RankKeeper, RankRecorder, SilentRecorder, latest_of_all, on_first
+from .rank_recut import other_ranks
+from .rank_recut import take_over as take_over_cut
+from .recorder import FILE, check_folder, make_folder, unwritten
+
+ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
+
+
+def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
+    """Refuse what runs on one rank alone. Raises `InputError`, which names the first such field."""
+    if scheme.implicit:
+        raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
+    if arch != "cpu":
+        raise InputError("arch", arch, f"a GPU {ONE_RANK}")
+    if callable(scene.gravity):
+        raise InputError("Scene.gravity", scene.gravity, f"gravity as a function of time {ONE_RANK}")
+    if scene.maxima:
+        raise InputError("Scene.maxima", scene.maxima, f"a scene with maxima {ONE_RANK}")
+    for number, body in enumerate(scene.bodies):
+        if any(AVERAGED in block.element for block in body.blocks):
+            raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
+    if ranks > 1:
+        try:
+            import pymetis  # noqa: F401
+        except ImportError as error:
+            raise InputError("ranks", ranks, "they need pymetis; pip install 'tcontact[mpi]'") from error
+
+
+class RankRun(Run):
+    """`Run` with the states of this rank's parts; parts: of all domains."""
+
+    def __init__(self, team: Team, parts: Sequence[DomainPart], *given: Any) -> None:
+        self.team, self.parts = team, parts
+        super().__init__(*given)
+
+    def made_states(self, displacement: list[np.ndarray], velocity: list[np.ndarray]) -> list[Any]:
+        """Make the state of this rank's part of every domain."""
+        found = []
+        for part in self.parts:
+            u, v = ([values[number] for number in part.whole.numbers] for values in (displacement, velocity))
+            found.append(RankState(self.scene, part, u, v, self.planned.layout, self.team))
+        return found
+
+    def cut_by(self, signal: str) -> str:
+        """Return the name of the signal that some rank has received, "" without."""
+        return (self.team.first_of(signal or None) or "") if self.team.any(bool(signal)) else ""
+
+    def moves_finitely(self) -> bool:
+        """Return whether all displacements of all ranks are finite."""
+        return not self.team.any(not super().moves_finitely())
+
+
+@contextmanager
+def ending_all(team: Team) -> Iterator[None]:
+    """End all ranks with the traceback of this one on an error that the others do not have."""
+    try:
+        yield
+    except (InputError, OutputError):
+        raise  # all ranks have it
+    except BaseException:
+        sys.stdout.flush()
+        print(f"tcontact: rank {team.rank} of {team.size} failed, which ends all ranks:", file=sys.stderr)
+        traceback.print_exc()
+        sys.stderr.flush()
+        team.comm.Abort(1)
+        os._exit(1)  # where the launcher takes a moment
+
+
+def threads_of(threads: int | None, team: Team) -> int:
+    """Return the number of threads of a rank: those asked for, else an equal share of the cores of its machine."""
+    if threads is not None:
+        return threads
+    from mpi4py import MPI
+
+    here = team.comm.Split_type(MPI.COMM_TYPE_SHARED)
+    count = max(1, (os.cpu_count() or 1) // int(here.Get_size()))
+    here.Free()
+    return count
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What `simulate` was asked for, checked.
+
+    start: displacement and velocity [n, 3] of every body; layers, points: what the run takes over; fields: of frames;
+    history: rows between two that are kept, and their largest number.
+    """
+
+    scene: Scene
+    scheme: Any
+    start: Start
+    layers: tuple[LayerState | None, ...]
+    points: tuple[tuple[np.ndarray, ...], ...]
+    frames: int
+    fields: Sequence[str]
+    history: tuple[int, int]
+    pressures: bool
+    precision: str
+
+
+def simulate_on_ranks(
+    team: Team,
+    asked: Asked,
+    out: str | Path | None,
+    options: Checkpoint | None,
+    kept: Start | None,
+    threads: int | None,
+    progress: bool,
+) -> Result:
+    """Run a scene on all ranks and return its `Result`, whole on every rank.
+
+    out, threads, progress: as in `simulate`; options: of its checkpoints; kept: the start that they hold, None for that
+    of the scene.
+    """
+    started, scene = perf_counter(), asked.scene
+    with ending_all(team), ExitStack() as ending:
+        _quiet(team, ending)
+        folder = None if out is None else on_first(team, lambda: check_folder(out))
+        if folder is not None:
+            on_first(team, lambda: frame_fields.check_room(folder, scene, asked.frames, asked.fields))
+        stages.say("planning")
+        planned = finished_plan(scene, asked.scheme, asked.precision, () if folder is None else asked.fields)
+        stages.say("starting the compiler")
+        runtime.start("cpu", threads_of(threads, team))
+        check_laws(scene, asked.scheme)
+        check_starts(planned.domains, asked.start[0])
+        if folder is not None:
+            on_first(team, lambda: make_folder(folder))
+            if team.leads:
+                ending.enter_context(locked(folder))
+        run = _made(team, planned, asked)
+        said = run.history.forecast(scene.duration / run.dt, sum(record.row_size for _, record in run.pressures))
+        if said is not None:
+            run.warn(said)
+        recorder = keeper = None
+        if folder is not None:
+            on_first(team, lambda: check_folder(folder))
+            recorder = _recorder(team, folder, run, asked.fields)
+            if options is not None:
+                about = (asked.fields, asked.history, asked.pressures, asked.precision)
+                head = checkpoint_head(scene, asked.scheme, options, *about) | {"ranks": team.size}
+                new = contents.prints(run)
+                if asked.points:
+                    new = {path: known for path, known in new.items() if not path.endswith("internal_force.memory")}
+                keeper = _keeper(team, options, folder, new, recorder, head, kept)
+        take_over(run, asked.layers)
+        with ProgressBar(scene.duration, "simulate", progress and team.leads) as bar:
+            if recorder is None or folder is None:
+                return run.go(asked.frames, None, bar, started)
+            return _carried_out(run, asked.frames, folder, recorder, keeper, bar, started)
+
+
+def resume_on_ranks(
+    team: Team,
+    folder: Path,
+    scene: Scene,
+    scheme: Any,
+    threads: int | None,
+    progress: bool,
+    options: Checkpoint | None,
+    precision: str | None,
+) -> Result:
+    """Go on with a run, see `resume`: with the bits of one that never stopped where as many ranks have started it.
+
+    Raises `InputError` on all ranks.
+    """
+    started = perf_counter()
+    with ending_all(team), ExitStack() as ending:
+        _quiet(team, ending)
+        error: InputError | None = None
+        try:
+            if team.leads:
+                ending.enter_context(locked(folder))
+        except InputError as found:
+            error = found
+        team.agree(error)
+        stored = latest_of_all(folder, team)
+        head, start = dict(stored[0].head), start_of(stored[0])
+        compare(head["physics"], fingerprint(scene, scheme))
+        if precision not in (None, head["precision"]):
+            raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
+        planned = finished_plan(scene, scheme, head["precision"], head["fields"])
+        runtime.start("cpu", threads_of(threads, team))
+        for domain in planned.domains:
+            domain.chunks = head["chunks"]
+        history = head["history_every"], head["history_rows"]
+        begin = start or ([b.initial_displacement for b in scene.bodies], [b.initial_velocity for b in scene.bodies])
+        asked = Asked(
+            scene, scheme, begin, (), (), 0, head["fields"], history, head["pressures"], head["precision"]
+        )  # fmt: skip
+        run = _made(team, planned, asked)
+        new = contents.prints(run)
+        before = stored[0].ranks
+        if before == team.size:
+            contents.restore(run, stored[0].found, stored[0].values)
+        else:
+            take_over_cut(run, planned, stored, team)
+            warnings.warn(other_ranks(before, team.size), RuntimeWarning, stacklevel=2)
+        recorder = _recorder(team, folder, run, head["fields"], head["frames"])
+        head |= {"versions": versions(), "ranks": team.size}
+        if options is not None:
+            head |= {"origin": dict(options.origin) or head["origin"], "keep": options.keep or head["keep"]}
+        keeper = _keeper(team, options, folder, new, recorder, head, start)
+        keeper.restored(run.course.row)
+        with ProgressBar(scene.duration, "resume", progress and team.leads) as bar:
+            bar.update(run.course.time)
+            return _carried_out(run, run.course.frames, folder, recorder, keeper, bar, started)
+
+
+def _quiet(team: Team, ending: ExitStack) -> None:
+    """Let the first rank alone warn; give back what MPI holds at the end."""
+    ending.callback(team.free)
+    if not team.leads:
+        ending.enter_context(warnings.catch_warnings())
+        warnings.simplefilter("ignore")
+
+
+def _made(team: Team, planned: Plan, asked: Asked) -> RankRun:
+    """Make the run of this rank."""
+    scene, (every, most) = asked.scene, asked.history
+    parts = [domain_part(domain, scene, team.rank, team.size) for domain in planned.domains]
+    given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
+    return RankRun(team, parts, *given)
+
+
+def _recorder(team: Team, folder: Path, run: RankRun, fields: Sequence[str], frames: int | None = None) -> RankRecorder:
+    """Make the recorder of this rank; frames: number of those to keep, None for a new file."""
+    kind = RankRecorder if team.leads else SilentRecorder
+    error: InputError | None = None
+    try:
+        found = kind(folder, run.scene, run.states, " + ".join(run.planned.terms), fields, frames)
+        found.team = team
+    except InputError as own:
+        error = own
+    team.agree(error)
+    return found
+
+
+def _keeper(
+    team: Team,
+    options: Checkpoint | None,
+    folder: Path,
+    new: contents.Prints,
+    recorder: RankRecorder,
+    head: dict[str, Any],
+    start: Start | None,
+) -> RankKeeper:
+    """Make the keeper of the checkpoints of this rank."""
+    place = store.place_of(folder, team.rank)
+    place.mkdir(parents=True, exist_ok=True)
+    keeper = RankKeeper(options, place, new, recorder, head, start)
+    keeper.team = team
+    return keeper
+
+
+def _carried_out(
+    run: RankRun,
+    frames: int,
+    folder: Path,
+    recorder: RankRecorder,
+    keeper: RankKeeper | None,
+    bar: ProgressBar,
+    started: float,
+) -> Result:
+    """Run, and let the first rank write result file, history and summary, and remove checkpoints of no further use."""
+    try:
+        result = replace(run.go(frames, recorder, bar, started, keeper), file=folder / FILE)
+        attributes = run_attributes(result) | {"ranks": run.team.size}
+        try:
+            recorder.close(result.history, attributes)
+        except OutputError as error:
+            error.result = result
+            raise
+    finally:
+        recorder.abandon()
+
+    def write() -> None:
+        try:
+            write_history(folder / "history.csv", result.history)
+            write_json(folder / "summary.json", attributes)
+        except OSError as error:
+            raise unwritten(folder, "history.csv or summary.json", "all frames are", error) from error
+        if result.reason != "interrupted" and not (keeper is not None and keeper.keep):
+            store.remove(folder)
+
+    try:
+        on_first(run.team, write)
+    except OutputError as error:
+        error.result = result
+        raise
+    return result

@@ -1,0 +1,88 @@
+"""Blocks of steps on a GPU of a domain with supports, springs, or contact by penalty or impulses: no static solve."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...cells.device_force import DeviceForce
+from ...contact.term import ContactTerm
+from ...device import arrays
+from ...device.launch import Prepared
+from ...kernels.columns import group_size
+from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
+from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...planning.domain import Domain
+from .device_step import DeviceSteps
+
+
+class DeviceBoundarySteps(DeviceSteps):
+    """Steps in blocks as `DeviceSteps`, of a domain whose boundary nodes one block of threads takes, with their mass.
+
+    contact: None where the boundary nodes have no contact; groups: of the columns in its raw rows.
+    """
+
+    def __init__(
+        self,
+        domain: Domain,
+        groups: tuple[str, ...],
+        force: DeviceForce,
+        u: arrays.Array,
+        v: arrays.Array,
+        boundary: BoundaryNodes,
+        contact: ContactTerm | None,
+        supports: Supports | None,
+    ) -> None:
+        from ...kernels.language.bundles import Boundary, Contact, ContactOptions, Obstacles, Rows, System
+        from ...kernels.language.bundles import Supports as SupportArrays
+        from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.step import device_contact, device_control
+
+        super().__init__(force, u, v)
+        self.names = device_control
+        self.width = group_size(*groups[groups.index("boundary") :])
+        own = self._own = {
+            "sums": arrays.zeros(self.width),
+            "shared": arrays.zeros(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
+            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self.width),
+        }
+        shared = {"sums": own["sums"], "shared": own["shared"]}
+        options = (ContactOptions() if contact is None else contact.options)._replace(threads=BLOCK_THREADS)
+        step = {
+            "body": force.device_bundle()._replace(u=u, v=v, node_info=force.info, special_force=force.special_force),
+            "lists": force.lists._replace(control=own["control"]),
+            "boundary": Boundary(**boundary.arguments(), sums=own["sums"]),
+            "supports": SupportArrays()
+            if supports is None
+            else SupportArrays(**supports.arguments(), sums=own["sums"]),
+            "obstacles": Obstacles() if contact is None else Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows() if contact is None else Rows(**contact.row_arguments()),
+            "contact": Contact(**({} if contact is None else contact.arguments()), **shared),
+            "system": System(),
+        }
+        made = device_contact.make_device_contact_step
+        has = True, supports is not None, bool(domain.driven), bool(domain.springs)
+        signature = signature_of(step)
+        self._step = Prepared(made(domain.kinds, signature, force.threads, options, *has, **domain.options))
+        self._arrays = arguments(step)
+        if contact is not None:
+            self._keep([contact.candidates, *([contact.obstacles.records] if contact.obstacles.posed else [])])
+            if contact.friction is not None:
+                assert contact.rows is not None
+                self._keep([contact.rows.values, contact.friction.data])
+
+    def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+        commit = int(self.force.memory is not None)
+        numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
+        for row in range(rows):
+            self._step(row, commit, *numbers, *self._arrays)
+        boundary = self._read(rows)
+        return np.concatenate([self.force.ledger_rows(rows), boundary], axis=1)
+
+    def _read(self, rows: int) -> np.ndarray:
+        """Return the sums of the boundary nodes of the rows of a block."""
+        control = np.array(arrays.get(self._own["control"]))
+        return control[self.names.DEVICE_CONTROL :].reshape(-1, self.width)[:rows]
+
+    def owned(self) -> list[arrays.Array]:
+        """Return the arrays of the steps beside those of their terms."""
+        return [*super().owned(), *self._own.values()]

@@ -1,0 +1,145 @@
+"""Blocks of steps of a domain with contact on a GPU, where one block of threads takes the boundary nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...cells.device_force import DeviceForce
+from ...contact.massless_contact import MasslessContactTerm
+from ...device import arrays
+from ...device.launch import Prepared
+from ...kernels.columns import group_size
+from ...kernels.lanes import BLOCK_NUMBERS, BLOCK_THREADS, DEVICE_ROWS, GROUPS
+from ...nodes.boundary_nodes import BoundaryNodes, Supports
+from ...planning.device_lists import colour_lists, givers, parts_of, surface_corners, surface_threads
+from ...planning.domain import Domain
+from .device_step import DeviceSteps
+
+FEWEST_PASSES = 2  # of the static solve that a step of the first block offers
+MORE_PASSES = 4  # offered at once where a solve goes on at the end of a block
+
+
+class DeviceContactSteps(DeviceSteps):
+    """Steps in blocks as `DeviceSteps`, of a domain with massless contact nodes and obstacles.
+
+    A step offers as many passes of the static solve as a step of the last block needed; a solve that needs more takes
+    those of the next step (kernels/step/device_control.py). groups: of the columns in its raw rows.
+    """
+
+    def __init__(
+        self,
+        domain: Domain,
+        groups: tuple[str, ...],
+        force: DeviceForce,
+        u: arrays.Array,
+        v: arrays.Array,
+        boundary: BoundaryNodes,
+        contact: MasslessContactTerm,
+        supports: Supports | None = None,
+    ) -> None:
+        from ...kernels.language.bundles import Boundary, Contact, Obstacles, Pairs, Rows, System
+        from ...kernels.language.bundles import Supports as SupportArrays
+        from ...kernels.language.signatures import arguments, signature_of
+        from ...kernels.step import device_contact, device_control
+
+        super().__init__(force, u, v)
+        self.names, self.contact = device_control, contact
+        assert domain.contact is not None
+        assert domain.contact.graph is not None
+        solve, options = contact.static_solve, contact.options._replace(threads=BLOCK_THREADS)
+        count, everyone = len(domain.contact.nodes), len(domain.boundary)
+        self.width = group_size(*groups[groups.index("boundary") :])
+        self.passes = FEWEST_PASSES
+        colours = colour_lists(domain.contact.graph, solve.islands, arrays.get(solve.system["pack_start"]))
+        own = self._own = {
+            "sums": arrays.zeros(self.width),
+            "shared": arrays.zeros(BLOCK_NUMBERS * (BLOCK_THREADS + GROUPS)),
+            "residual_givers": arrays.put(givers(*domain.residual_receivers, everyone)),
+            "residual_shares": arrays.zeros(3 * count),
+            "colours": arrays.put(colours),
+            "contact_parts": arrays.put(parts_of(force.packs, domain, contact=True)),
+            "control": arrays.zeros(device_control.DEVICE_CONTROL + DEVICE_ROWS * self.width),
+            "corner_rows": arrays.put(surface_corners(arrays.get(force.node_corners), domain.contact.nodes)),
+        }
+        lists = force.lists._replace(contact_parts=own["contact_parts"], control=own["control"])
+        shares = {name: own[name] for name in ("sums", "shared", "residual_givers", "residual_shares")}
+        common = {
+            "boundary": Boundary(**boundary.arguments(), sums=own["sums"]),
+            "obstacles": Obstacles(**contact.obstacle_arguments()),
+            "rows": Rows(**contact.row_arguments()),
+            "contact": Contact(**contact.arguments(), **shares),
+        }
+        body = force.device_bundle()._replace(u=u, v=v)
+        stepped = body._replace(node_info=force.info, special_force=force.special_force)
+        surface = body._replace(v=None, mass=None, rows=force.corner_forces, corner_rows=own["corner_rows"])
+        if options.varied and options.static_friction:  # of rows that get a new partner in the solve
+            surface = surface._replace(v=v)
+        system = System(**solve.system, colours=own["colours"])
+        loads = System(stiffness=system.stiffness, settings=system.settings, stats=system.stats)
+        held = SupportArrays() if supports is None else SupportArrays(**supports.arguments(), sums=own["sums"])
+        first = {"body": stepped, "lists": lists._replace(contact_parts=None), "boundary": common["boundary"]}
+        step = {**first, "supports": held, **common, "system": loads}
+        start = {"body": stepped, "lists": type(lists)(control=own["control"]), **common, "system": loads}
+        kept = ("corner_forces", "contact_parts", "control")
+        passed = type(lists)(**{name: getattr(lists, name) for name in kept})
+        solved = {"body": surface, "lists": passed, **common, "pairs": Pairs(**solve.pairs), "system": system}
+        surfaces = {block.kind for block in domain.blocks if len(block.contact)}
+        measured = tuple(i for i, kind in enumerate(domain.kinds) if kind in surfaces)
+        exact, options_of = contact.exact, domain.options
+        made = device_contact.make_device_contact_step
+        has = exact, supports is not None, bool(domain.driven), bool(domain.springs)
+        self._step = Prepared(made(domain.kinds, signature_of(step), force.threads, options, *has, **options_of))
+        self._start = Prepared(device_contact.make_device_start(signature_of(start), options, exact))
+        threads = surface_threads(force.packs)
+        parts = domain.kinds, measured, signature_of(solved), threads, options, contact.plain
+        self._pass = Prepared(device_contact.make_device_pass(*parts))
+        self._arrays = tuple(arguments(bundles) for bundles in (step, start, solved))
+        names = "values", "inverse", "stiffness", "stats"
+        self._keep([contact.displacement_before, contact.active, *(solve.system[name] for name in names)])
+        self._keep([contact.candidates, *([contact.obstacles.records] if contact.obstacles.posed else [])])
+        if contact.friction is not None:
+            assert contact.rows is not None
+            self._keep([contact.rows.values, contact.friction.data])
+
+    def begin(self) -> None:
+        """Bring the massless nodes to equilibrium at the start."""
+        self._start(*self._arrays[1])
+        self._settle()
+
+    def _settle(self) -> np.ndarray:
+        """Offer passes until the static solve has ended; return the numbers of the device."""
+        names = self.names
+        for _ in range(9):
+            control = np.array(arrays.get(self._own["control"]))
+            if control[names.WANTS] != names.A_PASS:
+                break
+            for _ in range(MORE_PASSES):
+                self._pass(*self._arrays[2])
+        if control[names.WANTS] == names.A_LOOK:  # the host has seen it
+            after = control.copy()
+            after[names.WANTS] = names.NOTHING
+            arrays.set_values(self._own["control"], after)
+        return control
+
+    def _take(self, kicks: tuple[float, float, float], steps: tuple[float, float], rows: int) -> np.ndarray:
+        """Take up to `rows` steps, fewer where a static solve does not converge; return their raw rows."""
+        names, offer, taken = self.names, 0, 0
+        commit = int(self.force.memory is not None)
+        numbers = [float(number) for number in (steps[0], *kicks, *self.force.gravity, steps[1])]
+        while taken < rows:
+            for _ in range(rows - taken):
+                self._step(offer, commit, *numbers, *self._arrays[0])
+                offer += 1
+                for _ in range(self.passes if steps[1] > 0.0 else 0):
+                    self._pass(*self._arrays[2])
+            control = self._settle()
+            taken = int(control[names.TAKEN])
+            if control[names.WANTS] == names.A_LOOK:
+                break
+        self.passes = max(1, int(control[names.MOST]))
+        boundary = control[names.DEVICE_CONTROL :].reshape(-1, self.width)[:taken]
+        return np.concatenate([self.force.ledger_rows(taken), boundary], axis=1)
+
+    def owned(self) -> list[arrays.Array]:
+        """Return the arrays of the steps beside those of their terms."""
+        return [*super().owned(), *self._own.values()]

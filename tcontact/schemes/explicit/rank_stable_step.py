@@ -1,0 +1,120 @@
+"""The search for the stable step of bodies that several ranks share: `StableSteps` on the vectors of all ranks.
+
+A vector stands on every rank at its nodes, with equal values at all copies of a node. Scalar products are sums over the
+ranks with the mass of each copy; accelerations of copies are means over the ranks, weighted with that mass. The first
+vector is that of the whole body, so that the number of ranks changes the result by rounding alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...device.team import Team
+from ...planning.partition.body_part import BodyPart
+from ...planning.partition.domain_part import DomainPart
+from .damped_step import DampedStep
+from .stable_step import DIFFERENCE, StableStep, StableSteps
+
+if TYPE_CHECKING:
+    from .body_view import BodyView
+    from .stable_step import ForcePass
+
+
+class RankSteps(StableSteps):
+    """Estimates the stable step of every body of a domain together with the other ranks.
+
+    steps: searches of the whole bodies; part, own_views: of this rank.
+    """
+
+    def __init__(
+        self,
+        force: ForcePass,
+        steps: Sequence[StableStep],
+        part: DomainPart,
+        own_views: Sequence[BodyView],
+        team: Team,
+    ) -> None:
+        views: list[BodyView | None] = [None] * len(part.bodies)
+        for number, view in zip(part.there, own_views, strict=True):
+            views[number] = view
+        bodies = [RankStep(*of, team) for of in zip(steps, part.bodies, views, strict=True)]
+        self.team, self._halo = team, team.exchange(part.nodes_shared())
+        rows = self._halo.rows
+        self._share = (part.domain.lumped[rows] / part.mass[rows])[:, None]
+        super().__init__(force, bodies)
+
+    def _accelerate(self) -> None:
+        """Put -M^-1 f(u) of the displacement in `trial` into `answer`, with the forces of all ranks."""
+        super()._accelerate()
+        answer = self._raw[1].reshape(-1, 3)
+        answer[self._halo.rows] *= self._share
+        self._halo.add(answer)
+
+    def _rate(self) -> float:
+        """Return the largest rate of bulk viscosity [1/s] in the last pass."""
+        return float(self.team.largest(super()._rate()))
+
+
+class RankStep(StableStep):
+    """The search of one body; whole: that of the whole body; part: of this rank, with its view if it has cells."""
+
+    def __init__(self, whole: StableStep, part: BodyPart, view: BodyView | None, team: Team) -> None:
+        self.team, self.plan, self.spring_rate = team, part.plan, whole.spring_rate
+        self.trial = self.answer = np.zeros(0)
+        self.size, self.bound, self.count = whole.size, None, whole.count
+        contact = part.plan.contact
+        self.penalty = None if contact is None or whole.penalty is None else whole.penalty
+        self.normals, self.elastic, self.damped = whole.normals, np.inf, np.inf
+        self.start = None
+        self._begin = whole.first_vector().reshape(-1, 3)[part.nodes].reshape(-1)
+        self.damping = None
+        if part.whole.viscous_cells:
+            force = None if view is None else view.viscous_force
+            product, small = self.stiffness_product, DIFFERENCE * self.size
+            self.damping = RankDamped(part, product, force or _nothing, small, team)
+
+    def _first(self, here: np.ndarray) -> np.ndarray:
+        """Return a start vector of length 1; the first one is that of the whole body."""
+        if self.start is not None:
+            return super()._first(here)
+        found, self._begin = self._begin, np.zeros(0)
+        return found
+
+    def _sum(self, value: float) -> float:
+        return self.team.total(value)
+
+    def _most(self, value: float) -> float:
+        return float(self.team.largest(value))
+
+
+def _nothing(_u: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return the force of no viscous cells."""
+    return np.zeros_like(step)
+
+
+class RankDamped(DampedStep):
+    """The search with viscous contact cells; forces and momenta at a copy are the part of its rank."""
+
+    def __init__(self, part: BodyPart, stiffness: object, viscous: object, small: float, team: Team) -> None:
+        super().__init__(part.plan, stiffness, viscous, small)  # type: ignore[arg-type]
+        self.team, boundary = team, part.plan.boundary
+        self.halo = team.exchange(tuple((other, boundary[rows]) for other, rows in part.shared))
+        whole = np.random.default_rng(20071).uniform(-1.0, 1.0, 3 * len(part.whole.reference)).reshape(-1, 3)
+        mine = whole[part.nodes]
+        mine[part.part.owner[part.plan.node_order] != part.part.rank] = 0.0
+        self.start, self.count = mine.reshape(-1), whole.size
+
+    def _moved(self, p: np.ndarray) -> np.ndarray:
+        """Return M^-1 p [3n] with the momenta of all ranks."""
+        rows = np.array(p).reshape(-1, 3)
+        self.halo.add(rows)
+        return super()._moved(rows.reshape(-1))
+
+    def _sum(self, value: float) -> float:
+        return self.team.total(value)
+
+    def _most(self, value: float) -> float:
+        return float(self.team.largest(value))

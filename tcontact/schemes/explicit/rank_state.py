@@ -1,0 +1,150 @@
+"""The state of the part of a domain that one rank has, which steps together with those of the other ranks.
+
+The ranks add up the forces of shared nodes between the force pass and the motion of the boundary nodes; each copy of a
+node then moves itself. Rows of the history are gathered from all ranks, so that every rank has the row of the domain
+and takes the same decisions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import FunctionError
+from ...device import arrays
+from ...device.team import Team
+from ...planning.measured import Layout, combined
+from ...planning.partition.domain_part import DomainPart
+from ...scene.scene import Scene
+from .rank_stable_step import RankSteps
+from .rank_view import RankView
+from .stable_step import StableStep, StableSteps
+from .state import DomainState
+
+
+class RankState(DomainState):
+    """`DomainState` of the part of this rank; its views are those of whole bodies.
+
+    displacement, velocity: start of every whole body of the domain [n, 3], in the user's numbering.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        part: DomainPart,
+        displacement: Sequence[np.ndarray],
+        velocity: Sequence[np.ndarray],
+        layout: Layout,
+        team: Team,
+    ) -> None:
+        self.part, self.team = part, team
+        u, v = (
+            [values[number][part.bodies[number].part.nodes] for number in part.there]
+            for values in (displacement, velocity)
+        )
+        super().__init__(scene, part.domain, u, v, layout)
+        self.halo = team.exchange(part.rows_shared())
+        self._guests = part.guests()
+        self._rate = 0.0 if scene.damping is None else float(scene.damping.constants[0])
+        places, sizes = self._places.shared, {"kinetic": 1, "load_work": 1, "momentum": 3, "angular_momentum": 3}
+        firsts = [getattr(places, name) for name in sizes]
+        spans = [np.arange(first, first + size) for first, size in zip(firsts, sizes.values(), strict=True)]
+        self._kick, self._counted_at = 0.0, np.concatenate(spans)
+        self._counted = np.zeros(len(self._counted_at))
+        self.exchange = self._add
+        self._trouble: tuple[int, str] | None = None
+        self.counts = team.gathered(np.array(len(part.owned))).astype(np.int64)
+        owned = team.joined(part.nodes[part.owned].astype(float), self.counts).astype(np.int64)
+        self.place = np.empty(len(owned), dtype=np.int64)  # of every node of the whole domain among those gathered
+        self.place[owned] = np.arange(len(owned))
+        contact = self.contact
+        self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
+        self.touching, self.frees = team.any(self.touching), team.any(self.frees)
+        self.own_views = self.views
+        self.views = [RankView(self, number) for number in range(len(part.bodies))]
+
+    def _add(self, special_force: arrays.Array) -> None:
+        """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
+        force = arrays.get(special_force).reshape(-1, 3)
+        self.halo.add(force)
+        self._counted[:] = self._sums(force)
+
+    def _sums(self, force: np.ndarray) -> np.ndarray:
+        """Return kinetic energy, momenta and work of loads of the nodes that a lower rank counts, at level n."""
+        rows, domain = self._guests, self.part.domain
+        nodes, mass, inverse = domain.boundary[rows], domain.tensors[rows], domain.inverses[rows]
+        u, v = (arrays.get(values).reshape(-1, 3)[nodes] for values in (self.u, self.v))
+        loads, kick, rate = domain.loads[rows], self._kick, self._rate
+        net = loads - force[rows] - rate * np.einsum("sij,sj->si", mass, v)
+        velocity = v + kick / (1.0 + rate * kick) * np.einsum("sij,sj->si", inverse, net)
+        momentum = np.einsum("sij,sj->si", mass, velocity)
+        spin = np.cross(domain.reference[nodes] + u, momentum)
+        energies = 0.5 * (momentum * velocity).sum(), (loads * u).sum()
+        return np.concatenate([energies, momentum.sum(axis=0), spin.sum(axis=0)])
+
+    def advance(self, kick_before: float, *given: Any, **stop_at: Any) -> int:
+        """Advance by one step, see `DomainState.advance`; the ledger counts every node once."""
+        self._kick = kick_before
+        done = super().advance(kick_before, *given, **stop_at)
+        if len(self._guests):
+            self._raw[0, self._counted_at] -= self._counted
+        return done
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
+        return self.team.joined(values[self.part.owned], self.counts)[self.place]
+
+    @property
+    def rows_at_once(self) -> int:
+        """Return 1: every row is a decision of all ranks."""
+        return 1
+
+    def ask(self, time: float, steps: tuple[float, float], rows: int) -> int:
+        """Ask the functions of time for a row. Raises `FunctionError` on all ranks where one of them fails."""
+        if not self._asks:
+            return super().ask(time, steps, rows)
+        error: FunctionError | None = None
+        try:
+            super().ask(time, steps, 1)
+        except FunctionError as found:
+            error = found
+        self.team.agree(error)
+        return 1
+
+    def rows(self, times: np.ndarray) -> np.ndarray:
+        """Return the measured rows of the whole domain."""
+        table = super().rows(times)
+        found = None if self.contact is None else self.contact.trouble
+        all_rows = self.team.gathered(np.concatenate([table.ravel(), [float(found is not None)]]))
+        self._trouble = None
+        if all_rows[:, -1].any():
+            own = None if found is None else (self._number_of(found[0]), found[1])
+            self._trouble = self.team.first_of(own)
+        return combined([row[:-1].reshape(table.shape) for row in all_rows], self.layout)
+
+    def _number_of(self, plan: object) -> int:
+        return next(number for number, body in enumerate(self.part.bodies) if body.plan is plan)
+
+    def trouble_of(self, number: int) -> str | None:
+        """Return why the static solve of a body did not converge in the last row, or None."""
+        return self._trouble[1] if self._trouble is not None and self._trouble[0] == number else None
+
+    def searches(self, steps: Sequence[StableStep]) -> StableSteps:
+        """Return the search for the stable step; steps: those of the whole bodies."""
+        return RankSteps(self.internal_force.without_boundary(), steps, self.part, self.own_views, self.team)
+
+    def over_ranks(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest values [.., bodies] over the ranks, for the bodies of the whole domain."""
+        result = np.zeros((*values.shape[:-1], len(self.part.bodies)))
+        result[..., list(self.part.there)] = values
+        return np.asarray(self.team.largest(result))
+
+    def memory(self) -> dict[str, int]:
+        """Return the bytes of the terms of all ranks."""
+        found: dict[str, int] = {}
+        for own in self.team.comm.allgather(super().memory()):
+            for name, size in own.items():
+                found[name] = found.get(name, 0) + size
+        return found

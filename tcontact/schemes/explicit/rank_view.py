@@ -1,0 +1,202 @@
+"""A whole body of a run on several ranks, as frames, results, guards and watches read it.
+
+Every rank calls the same methods, and every rank gets the values of the whole body: those of nodes and cells are
+gathered from all ranks, those of the contact come from the first one, which has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...cells.point_state import shape_of
+from ...device import arrays
+from ...device.team import Team
+from ...friction_layer import LayerState
+from ...planning.partition.domain_part import DomainPart
+from ...results.smoothness import PressureRecord
+from ...scene.friction_models import FrictionLayer
+from ...scene.obstacles import Obstacle
+from .body_view import BodyView, Stepped
+
+
+class Shared(Stepped, Protocol):
+    """The parts of a rank's state that a view reads beside those of a domain on one rank."""
+
+    part: DomainPart
+    team: Team
+    own_views: list[BodyView]
+    touching: bool
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
+        ...
+
+    def trouble_of(self, number: int) -> str | None:
+        """Return why the static solve of a body did not converge in the last row, or None."""
+        ...
+
+
+class RankView(BodyView):
+    """Values of a whole body; number: of the body in the whole domain."""
+
+    state: Shared
+
+    def __init__(self, state: Shared, number: int) -> None:
+        whole, self.state, self._number = state.part.whole, state, number
+        self.plan, self.part, self.team = whole.bodies[number], state.part.bodies[number], state.team
+        self._nodes = slice(int(whole.node_start[number]), int(whole.node_start[number + 1]))
+        self._contact = slice(int(whole.contact_start[number]), int(whole.contact_start[number + 1]))
+        there = state.part.there
+        self.own = state.own_views[there.index(number)] if number in there else None
+
+    @property
+    def trouble(self) -> str | None:
+        """Reason why the static solve of the body did not converge, or None."""
+        return self.state.trouble_of(self._number)
+
+    @property
+    def viscous_force(self) -> None:
+        """Return None: the ranks search the stable step together (`RankSteps`)."""
+        return
+
+    def _whole(self, values: arrays.Array) -> np.ndarray:
+        return self.state.whole(arrays.get(values).reshape(-1, 3))[self._nodes]
+
+    @property
+    def start_velocity(self) -> np.ndarray:
+        """Velocity [n, 3] [m/s] at the start, in the numbering of the plan."""
+        return self.state.whole(self.state.start_velocity)[self._nodes]
+
+    def latest(self) -> np.ndarray:
+        """Return the present displacement [n, 3] [m], internal numbering."""
+        return self._whole(self.state.u)
+
+    def half_step_velocity(self) -> np.ndarray:
+        """Return the present velocity [n, 3] of the components with mass, internal numbering."""
+        return self._whole(self.state.v)
+
+    def massless_velocity(self, dt: float) -> np.ndarray | None:
+        """Return the position difference over dt of the massless components [k, 3]; None without any."""
+        return self._of_first(lambda own: own.massless_velocity(dt))
+
+    def _of_first(self, read: Callable[[BodyView], Any]) -> Any:
+        """Return what the first rank reads from its part, on all ranks; None if it has no part of the body."""
+        return self.team.from_first(read(self.own) if self.team.leads and self.own is not None else None)
+
+    def _nodal(self, read: Callable[[BodyView], np.ndarray], elsewhere: float) -> np.ndarray:
+        """Return values [n] that the first rank reads, in the user's numbering, and a value at all other nodes."""
+
+        def placed(own: BodyView) -> np.ndarray:
+            result = np.full(len(self.plan.reference), elsewhere)
+            result[self.part.part.nodes] = read(own)
+            return result
+
+        found = self._of_first(placed)
+        return np.full(len(self.plan.reference), elsewhere) if found is None else np.asarray(found)
+
+    def pose(self, obstacle: Obstacle) -> tuple[np.ndarray, np.ndarray]:
+        """Return centre [3] [m] and axes (rows) [3, 3] of an obstacle that moves freely, like `latest`."""
+        found: tuple[np.ndarray, np.ndarray] = self._of_first(lambda own: own.pose(obstacle))
+        return found
+
+    def contact_areas(self) -> np.ndarray:
+        """Return the area [n] [m^2] that the contact force on every node acts on, in the user's numbering; else 0."""
+        return self._nodal(lambda own: own.contact_areas(), 0.0)
+
+    def contact_node_force(self) -> np.ndarray:
+        """Return the contact force [k, 3] [N] of the last row on the contact nodes alone, in the order of the plan."""
+        found = self._of_first(lambda own: own.contact_node_force())
+        count = 0 if self.plan.contact is None else len(self.plan.contact.nodes)
+        return np.zeros((count, 3)) if found is None else np.asarray(found)
+
+    def pressure_record(self) -> PressureRecord | None:
+        """Return an empty record for the pressures of the contact nodes; None without any."""
+        contact = self.plan.contact
+        if not self.state.touching or contact is None or not len(contact.nodes):
+            return None
+        return PressureRecord(self.plan.node_order[contact.nodes], contact.areas, self.plan.body.contact_faces)
+
+    def layer_fields(self) -> dict[str, np.ndarray]:
+        """Return surface temperature [n] [K] and shear stress [n] [Pa] of the layers; elsewhere the start and 0."""
+        model = self.state.scene.friction
+        if not isinstance(model, FrictionLayer):
+            return {}
+        start = {"layer_temperature": model.initial_temperature, "layer_shear": 0.0}
+        return {name: self._nodal(lambda own, n=name: own.layer_fields()[n], value) for name, value in start.items()}  # type: ignore[misc]
+
+    def friction_fields(self) -> dict[str, np.ndarray]:
+        """Return slip path [n] [m] and friction work [n] [J/m^2] of the nodes up to the last row; elsewhere 0."""
+        names = ("slip_distance", "friction_work")
+        return {name: self._nodal(lambda own, n=name: own.friction_fields()[n], 0.0) for name in names}  # type: ignore[misc]
+
+    def layers(self) -> LayerState | None:
+        """Return the present friction layers; None without any."""
+
+        def placed(own: BodyView) -> LayerState | None:
+            found = own.layers()
+            return None if found is None else replace(found, nodes=self.part.part.nodes[found.nodes])
+
+        found: LayerState | None = self._of_first(placed)
+        return found
+
+    def take_over_layers(self, layers: LayerState) -> None:
+        """Start from the friction layers of another run."""
+        if self.team.leads and self.own is not None:
+            nodes = np.searchsorted(self.part.part.nodes, layers.nodes)
+            self.own.take_over_layers(replace(layers, nodes=nodes))
+
+    def _cells(self, own: np.ndarray, numbers: np.ndarray, result: np.ndarray) -> np.ndarray:
+        """Put values of the cells with these numbers into a result, on all ranks."""
+        counts = self.team.gathered(np.array(len(numbers))).astype(np.int64)
+        everyone = self.team.joined(numbers.astype(float), counts).astype(np.int64)
+        result[everyone] = self.team.joined(own, counts)
+        return result
+
+    def point_state(self) -> np.ndarray:
+        """Return the mean state [cells, numbers] of the points of every cell in the user's numbering."""
+        whole = self.state.part.whole
+        size = max(shape_of(block)[1] for block in whole.blocks)
+        cells = self.part.part.cells
+        own = np.zeros((len(cells), size))
+        if self.own is not None:
+            part = self.own.point_state()
+            own[:, : part.shape[1]] = part
+        return self._cells(own, cells, np.zeros((self.plan.body.mesh.cell_count, size)))
+
+    def strains(self) -> np.ndarray:
+        """Return the largest plastic strain [cells] of the points of every cell, in the user's numbering."""
+        own = np.zeros(0) if self.own is None else self.own.strains()
+        return self._cells(own, self.part.part.cells, np.zeros(self.plan.body.mesh.cell_count))
+
+    def points(self) -> tuple[np.ndarray, ...]:
+        """Return the state of the points of every block of the body, see `PointState.blocks_of_body`."""
+        mesh, found = self.plan.body.mesh, []
+        mine = {} if self.own is None else dict(zip(self._kinds(self.own), self.own.points(), strict=True))
+        everyone = np.arange(mesh.cell_count)
+        blocks = self.state.part.whole.blocks
+        shapes = [shape_of(block) for block in blocks if block.body is self.plan]
+        for block, shape in zip(self.plan.body.blocks, shapes, strict=True):
+            numbers = everyone[block.numbers]
+            here = np.flatnonzero(np.isin(numbers, self.part.part.cells, assume_unique=True))
+            own = mine.get((block.kind, block.region), np.zeros((0, *shape)))
+            found.append(self._cells(own, here, np.zeros((len(numbers), *shape))))
+        return tuple(found)
+
+    @staticmethod
+    def _kinds(view: BodyView) -> list[tuple[str, str | None]]:
+        """Return what names each block of a body among its others."""
+        return [(block.kind, block.region) for block in view.plan.body.blocks]
+
+    def take_over_points(self, states: tuple[np.ndarray, ...]) -> None:
+        """Start from the state of the points that `points` returned."""
+        if self.own is None:
+            return
+        everyone, mine = np.arange(self.plan.body.mesh.cell_count), {}
+        for block, state in zip(self.plan.body.blocks, states, strict=True):
+            here = np.isin(everyone[block.numbers], self.part.part.cells, assume_unique=True)
+            mine[block.kind, block.region] = state[here]
+        self.own.take_over_points(tuple(mine[kind] for kind in self._kinds(self.own)))

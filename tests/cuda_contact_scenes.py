@@ -1,0 +1,204 @@
+"""Scenes with contact that threads of a CUDA device step, and what the tests compare of them with the CPU."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from oracle import meshes
+from scenes import block, wall
+
+import tcontact as tc
+
+TURN = meshes.rotation(17)
+LAW = tc.NeoHookean(2.3e7, 0.3, 1350.0)
+SAGGING = tc.StVenantKirchhoff(2.3e7, 0.27, 1350.0)  # under compression it loses its stiffness
+METAL = tc.ElastoPlastic(7e10, 0.33, 2700.0, tc.LinearHardening(2e8, 1e9), specific_heat=900.0)
+DOWN = np.array([0.0, 0.0, 1.0])
+SPEED = 6.0
+
+
+def thrown(mesh, material=LAW, speed=SPEED, gap=2e-3, formulation="full", contact="auto", **options):
+    """A scene of a body thrown at a plane below it, and its scheme; options: of `tc.MasslessContact`, `duration`."""
+    duration, friction = options.pop("duration", 1.2e-2), options.pop("friction", None)
+    body = tc.Body(mesh, material, (0.3 * speed, 0.0, -speed), formulation=formulation, contact=contact)
+    model = tc.MasslessContact(**options)
+    scene = tc.Scene([body], [wall(mesh, DOWN, gap)], duration, contact=model, friction=friction)
+    return scene, tc.CentralDifference(cfl=0.6)
+
+
+def rising(obstacle, speed):
+    """The obstacle, moving upwards."""
+    return dataclasses.replace(obstacle, velocity=(0.0, 0.0, speed))
+
+
+def normal():
+    """Normal removal, with gravity and damping."""
+    scene, scheme = thrown(block(cells=(4, 3, 3), shake=0.1), removal="normal")
+    parts = {"gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0)}
+    return tc.Scene(scene.bodies, scene.obstacles, scene.duration, contact=scene.contact, **parts), scheme
+
+
+def full():
+    """Full removal, edge first, in tets."""
+    return thrown(block("tet4", 3, turn=TURN), removal="full")
+
+
+def linear():
+    """The linear law at a plane, whose solve is a single linear problem."""
+    return thrown(block(cells=3, shake=0.1), tc.LinearElastic(2.3e7, 0.3, 1350.0), removal="full")
+
+
+def sprung():
+    """A penalty on massless nodes, and one-point hexes."""
+    return thrown(block(cells=3), formulation="reduced", penalty=3e10)
+
+
+def ball():
+    """Two bodies that hit a large sphere beside each other: two islands with nodes of their own."""
+    parts = [
+        tc.Body(block("tet4", cells, shift=shift), LAW, (0.0, 0.0, -SPEED), contact=["zmin"], name=name)
+        for name, cells, shift in (("left", 3, (-0.3, -0.1, 0.0)), ("right", 2, (0.05, -0.1, 0.005)))
+    ]
+    sphere = tc.Sphere((0.0, 0.0, -2.0), 1.99)
+    return tc.Scene(parts, [sphere], 8e-3, contact=tc.MasslessContact(removal="full")), tc.CentralDifference(cfl=0.6)
+
+
+def forged():
+    """A metal that flows at a plane."""
+    return thrown(block(cells=3, shake=0.1), METAL, 60.0, formulation="mean-dilatation", duration=3e-4)
+
+
+def corner():
+    """A corner of two planes, whose loads are columns of their own, and supports that functions of time move."""
+    mesh = block(cells=(3, 3, 4), shake=0.1)
+    top = tc.Support("zmax", "yz", displacement=lambda t: (1e-3 * np.sin(600.0 * t), -4.0 * t - 200.0 * t**2))
+    side = tc.Support("xmax", "x", velocity=lambda t: -4.0 * np.cos(900.0 * t))
+    body = tc.Body(mesh, LAW, (-SPEED, 0.0, -SPEED), supports=[top, side], contact=["zmin", "xmin"])
+    walls = [wall(mesh, DOWN, 2e-3), wall(mesh, [1.0, 0.0, 0.0], 4e-3)]
+    scene = tc.Scene([body], walls, 8e-3, contact=tc.MasslessContact(removal="full"))
+    return scene, tc.CentralDifference(cfl=0.6)
+
+
+def sagged():
+    """A body that loses its stiffness at the plane: a static solve does not converge."""
+    return thrown(block(cells=3, shake=0.1), SAGGING, 90.0, duration=1e-2)
+
+
+def crushed():
+    """A body and a plane that meet so fast that a cell inverts: their last block of steps is taken again."""
+    scene, scheme = thrown(block(cells=3, shake=0.1), SAGGING, 30.0, duration=1e-2)
+    return dataclasses.replace(scene, obstacles=[rising(scene.obstacles[0], 10.0)]), scheme
+
+
+def fast():
+    """A body that is crushed as fast as sound: its step is shortened again and again, alike on all devices."""
+    return thrown(block(cells=3, shake=0.1), LAW, 130.0, duration=6e-3)
+
+
+def rubbed():
+    """Coulomb friction in the static solve, edge first, in tets: nodes stick and slip."""
+    return thrown(block("tet4", 3, turn=TURN), removal="full", friction=tc.Coulomb(0.2))
+
+
+def wedged():
+    """A valley of two planes with laws of their own, one by slip speed and pressure: nodes with several rows.
+
+    No node touches both planes, where friction would have no unique share of each.
+    """
+    mesh = block(cells=3, shake=0.1)
+    body = tc.Body(mesh, LAW, (0.3 * SPEED, 0.0, -SPEED), contact=["zmin"])
+    table = tc.FrictionTable([0.0, 1.0, 4.0], [1e4, 1e6], [[0.4, 0.3], [0.3, 0.2], [0.1, 0.05]])
+    left, right = wall(mesh, [0.28, 0.0, 0.96], 2e-3), wall(mesh, [-0.28, 0.0, 0.96], 3e-3)
+    walls = [dataclasses.replace(left, friction=table), right]
+    options = {"contact": tc.MasslessContact(removal="full"), "friction": tc.Coulomb(0.1)}
+    return tc.Scene([body], walls, 8e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
+def crept():
+    """Regularised friction in the static solve."""
+    law = tc.RegularizedCoulomb(0.2, 0.1)
+    return thrown(block(cells=3, shake=0.1), removal="full", friction=law, duration=8e-3)
+
+
+def slowed():
+    """Friction of the kick, that falls with the slip speed up to a largest shear stress, with gravity and damping."""
+    law = tc.Coulomb(static=0.4, kinetic=0.1, decay=2.0, limit=2e5)
+    scene, scheme = thrown(block(cells=3, shake=0.1), removal="normal", cell_viscosity=0.0)
+    parts = {"gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0), "friction": law}
+    return tc.Scene(scene.bodies, scene.obstacles, 8e-3, contact=scene.contact, **parts), scheme
+
+
+def pressed():
+    """A nearly incompressible body with full removal, in two islands of which one lands later: MPRGP solves."""
+    soft = tc.NeoHookean(2.3e7, 0.48, 1350.0)
+    parts = [
+        tc.Body(block(cells=cells, shift=shift, shake=0.1), soft, (2.0, 0.0, -SPEED), contact=["zmin"], name=name)
+        for name, cells, shift in (("left", 3, (0.0, 0.0, 0.0)), ("right", 2, (0.5, 0.0, 0.002)))
+    ]
+    ground = tc.Plane((0.0, 0.0, -0.001), (0.0, 0.0, 1.0))
+    return tc.Scene(parts, [ground], 4e-3, contact=tc.MasslessContact(removal="full")), tc.CentralDifference(cfl=0.6)
+
+
+def repelled():
+    """Contact by penalty with friction, and a top that a support holds."""
+    mesh = block(cells=3, shake=0.1)
+    body = tc.Body(mesh, LAW, (0.3 * SPEED, 0.0, -SPEED), contact=["zmin"], supports=[tc.Support("zmax", "y")])
+    options = {"contact": tc.PenaltyContact(1e10), "friction": tc.Coulomb(0.2)}
+    return tc.Scene([body], [wall(mesh, DOWN, 2e-3)], 6e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
+def struck():
+    """Contact by impulses with a slanted plane that moves, with friction."""
+    scene, scheme = wedged()
+    options = {"contact": tc.ImpulseContact(), "friction": tc.Coulomb(0.1)}
+    return tc.Scene(scene.bodies, [rising(scene.obstacles[1], 2.0)], 6e-3, **options), scheme
+
+
+def swept():
+    """Friction in the static solve on a plane that a function of time moves, below a ball that spins and falls."""
+    mesh = block(cells=3, shake=0.1)
+    body = tc.Body(mesh, LAW, (0.0, 0.0, -2.0), contact=["zmin", "zmax"])
+    plane = dataclasses.replace(wall(mesh, DOWN, 2e-3), velocity=lambda t: (4.0 * np.cos(900.0 * t), 1.0, 300.0 * t))
+    above = mesh.nodes.mean(axis=0) + (np.ptp(mesh.nodes[:, 2]) / 2 + 0.401) * DOWN
+    ball = tc.Sphere(tuple(above), 0.4, velocity=(0.0, 0.0, -4.0), angular_velocity=(0.0, 20.0, 5.0))
+    options = {"contact": tc.MasslessContact(removal="full"), "friction": tc.Coulomb(0.2)}
+    return tc.Scene([body], [plane, ball], 9e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
+def spun():
+    """Friction of the kick that falls with the slip speed, on a cylinder that turns and rises."""
+    law = tc.Coulomb(static=0.4, kinetic=0.1, decay=2.0, limit=2e5)
+    mesh = block(cells=3, shake=0.1)
+    scene, scheme = thrown(mesh, removal="normal", cell_viscosity=0.0, friction=law, duration=6e-3)
+    below = mesh.nodes.mean(axis=0) - (np.ptp(mesh.nodes[:, 2]) / 2 + 0.502) * DOWN
+    roller = tc.Cylinder(tuple(below), (0.0, 1.0, 0.0), 0.5, angular_velocity=(0.0, 30.0, 0.0))
+    return dataclasses.replace(scene, obstacles=[rising(roller, 1.0)]), scheme
+
+
+def held():
+    """Supports without contact, one that holds and one that moves, with gravity, damping, springs and dashpots."""
+    supports = [tc.Support("zmax", "xyz"), tc.Support("zmin", "x", velocity=2.0)]
+    springs = [tc.Spring("ymin", 2e6, 300.0, to="ymax", rest_length=0.2), tc.Spring("ymax", 1e6, 200.0, axes="yz")]
+    body = tc.Body(block(cells=3, shake=0.1), LAW, supports=supports, springs=springs)
+    options = {"contact": None, "gravity": (0.0, 0.0, -9.81), "damping": tc.MassDamping(rate=20.0)}
+    return tc.Scene([body], [], 6e-3, **options), tc.CentralDifference(cfl=0.6)
+
+
+FRICTIONLESS = (normal, full, linear, sprung, ball, forged, corner, sagged, crushed, fast, pressed, held)
+WITH_FRICTION = (rubbed, wedged, crept, slowed, repelled, struck, swept, spun)
+RUBBING = tuple(scene.__name__ for scene in WITH_FRICTION)
+SCENES = {scene.__name__: scene for scene in FRICTIONLESS + WITH_FRICTION}
+
+# those that run with the threads in reversed order too
+REVERSED = ("full", "crushed", "wedged", "slowed", "pressed", "corner", "swept", "held")
+COUNTED = ("normal", "wedged", "slowed", "repelled", "swept")  # those whose launches of a block are counted
+
+
+def run(name, arch):
+    """Return what a run leaves: positions, velocities, forces, columns of its history, steps and the reason."""
+    scene, scheme = SCENES[name]()
+    result = tc.simulate(scene, scheme, arch=arch, progress=False)
+    found = {"position": result.position, "velocity": result.velocity, "node_force": result.contact_node_force}
+    found |= {"steps": result.steps, "reason": result.reason, "memory": sum(result.memory.values())}
+    return found | {f"history_{column}": np.asarray(values) for column, values in result.history.items()}

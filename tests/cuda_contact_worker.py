@@ -1,0 +1,86 @@
+"""What the tests of contact on CUDA run in a process of its own: python cuda_contact_worker.py OUT.npz."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import cuda_contact_scenes
+
+from tcontact.device import runtime
+from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.planning.planning import plan
+from tcontact.schemes.explicit.device_contact import DeviceContactSteps
+
+
+def state_of(name: str):
+    """Return the state of a scene at its start, and its first step [s]."""
+    scene, scheme = cuda_contact_scenes.SCENES[name]()
+    planned = plan(scene)
+    zero = [body.initial_displacement for body in scene.bodies]
+    (state,) = scheme.states(scene, planned, zero, [body.initial_velocity for body in scene.bodies])
+    step = 2e-5
+    state.begin_contact(step)
+    return state, step
+
+
+def calls_of_a_block(name: str) -> str:
+    """Return what the driver is asked for by the launches of a block of a scene, not its first; "" without a log."""
+    log = Path(os.environ.get("FAKE_CUDA_LOG", os.devnull))
+    state, step = state_of(name)
+    kicks = step / 2, step / 2, step
+    state.advance(*kicks, 0.0, (step, step), 2)
+    device, lengths = state.device, []
+    end = "_settle" if isinstance(device, DeviceContactSteps) else "_read"
+    setattr(device, end, watched(getattr(device, end), lambda: lengths.append(log.stat().st_size)))
+    # obstacles are placed, and functions of time asked, before a block
+    device.advance = watched(device.advance, lambda: lengths.append(log.stat().st_size))
+    state.advance(*kicks, 2 * step, (step, step), DEVICE_ROWS)
+    text = log.read_bytes() if log.is_file() else b""
+    return text[lengths[0] : lengths[1]].decode()
+
+
+def watched(call, note):
+    """Return the call with a note before it."""
+
+    def noted(*given):
+        note()
+        return call(*given)
+
+    return noted
+
+
+def short_of_passes() -> dict[str, np.ndarray]:
+    """Return a run in which every step offers one pass, and how often the device had to be asked for its blocks."""
+    asked: list[int] = []
+    take, settle = DeviceContactSteps._take, DeviceContactSteps._settle
+
+    def few(self, *given):
+        self.passes = 1
+        return take(self, *given)
+
+    DeviceContactSteps._take = few
+    DeviceContactSteps._settle = lambda self: (asked.append(1), settle(self))[1]
+    found = cuda_contact_scenes.run("full", "cuda")
+    DeviceContactSteps._take, DeviceContactSteps._settle = take, settle
+    return found | {"asked": np.array(len(asked))}
+
+
+def main(out: str) -> None:
+    """Run everything and store it."""
+    runtime.start("cuda")
+    found = {f"{name}/calls": np.array(calls_of_a_block(name)) for name in cuda_contact_scenes.COUNTED}
+    reverse = "FAKE_CUDA_REVERSE" in os.environ
+    for name in cuda_contact_scenes.REVERSED if reverse else cuda_contact_scenes.SCENES:
+        found |= {f"{name}/{key}": value for key, value in cuda_contact_scenes.run(name, "cuda").items()}
+    found |= {f"short/{key}": value for key, value in short_of_passes().items()}
+    np.savez(out, **found)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

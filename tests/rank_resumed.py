@@ -1,0 +1,51 @@
+"""Runs that stop and go on: `mpiexec -n P python rank_resumed.py FOLDER whole|killed|signalled|resumed SCENE..`."""
+
+import os
+import signal
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+from rank_scenes import SCENES
+
+import tcontact as tc
+from tcontact.device import ranks
+from tcontact.schemes.explicit.state import DomainState
+
+STOPS = {"killed": signal.SIGKILL, "signalled": signal.SIGTERM}
+CHECKPOINT = tc.Checkpoint(every_steps=3)
+
+
+def stop_in_step_6(mode):
+    """Let the last rank, or the only process, kill or signal itself in step 6; return the original step."""
+    original, steps = DomainState.advance, []
+
+    def advance(self, *given, **stop_at):
+        steps.append(1)
+        if len(steps) == 6 and ranks.launched()[1] == ranks.launched()[0] - 1:
+            os.kill(os.getpid(), STOPS[mode])
+        return original(self, *given, **stop_at)
+
+    DomainState.advance = advance
+    return original
+
+
+def main(folder, mode, *names):
+    """Run, stop or resume the scenes; the first rank saves the values of each."""
+    warnings.simplefilter("ignore")
+    for name in names:
+        scene, own = SCENES[name](), Path(folder) / name
+        original = stop_in_step_6(mode) if mode in STOPS else DomainState.advance
+        if mode == "resumed":
+            result = tc.resume(own, scene, threads=1)
+        else:
+            result = tc.simulate(scene, out=own, frames=5, threads=1, checkpoint=CHECKPOINT)
+        DomainState.advance = original
+        if ranks.is_first_rank():
+            values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}
+            np.savez(own / f"{mode}.npz", reason=np.array(result.reason), **values, **result.history)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

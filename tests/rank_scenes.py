@@ -1,0 +1,104 @@
+"""Scenes for runs on several ranks: together they have every term of explicit scenes, in small."""
+
+import mixed_meshes
+import numpy as np
+
+import tcontact as tc
+
+SIZE = np.array([0.1, 0.08, 0.12])
+LAWS = {"linear": tc.LinearElastic(2.3e7, 0.27, 1350.0), "neo": tc.NeoHookean(2.3e7, 0.27, 1350.0)}
+EXACT = 1e-11  # of the static solve: sweeps must not stop a rounding error earlier on some ranks
+
+
+def block(law="linear", counts=(4, 3, 5), kind="hex8", at=(0.0, 0.0, 1e-4), velocity=(1.0, 0.5, -8.0), **given):
+    """A block above the plane z = 0."""
+    mesh = tc.box_mesh(SIZE, counts, kind=kind).translated(at)
+    material = LAWS[law] if isinstance(law, str) else law
+    return tc.Body(mesh, material, velocity=velocity, **given)
+
+
+def free():
+    """Flight of two bodies that deform, one of tetrahedra, in a field of gravity."""
+    bodies = [
+        block("neo", kind="tet4", velocity=lambda x: 30.0 * np.cos(40.0 * x[:, [2, 0, 1]])),
+        block("neo", counts=(3, 3, 3), at=(0.5, 0.0, 0.0), velocity=lambda x: 20.0 * np.sin(30.0 * x[:, [1, 2, 0]])),
+    ]
+    return tc.Scene(bodies, duration=2e-3, gravity=(0.0, 3.0, -9.81))
+
+
+def normal():
+    """Impact with normal removal, of a law whose stable step is followed; bulk viscosity and damping."""
+    contact = tc.MasslessContact(removal="normal", tolerance=EXACT)
+    terms = {"viscosity": tc.BulkViscosity(), "damping": tc.MassDamping(50.0)}
+    return tc.Scene([block("neo", contact="zmin")], [tc.Plane()], 2e-3, contact=contact, gravity=(0, 0, -9.81), **terms)
+
+
+def corner():
+    """Impact into a corner with full removal and friction."""
+    walls = [tc.Plane(), tc.Plane((-1e-4, 0.0, 0.0), (1.0, 0.0, 0.0))]
+    body = block(contact=("zmin", "xmin"), velocity=(-5.0, 2.0, -8.0))
+    contact = tc.MasslessContact(removal="full", tolerance=EXACT)
+    return tc.Scene([body], walls, 1.5e-3, contact=contact, friction=tc.Coulomb(0.3))
+
+
+def pushed():
+    """A plane that a function of time moves pushes with a penalty; a probe."""
+    wall = tc.Plane(velocity=lambda t: (0.0, 0.0, 8.0 + 2e3 * t))
+    body = block(contact="zmin", velocity=(0.0, 0.0, 0.0), probes=[tc.Probe("zmax", "velocity")])
+    return tc.Scene([body], [wall], 1.5e-3, contact=tc.PenaltyContact(stiffness=2e9))
+
+
+def impulses():
+    """Impact with impulses, of two materials, periodic along y."""
+    body = block()
+    upper = body.mesh.cell_centres()[:, 2] > 0.06
+    sets = {"upper": np.flatnonzero(upper), "lower": np.flatnonzero(~upper)}
+    material = {"lower": LAWS["linear"], "upper": tc.LinearElastic(7e7, 0.2, 2100.0)}
+    body = tc.Body(body.mesh.with_sets(cell_sets=sets), material, velocity=(0.0, 0.0, -5.0), contact="zmin",
+                   periodic="y")  # fmt: skip
+    return tc.Scene([body], [tc.Plane()], 1.5e-3, contact=tc.ImpulseContact())
+
+
+def held():
+    """Supports at rest and driven, loads, a spring and a point mass."""
+    supports = [tc.Support("xmin", "xy"), tc.Support("zmax", "z", velocity=lambda t: -4.0 * np.sin(2e3 * t))]
+    loads = [tc.Load("xmax", pressure=lambda t: 1e6 * np.sin(3e3 * t)), tc.Load("ymax", force=(0.0, 200.0, 0.0))]
+    body = block(
+        velocity=(0.0, 0.0, 0.0), counts=(6, 3, 5), supports=supports, loads=loads,
+        springs=[tc.Spring("zmin", 2e5)], point_masses=[tc.PointMass("zmin", 0.2)],
+    )  # fmt: skip
+    return tc.Scene([body], duration=2e-3, gravity=(0.0, 0.0, -9.81))
+
+
+def pair():
+    """Two blocks that hit each other with friction, the lower one held on a side away from the contact."""
+    lower = block(counts=(3, 3, 5), at=(0.003, -0.004, -0.1201), velocity=(0.0, 0.0, 0.0), contact="zmax", name="lower",
+                  supports=[tc.Support("zmin", "xyz")])  # fmt: skip
+    upper = block(contact="zmin", name="upper")
+    contact = tc.MasslessContact(tolerance=EXACT)
+    return tc.Scene([lower, upper], duration=1.2e-3, contact=contact, friction=tc.Coulomb(0.2))
+
+
+def rigid():
+    """A body with a rigid part falls onto a plate that moves freely."""
+    plate = tc.Plane(mass=2.0, inertia=0.02, name="plate")
+    body = block(contact="zmin", rigid_parts=[tc.RigidPart("zmax", mass=0.5)])
+    return tc.Scene([body], [plate], 1.5e-3, contact=tc.MasslessContact(tolerance=EXACT))
+
+
+def metal():
+    """A metal that flows and warms, without contact."""
+    hardening = tc.LinearHardening(2e8, 1e9)
+    material = tc.ElastoPlastic(7e10, 0.33, 2700.0, hardening=hardening, specific_heat=900.0)
+    body = block(material, counts=(2, 2, 9), velocity=lambda x: 300.0 * np.sin(26.0 * x[:, [2, 2, 2]]) * (0, 0.3, 1))
+    return tc.Scene([body], duration=6e-5)
+
+
+def mixed():
+    """An L of hexahedra, prisms and tetrahedra falls on a plane."""
+    mesh = mixed_meshes.corner(counts=(6, 2, 4)).translated((0.0, 0.0, 1e-5))
+    body = tc.Body(mesh, LAWS["linear"], velocity=(1.0, 0.0, -5.0), contact="zmin")
+    return tc.Scene([body], [tc.Plane()], 6e-4, contact=tc.MasslessContact(tolerance=EXACT))
+
+
+SCENES = {one.__name__: one for one in (free, normal, corner, pushed, impulses, held, pair, rigid, metal, mixed)}

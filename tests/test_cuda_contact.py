@@ -1,0 +1,149 @@
+"""Contact on CUDA: one block of threads steps the boundary nodes as the CPU does, without waiting within a block."""
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import cuda_contact_scenes
+import cuda_device
+import numpy as np
+import pytest
+
+import tcontact as tc
+from tcontact.kernels.lanes import DEVICE_ROWS
+from tcontact.planning.planning import plan
+from tcontact.schemes.explicit.device_memory import domain_size, plan_bytes
+from tcontact.schemes.explicit.device_step import steps_on_device
+
+REASON = cuda_device.missing()
+pytestmark = [pytest.mark.cuda, pytest.mark.skipif(bool(REASON), reason=REASON)]
+WORKER = Path(__file__).resolve().parent / "cuda_contact_worker.py"
+REGISTERS, SPILLS = 255, 400  # of a thread; bytes, stores and loads each
+STACK = 1280  # bytes of a thread: most where nodes with several walls are solved, else the corners of a cell
+REASONS = {"crushed": "inverted-cell", "sagged": "not-converged"}
+CLOSE = 1e-11
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cuda")
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    """What the device computed (cuda_contact_worker.py)."""
+    return cuda_device.results(folder, worker=WORKER)
+
+
+def scale_of(key, values, expected):
+    """Return what a difference is relative to: the largest value, of quantities that vanish that of their kind."""
+    if key in ("history_static_residual", "history_energy_error"):
+        return 1.0
+    if key == "history_angular_momentum":
+        return max(np.abs(expected["history_momentum"]).max() * 0.2, np.abs(values).max())
+    return np.abs(values).max(initial=0.0)
+
+
+@pytest.mark.parametrize("name", cuda_contact_scenes.SCENES)
+def test_runs_are_those_of_the_cpu(found, name):
+    """Positions, velocities, forces of the nodes, every column: 1e-11; the same steps and the same end."""
+    scene, _scheme = cuda_contact_scenes.SCENES[name]()
+    assert all(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
+    expected = cuda_contact_scenes.run(name, "cpu")
+    assert found[f"{name}/steps"] == expected["steps"]
+    assert found[f"{name}/reason"] == expected["reason"] == REASONS.get(name, "finished")
+    assert name == "held" or np.abs(expected["history_contact_force"]).max() > 0.0
+    for key, values in expected.items():
+        if key in ("steps", "reason", "memory", "history_sweeps"):  # a sweep more or less at rounding level
+            continue
+        own, same = found[f"{name}/{key}"], np.isfinite(values)
+        assert own.shape == values.shape, key
+        assert (np.isfinite(own) == same).all(), key
+        assert (np.abs(own - values)[same] <= CLOSE * scale_of(key, values[same], expected)).all(), key
+
+
+@pytest.mark.parametrize("name", cuda_contact_scenes.RUBBING)
+def test_friction_takes_energy(found, name):
+    """Without it these runs would agree too."""
+    work = found[f"{name}/history_friction_work"]
+    assert work[-1] > 1e-3 * found[f"{name}/history_kinetic"][0]
+
+
+def test_what_is_not_on_the_device_steps_on_the_kernels_of_the_cpu():
+    """Friction layers, and viscous contact cells: normal removal with friction has them unless it is told otherwise."""
+    block = cuda_contact_scenes.block(cells=3)
+    layer = {"material": cuda_contact_scenes.METAL, "friction": tc.FrictionLayer(), "formulation": "mean-dilatation"}
+    for options in (layer, {"removal": "normal", "friction": tc.Coulomb(0.2)}):
+        scene, _scheme = cuda_contact_scenes.thrown(block, **options)
+        assert not any(steps_on_device(scene, domain, "cuda") for domain in plan(scene).domains)
+
+
+def test_steps_that_are_short_of_passes_take_those_of_the_next(found):
+    """The same bits where every step offers one pass, though most need two or more."""
+    blocks = -(-int(found["full/steps"]) // DEVICE_ROWS)
+    assert found["short/asked"] > 2 * blocks
+    for key, values in found.items():
+        name, _, column = key.partition("/")
+        if name == "full" and column != "memory":
+            assert np.array_equal(found[f"short/{column}"], values, equal_nan=values.dtype == float), column
+
+
+def test_threads_in_reversed_order_give_the_same_bits(found, tmp_path):
+    if cuda_device.real():
+        pytest.skip("a real device runs its threads in its own order")
+    other = cuda_device.results(tmp_path, reverse=True, worker=WORKER)
+    assert {key.partition("/")[0] for key in other} > set(cuda_contact_scenes.REVERSED)
+    for key, values in other.items():
+        if values.dtype == float:
+            assert np.array_equal(found[key], values, equal_nan=True), key
+
+
+@pytest.mark.parametrize("name", cuda_contact_scenes.COUNTED)
+def test_a_block_of_rows_launches_three_times_a_step_and_twice_a_pass(found, name):
+    """Also with friction. It copies nothing to the host and never waits; its state is copied on the device at first, in
+    less than a launch a step."""
+    if cuda_device.real():
+        pytest.skip("calls of a real driver are not counted")
+    lines = str(found[f"{name}/calls"]).splitlines()
+    assert {line.split()[0] for line in lines} <= {"launch", "allocasync", "freeasync", "HtoDasync"}
+    names = [line.split()[1] for line in lines if line.startswith("launch")]
+    steps, passes = (sum(part in name for name in names) for part in ("device_contact_step", "device_pass"))
+    assert steps == 3 * DEVICE_ROWS
+    assert passes % (2 * DEVICE_ROWS) == 0
+    assert 1 <= passes // (2 * DEVICE_ROWS) <= 4 or (passes == 0 and name == "repelled")
+    assert sum("copy_" in name for name in names) == len(names) - steps - passes < DEVICE_ROWS
+
+
+@pytest.mark.parametrize("name", cuda_contact_scenes.SCENES)
+def test_the_memory_of_a_run_is_foreseen(found, name):
+    """At least what the arrays take, with the search for the stable step and one copy, and little more."""
+    planned = plan(cuda_contact_scenes.SCENES[name]()[0])
+    sizes = [domain_size(domain) for domain in planned.domains]
+    beside = sum(size.search + size.transfer for size in sizes)
+    assert found[f"{name}/memory"] <= plan_bytes(planned) <= 1.1 * found[f"{name}/memory"] + beside
+
+
+def test_registers_and_spills(found, folder):
+    """The block of threads keeps its values in registers, but for the corners of a cell in the tangent."""
+    tool = cuda_device.FAKE.parent / "registers.py"
+    if cuda_device.real() or not tool.is_file():
+        pytest.skip("PTX is kept by fake_cuda.sh alone")
+    if importlib.util.find_spec("nvidia") is None and shutil.which("ptxas") is None:
+        pytest.skip("no ptxas: pip install 'tcontact[cuda-test]'")
+    parts = ("device_contact_step", "device_pass", "device_start")
+    kept, most = dict.fromkeys(parts, 0), np.zeros(3, dtype=int)
+    for module in sorted(folder.glob("module_*.ptx")):
+        part = next((part for part in parts if f".entry {part}" in module.read_text()), "")
+        if not part:
+            continue
+        kept[part] += 1
+        command = [sys.executable, str(tool), str(module)]
+        report = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        for row in (line.replace("/", " ").split() for line in report.splitlines()):
+            registers, stack, spills = int(row[1]), int(row[4]), max(int(row[7]), int(row[8]))
+            print(f"{row[0]:55} {registers:4} registers, {stack:4} B of stack, {spills:5} B of spills")
+            most = np.maximum(most, (registers, stack, spills))
+    assert all(kept.values())
+    assert (most <= (REGISTERS, STACK, SPILLS)).all(), most

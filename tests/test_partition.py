@@ -1,0 +1,186 @@
+"""A cut mesh: every cell once, equal work, and copies, owners, ghosts and receivers that fit together."""
+
+import numpy as np
+import pytest
+from mixed_meshes import corner
+
+import tcontact as tc
+from tcontact.base.errors import InputError
+from tcontact.planning.contact_graph import contact_graph, residual_receivers
+from tcontact.planning.lumped_mass import corner_masses
+from tcontact.planning.partition.contact_parts import contact_parts, receiver_ranks
+from tcontact.planning.partition.cut import EXTRA_WORK, CellGraph, cut_cells
+from tcontact.planning.partition.parts import parts_of
+
+pytest.importorskip("pymetis", reason="METIS cuts the meshes: pip install pymetis")
+
+MESHES = {
+    "hex8": lambda: tc.box_mesh((1.0, 1.0, 1.0), (6, 6, 6)),
+    "tet4": lambda: tc.box_mesh((1.0, 1.0, 1.0), (4, 4, 4), kind="tet4"),
+    "wedge6": lambda: tc.box_mesh((1.0, 1.0, 1.0), (4, 4, 4), kind="wedge6"),
+    "mixed": lambda: corner((8, 4, 8)),
+}
+every_mesh = pytest.mark.parametrize("mesh", [make() for make in MESHES.values()], ids=MESHES)
+every_count = pytest.mark.parametrize("ranks", [1, 2, 3, 4, 7])
+
+
+def cut_mesh(mesh, ranks, extra=EXTRA_WORK["full"]):
+    contact = mesh.nodes_of("zmin")
+    rank = cut_cells(mesh.blocks, mesh.node_count, ranks, contact, extra)
+    return contact, rank, parts_of(mesh.blocks, mesh.node_count, rank)
+
+
+def cells_round(mesh):
+    """Nodes of every cell, one after another."""
+    return [set(row.tolist()) for _, rows in mesh.blocks for row in rows]
+
+
+@every_count
+@every_mesh
+def test_every_cell_has_one_rank_and_every_node_one_owner(mesh, ranks):
+    _, rank, parts = cut_mesh(mesh, ranks)
+    assert sorted(np.concatenate([part.cells for part in parts])) == list(range(mesh.cell_count))
+    assert all(len(part.cells) for part in parts)
+    owned = np.concatenate([part.nodes[part.owned] for part in parts])
+    assert sorted(owned) == list(range(mesh.node_count))
+    around = cells_round(mesh)
+    for part in parts:
+        nodes = set().union(*(around[cell] for cell in part.cells))
+        assert part.nodes.tolist() == sorted(nodes)
+        lowest = [min(rank[c] for c, cell in enumerate(around) if node in cell) for node in part.nodes[:25]]
+        assert part.owner[:25].tolist() == lowest
+
+
+@every_count
+@every_mesh
+def test_two_ranks_list_the_nodes_they_share_in_the_same_order(mesh, ranks):
+    _, _, parts = cut_mesh(mesh, ranks)
+    for part in parts:
+        assert [other for other, _ in part.shared] == sorted(other for other, _ in part.shared)
+        for other, places in part.shared:
+            theirs = dict(parts[other].shared)[part.rank]
+            assert (part.nodes[places] == parts[other].nodes[theirs]).all()
+        for other in set(range(ranks)) - {part.rank}:
+            both = np.intersect1d(part.nodes, parts[other].nodes)
+            listed = dict(part.shared).get(other, np.zeros(0, dtype=int))
+            assert part.nodes[listed].tolist() == both.tolist()
+
+
+@every_mesh
+def test_masses_of_the_parts_add_up_over_the_copies(mesh):
+    _, _, parts = cut_mesh(mesh, 4)
+
+    def masses(chosen):
+        total, first = np.zeros(mesh.node_count), 0
+        for kind, rows in mesh.blocks:
+            mine = chosen[(chosen >= first) & (chosen < first + len(rows))] - first
+            first += len(rows)
+            if len(mine):
+                np.add.at(total, rows[mine], corner_masses(kind, mesh.nodes, rows[mine], 1000.0))
+        return total
+
+    whole = masses(np.arange(mesh.cell_count))
+    own = [masses(part.cells) for part in parts]
+    for part in parts:
+        total = own[part.rank][part.nodes].copy()
+        for other, places in part.shared:
+            total[places] += own[other][part.nodes[places]]
+        assert total == pytest.approx(whole[part.nodes], rel=1e-14)
+
+
+@pytest.mark.parametrize("extra", EXTRA_WORK.values(), ids=EXTRA_WORK)
+@pytest.mark.parametrize(("cells", "ranks"), [(12, 2), (12, 4), (16, 8), (18, 27)])
+def test_contact_ranks_are_few_and_the_time_of_a_step_is_the_mean(cells, ranks, extra):
+    """A contact rank takes as long as its cells and the largest contact work of any rank; METIS alone: .65 to .9."""
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (cells, cells, cells))
+    contact, rank, _ = cut_mesh(mesh, ranks, extra)
+    touching = np.isin(mesh.cells, contact).any(axis=1)
+    own = np.bincount(rank[touching], minlength=ranks)
+    with_contact = own[own > 0]
+    mean = (mesh.cell_count + extra * touching.sum()) / ranks
+    assert len(with_contact) == int(np.clip(np.ceil(touching.sum() * (1 + extra) / mean), 1, ranks))
+    assert with_contact.max() <= 1.05 * with_contact.mean() + 1
+    slowest = (np.bincount(rank, minlength=ranks) + np.where(own > 0, extra * own.max(), 0.0)).max()
+    assert mean / slowest >= 0.95
+
+
+@every_count
+@every_mesh
+def test_ghosts_are_the_columns_of_own_rows_that_others_own(mesh, ranks):
+    contact, _, parts = cut_mesh(mesh, ranks, extra=0.0)
+    found = contact_parts(mesh.blocks, parts, contact)
+    graph = contact_graph(mesh.cells, contact, mesh.node_count, mesh.repeated)
+    columns = {
+        node: set(graph.nodes[graph.column[graph.row_start[k] : graph.row_start[k + 1]]].tolist())
+        for k, node in enumerate(graph.nodes.tolist())
+    }
+    assert sorted(np.concatenate([part.owned for part in found])) == sorted(contact)
+    for part in found:
+        own = set(part.owned.tolist())
+        needed = set().union(*(columns[node] for node in own)) - own
+        assert sorted(np.concatenate([[], *(nodes for _, nodes in part.ghosts)])) == sorted(needed)
+        for other, nodes in part.ghosts:
+            assert set(nodes.tolist()) <= set(found[other].owned.tolist())
+            assert nodes.tolist() == dict(found[other].sent)[part.rank].tolist()
+
+
+@every_count
+@every_mesh
+def test_a_share_is_handed_over_by_the_lowest_rank_that_has_both_nodes_in_a_cell(mesh, ranks):
+    contact, rank, _ = cut_mesh(mesh, ranks)
+    around = cells_round(mesh)
+    others = np.setdiff1d(np.unique(np.concatenate([rows[np.isin(rows, contact).any(axis=1)].reshape(-1)
+                                                    for _, rows in mesh.blocks])), contact)  # fmt: skip
+    boundary = np.concatenate([contact, others])
+    start, places = residual_receivers(mesh.cells, mesh.nodes, boundary, len(contact))
+    pairs = np.repeat(contact, np.diff(start)), boundary[places]
+    ranks_of_pairs = receiver_ranks(mesh.blocks, rank, *pairs)
+    for first, second, own in list(zip(*pairs, ranks_of_pairs, strict=True))[::7]:
+        assert own == min(rank[c] for c, cell in enumerate(around) if {first, second} <= cell)
+
+
+def test_a_receiver_without_a_common_cell_is_refused():
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    rank = np.zeros(mesh.cell_count, dtype=int)
+    with pytest.raises(InputError, match="refine the mesh there"):
+        receiver_ranks(mesh.blocks, rank, np.array([0]), np.array([mesh.node_count - 1]))
+
+
+@pytest.mark.parametrize("ranks", [0, -1, 9])
+def test_more_ranks_than_cells_are_refused(ranks):
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    with pytest.raises(InputError, match="at least 1 and at most 8 ranks"):
+        cut_cells(mesh.blocks, mesh.node_count, ranks)
+
+
+def test_as_many_ranks_as_cells():
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    assert sorted(cut_cells(mesh.blocks, mesh.node_count, 8, mesh.nodes_of("zmin"), 7.0)) == list(range(8))
+
+
+@pytest.mark.parametrize("ranks", [2, 5])
+def test_a_mesh_in_pieces_is_cut_whole(ranks):
+    """Two boxes that nothing connects, the upper one without contact."""
+    box = tc.box_mesh((1.0, 1.0, 1.0), (4, 4, 4))
+    nodes = np.concatenate([box.nodes, box.nodes + np.array([0.0, 0.0, 2.0])])
+    blocks = (("hex8", np.concatenate([box.cells, box.cells + box.node_count])),)
+    rank = cut_cells(blocks, len(nodes), ranks, box.nodes_of("zmin"), 4.0)
+    touching = np.isin(blocks[0][1], box.nodes_of("zmin")).any(axis=1)
+    work = np.bincount(rank, weights=1.0 + 4.0 * touching, minlength=ranks)
+    assert work.min() > 0
+    assert work.max() <= 1.15 * work.mean()
+
+
+@every_mesh
+def test_cells_that_share_a_face_are_neighbours(mesh):
+    """Oracle: two cells with at least three common nodes (four where one is a hexahedron's face)."""
+    graph = CellGraph.of(mesh.blocks, mesh.node_count)
+    around = cells_round(mesh)
+    for cell in range(0, mesh.cell_count, 11):
+        expected = [c for c, other in enumerate(around) if c != cell and len(around[cell] & other) >= 3]
+        assert graph.near[graph.start[cell] : graph.start[cell + 1]].tolist() == expected
+
+
+def test_the_same_mesh_is_cut_the_same_way_twice():
+    mesh = MESHES["tet4"]()
+    assert (cut_mesh(mesh, 4)[1] == cut_mesh(mesh, 4)[1]).all()

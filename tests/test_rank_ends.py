@@ -1,0 +1,109 @@
+"""How runs on several ranks end: killed, interrupted, or by an error of one rank; never by waiting for ever."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import h5py
+import numpy as np
+import pytest
+from test_ranks import HERE, MPIEXEC, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
+
+RANKS = 3
+
+
+def started(folder, *words):
+    """Start the script of rank_ends.py on several ranks."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(HERE.parent)}
+    command = [MPIEXEC, "-n", str(RANKS), sys.executable, "rank_ends.py", str(folder), *words]
+    return subprocess.Popen(
+        command, cwd=HERE, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def until(folder, name, process, seconds=90.0):
+    """Wait until a file of the run is there; return its text."""
+    end = time.monotonic() + seconds
+    wait = threading.Event()
+    while not (folder / name).exists() or not (text := (folder / name).read_bytes()):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        wait.wait(0.02)
+    return text
+
+
+def kill_at(folder, seconds):
+    """Kill the second rank so many seconds after its start; return the process that has ended."""
+    process = started(folder)
+    number = int(until(folder, "pid-1", process))
+    threading.Event().wait(seconds)
+    os.kill(number, signal.SIGKILL)
+    process.communicate(timeout=30)
+    return process
+
+
+@pytest.mark.parametrize("seconds", [0.3, 6.0])
+def test_a_run_ends_when_a_rank_is_killed(tmp_path, seconds):
+    """While the ranks start, and while they step; `communicate` raises `TimeoutExpired` if the others wait for it."""
+    assert kill_at(tmp_path, seconds).returncode != 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(20))
+def test_a_run_ends_when_a_rank_is_killed_at_any_moment(tmp_path, number):
+    assert kill_at(tmp_path, random.Random(number).uniform(0.0, 12.0)).returncode != 0
+
+
+def test_a_signal_to_one_rank_stops_all_with_everything_kept(tmp_path):
+    process = started(tmp_path)
+    number = int(until(tmp_path, "pid-2", process))
+    end = time.monotonic() + 90.0
+    while time.monotonic() < end:
+        threading.Event().wait(0.5)
+        file = tmp_path / "run" / "result.vtkhdf"
+        if file.exists() and file.stat().st_size > 50_000:
+            break
+    os.kill(number, signal.SIGTERM)
+    output, errors = process.communicate(timeout=60)
+    assert output.count("reason interrupted") == RANKS, errors
+    assert process.returncode == 0
+    with h5py.File(tmp_path / "run" / "result.vtkhdf") as file:
+        assert len(file["VTKHDF/Steps/Values"]) >= 1
+    assert (tmp_path / "run" / "history.csv").exists()
+
+
+def test_an_error_of_one_rank_ends_all_and_names_it(tmp_path):
+    process = started(tmp_path, "fails")
+    _, errors = process.communicate(timeout=90)
+    assert process.returncode != 0
+    assert errors.count("Traceback") == 1
+    assert "rank 1 of 3 failed, which ends all ranks" in errors
+    assert "this rank alone" in errors
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A run on two ranks that never stopped."""
+    folder = tmp_path_factory.mktemp("whole")
+    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal")
+    assert done.returncode == 0, done.stderr
+    assert not list(folder.rglob("checkpoint*"))
+    return np.load(folder / "normal" / "whole.npz")
+
+
+@pytest.mark.parametrize("stop", ["killed", "signalled"])
+def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whole, tmp_path, stop):
+    first = mpiexec(2, "rank_resumed.py", tmp_path, stop, "normal")
+    assert (first.returncode == 0) == (stop == "signalled")
+    done = mpiexec(2, "rank_resumed.py", tmp_path, "resumed", "normal")
+    assert done.returncode == 0, done.stderr
+    found = np.load(tmp_path / "normal" / "resumed.npz")
+    assert str(found["reason"]) == "finished"
+    assert [name for name in whole.files if whole[name].tobytes() != found[name].tobytes()] == []
+    assert not list(tmp_path.rglob("checkpoint*"))
+    with h5py.File(tmp_path / "normal" / "result.vtkhdf") as file:
+        assert len(file["VTKHDF/Steps/Values"]) == 5

@@ -1,0 +1,77 @@
+"""A run goes on with another number of ranks: with the numbers of one that never stopped, or it is refused by name."""
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
+
+SCENES = ("normal", "pushed", "pair", "rigid", "metal")
+BOUND = 1e-11  # of the largest value
+NOISE = ("static_residual", "energy_error")  # columns of rounding errors
+
+
+def on(ranks, *words):
+    """Run rank_resumed.py on some ranks, 1: as one process."""
+    if ranks > 1:
+        return mpiexec(ranks, "rank_resumed.py", *words)
+    command = [sys.executable, "rank_resumed.py", *map(str, words)]
+    return subprocess.run(command, cwd=HERE, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The scenes in one process that never stops."""
+    folder = tmp_path_factory.mktemp("whole")
+    done = on(1, folder, "whole", *SCENES)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    """The scenes stopped in step 6, by the number of ranks."""
+    found = {}
+    for ranks in (1, 2):
+        found[ranks] = tmp_path_factory.mktemp(f"on-{ranks}")
+        done = on(ranks, found[ranks], "signalled", *SCENES, "held")
+        assert done.returncode == 0, done.stderr
+    return found
+
+
+@pytest.mark.parametrize(("before", "after"), [(2, 1), (1, 2), (2, 3)])
+def test_a_run_goes_on_with_another_number_of_ranks(whole, stopped, tmp_path, before, after):
+    folder = tmp_path / "run"
+    shutil.copytree(stopped[before], folder)
+    done = on(after, folder, "resumed", *SCENES)
+    assert done.returncode == 0, done.stderr
+    for name in SCENES:
+        one, two = (np.load(path / name / kind) for path, kind in ((whole, "whole.npz"), (folder, "resumed.npz")))
+        assert str(np.load(folder / name / "signalled.npz")["reason"]) == "interrupted"
+        assert str(two["reason"]) == "finished"
+        assert not list((folder / name).rglob("checkpoint*"))
+        for key in one.files:
+            if key == "reason" or key in NOISE:
+                continue
+            assert one[key].shape == two[key].shape, (name, key)
+            scale = scale_of(key, one)
+            same = (one[key] == two[key]) | (np.isnan(one[key]) & np.isnan(two[key]))
+            assert (same | (np.abs(one[key] - np.where(same, 0.0, two[key])) <= BOUND * scale)).all(), (name, key)
+
+
+def scale_of(key, values):
+    """Return the largest value of a column; of forces and impulses that cancel in a pair the largest momentum."""
+    momentum = np.abs(values["momentum"]).max()
+    others = {"contact_force": momentum / values["time"][-1], "impulse": momentum, "energy": values["energy"].max()}
+    return max(np.nanmax(np.abs(values[key]), initial=0.0), others.get(key, 1e-300))
+
+
+def test_what_only_as_many_ranks_can_take_over_is_refused_by_name(stopped, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(stopped[2], folder)
+    done = on(1, folder, "resumed", "held")
+    assert done.returncode != 0
+    assert "start 2 to go on, which a run with springs or loads of functions of time needs" in done.stderr
+    assert list((folder / "held").glob("checkpoint-?.npz"))

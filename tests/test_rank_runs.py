@@ -1,0 +1,113 @@
+"""Runs on several ranks give what one rank gives: every term of explicit scenes, results, frames and files."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from rank_scenes import SCENES
+from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
+
+NOISE = ("static_residual", "energy_error")  # columns of rounding errors
+CANCEL = {"contact_force": "pair_force:lower-upper", "impulse": "pair_force:lower-upper"}
+SEVERAL = {3: ("normal", "pair"), 4: ("free", "held")}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """Results of one process."""
+    folder = tmp_path_factory.mktemp("alone")
+    environment = os.environ | {"PYTHONPATH": str(HERE.parent), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "rank_results.py", str(folder), *SCENES]
+    subprocess.run(command, cwd=HERE, env=environment, check=True, timeout=300)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def together(tmp_path_factory):
+    """Results of several ranks, by their number."""
+    found = {}
+
+    def run(count):
+        if count not in found:
+            found[count] = tmp_path_factory.mktemp(f"ranks-{count}")
+            done = mpiexec(count, "rank_results.py", found[count], *SEVERAL.get(count, SCENES), timeout=400)
+            assert done.returncode == 0, done.stderr
+            assert not done.stderr
+        return found[count]
+
+    return run
+
+
+def scale(values):
+    """Largest finite magnitude of values."""
+    return np.abs(np.where(np.isfinite(values), values, 0.0)).max(initial=0.0)
+
+
+def differs(one, other, bound, unit=0.0):
+    """Return whether arrays differ by more than the bound over the largest value, or over `unit`."""
+    if one.shape != other.shape or not np.array_equal(np.isfinite(one), np.isfinite(other)):
+        return True
+    with np.errstate(invalid="ignore"):
+        apart = np.where(one == other, 0.0, one - other)
+    return bool(scale(apart) > bound * max(scale(one), unit))
+
+
+def units(known):
+    """Return by column what its numbers are compared with where they cancel: a moment, a force, an energy."""
+    start = {name: scale(known[f"history {name}"]) for name in ("momentum", "kinetic", "energy")}
+    force = scale(known["history contact_force"]) + start["momentum"] / known["history time"][-1]
+    found = dict.fromkeys(
+        ("angular_momentum", "momentum", "impulse", "damping_impulse", "support_impulse"), start["momentum"]
+    )
+    return found | dict.fromkeys(("contact_force", "support_force", "applied_force"), force)
+
+
+CASES = [(2, name) for name in SCENES] + [(count, name) for count, names in SEVERAL.items() for name in names]
+
+
+@pytest.mark.parametrize(("count", "name"), CASES)
+def test_a_run_on_several_ranks_is_that_on_one(alone, together, count, name):
+    known, found = (np.load(folder / name / "values.npz") for folder in (alone, together(count)))
+    assert known.files == found.files
+    assert str(found["reason"]) == str(known["reason"]) == "finished"
+    assert found["steps"] == known["steps"]
+    assert abs(found["limit"] / known["limit"] - 1.0) < 1e-10
+    wrong = []
+    scales = units(known)
+    for key in known.files:
+        column = key.removeprefix("history ")
+        if key == "reason" or column in NOISE:
+            continue
+        bound = 1e-6 if key.startswith("pressure") else 1e-11  # records hold float32
+        unit = scales.get(column, 0.0)
+        if "moment" in column or "rotation" in column or "angular" in column:
+            unit = max(unit, 1.0)
+        if differs(known[key], found[key], bound, unit):
+            wrong.append((key, scale(known[key] - found[key]), scale(known[key])))
+    assert wrong == []
+
+
+@pytest.mark.parametrize("name", ["normal", "metal"])
+def test_the_first_rank_writes_the_files_of_one_rank(alone, together, name):
+    one, several = alone / name, together(2) / name
+    assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in several.iterdir())
+    with h5py.File(one / "result.vtkhdf") as known, h5py.File(several / "result.vtkhdf") as found:
+        paths = []
+        known.visit(paths.append)
+        for path in paths:
+            column = path.rpartition("/")[2]
+            if column not in NOISE and isinstance(known[path], h5py.Dataset) and known[path].dtype.kind == "f":
+                assert not differs(known[path][()], found[path][()], 1e-6), path
+    assert json.loads((several / "summary.json").read_text(encoding="utf-8"))["ranks"] == 2
+
+
+def test_the_same_run_on_the_same_ranks_has_equal_bits(together, tmp_path):
+    done = mpiexec(4, "rank_results.py", tmp_path, "free")
+    assert done.returncode == 0, done.stderr
+    first, second = (np.load(Path(folder) / "free" / "values.npz") for folder in (together(4), tmp_path))
+    assert [key for key in first.files if first[key].tobytes() != second[key].tobytes()] == []

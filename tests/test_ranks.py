@@ -1,0 +1,170 @@
+"""Several processes under mpiexec: forces of shared nodes add up with equal bits, and what cannot run says so once."""
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tcontact as tc
+from tcontact.base.errors import InputError
+from tcontact.device import ranks
+from tcontact.lab.bench.rank_steps import model
+from tcontact.planning.partition.cut import cut_beside
+from tcontact.run.rank_run import check_ranks
+
+HERE = Path(__file__).resolve().parent
+MPIEXEC = shutil.which("mpiexec") or shutil.which("mpiexec", path=str(Path(sys.executable).parent))
+MISSING = [name for name in ("mpi4py", "pymetis") if importlib.util.find_spec(name) is None]
+pytestmark = [
+    pytest.mark.ranks,
+    pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec: pip install mpich"),
+    pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}; pip install 'tcontact[mpi]'"),
+]
+
+
+def mpiexec(count, *arguments, timeout=100):
+    """Run Python with these arguments in several processes."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(HERE.parent)}
+    command = [MPIEXEC, "-n", str(count), sys.executable, *map(str, arguments)]
+    return subprocess.run(
+        command, cwd=HERE, env=environment, capture_output=True, text=True, timeout=timeout, check=False
+    )
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_forces_of_shared_nodes_add_up_with_equal_bits_in_all_copies(count, kind):
+    done = mpiexec(count, "rank_worker.py", kind)
+    assert done.returncode == 0, done.stderr
+    found = dict(line.split() for line in done.stdout.splitlines())
+    assert float(found["error"]) < 1e-15
+    assert found["copies"] == "1"
+    assert found["bytes"] == "0"
+
+
+@pytest.mark.parametrize("steps", [1, 500])
+def test_a_killed_rank_ends_all(steps):
+    """The others wait for it in an exchange; `mpiexec` raises `TimeoutExpired` if they go on."""
+    done = mpiexec(3, "rank_killed.py", steps)
+    assert done.returncode != 0
+
+
+@pytest.mark.parametrize(
+    ("field", "scene", "options"),
+    [
+        ("Scene.gravity", {"gravity": lambda t: (0.0, 0.0, -t)}, {}),
+        ("Scene.maxima", {"maxima": ["von_mises"]}, {}),
+        ("arch", {}, {"arch": "cuda"}),
+        ("scheme", {}, {"scheme": tc.DiscreteGradient(dt=1e-5)}),
+        ("Scene.bodies[0].formulation", {"formulation": "node-averaged"}, {}),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_takes_one_rank_is_refused_by_name(field, scene, options):
+    given = dict(scene)
+    mesh = tc.box_mesh((0.1, 0.1, 0.1), (2, 2, 2), kind="tet4")
+    own = tc.Body(mesh, tc.NeoHookean(2e7, 0.3, 1000.0), formulation=given.pop("formulation", None))
+    known = {"scheme": tc.CentralDifference(), "arch": "cpu"} | options
+    with pytest.raises(InputError, match="one rank in this version") as refusal:
+        check_ranks(tc.Scene([own], duration=1e-3, **given), **known, ranks=2)
+    assert refusal.value.field == field
+
+
+def test_an_error_of_all_ranks_is_told_once_and_nothing_is_written(tmp_path):
+    out = tmp_path / "run"
+    done = mpiexec(3, "-m", "tcontact", "run", "cube-impact", "--set", "cells=x", "--out", out)
+    assert done.returncode == 2
+    assert done.stderr.count("tcontact: ") == 1
+    assert not out.exists()
+    again = mpiexec(2, "-m", "tcontact", "resume", out)
+    assert again.returncode == 2
+    assert again.stderr.count("no such folder") == 1
+
+
+def test_a_case_runs_on_two_ranks_with_its_pictures_and_a_folder_is_not_overwritten(tmp_path):
+    out = tmp_path / "run"
+    words = ["-m", "tcontact", "run", "cube-impact", "--set", "cells=6", "--frames", "2", "--out", out]
+    done = mpiexec(2, *words)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("finished at") == 1
+    assert "2 ranks" in done.stdout
+    assert {"summary.json", "history.csv", "result.vtkhdf", "energy.png"} <= {path.name for path in out.iterdir()}
+    again = mpiexec(2, *words)
+    assert again.returncode == 2
+    assert again.stderr.count("holds another run") == 1
+
+
+def test_an_error_in_a_script_is_told_once():
+    """All ranks raise it; the traceback is that of the first one."""
+    done = mpiexec(3, "rank_refused.py")
+    assert done.returncode != 0
+    assert done.stderr.count("Traceback") == 1
+    assert "Scene.maxima" in done.stderr
+
+
+def test_too_many_ranks_for_the_free_cells_are_refused():
+    mesh = tc.box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
+    with pytest.raises(InputError, match="start at most 1 ranks"):
+        cut_beside(mesh.blocks, mesh.node_count, 2, np.arange(8))
+
+
+def test_without_a_launcher_there_is_one_rank_and_no_mpi(monkeypatch):
+    for names in ranks.VARIABLES:
+        for name in names:
+            monkeypatch.delenv(name, raising=False)
+    assert ranks.launched() == (1, 0)
+    assert ranks.communicator() is None
+    script = "import sys, tcontact.commands.cli, tcontact.device.exchange; sys.exit('mpi4py' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], cwd=HERE.parent, check=False).returncode == 0
+
+
+def test_one_rank_of_a_launcher_is_a_run_without_mpi(monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "1")
+    monkeypatch.setenv("PMI_RANK", "0")
+    assert ranks.communicator() is None
+
+
+def test_a_launcher_of_another_mpi_is_named(monkeypatch):
+    """mpi4py sees one process where the launcher has started four."""
+    script = "from tcontact.device import ranks; ranks.communicator()"
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI"))}
+    environment |= {"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_RANK": "2"}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=HERE.parent, env=environment, capture_output=True, text=True, check=False)
+    assert "its MPI is not that of the launcher" in done.stderr
+
+
+def test_a_missing_mpi4py_is_named(monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "2")
+    monkeypatch.setenv("PMI_RANK", "1")
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
+    with pytest.raises(InputError, match=r"tcontact\[mpi\]"):
+        ranks.communicator()
+
+
+def test_the_bench_measures_two_ranks_beside_one(tmp_path):
+    words = ["-m", "tcontact", "bench", "--ranks", "1,2", "--sizes", "4", "--contact", "none", "--out", str(tmp_path)]
+    done = subprocess.run([sys.executable, *words], cwd=HERE.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "ranks.json").read_text(encoding="utf-8"))["rows"]
+    assert [row["ranks"] for row in rows] == [1, 2]
+    assert rows[0]["messages"] == 0.0
+    assert rows[1]["messages"] >= 1.0
+    assert rows[1]["bytes"] >= 24.0 * 25.0  # a plane of nodes between the halves
+    assert rows[0]["energy_error"] == pytest.approx(rows[1]["energy_error"], rel=1e-6)
+    assert "a model, not measured" in done.stdout
+
+
+def test_the_model_of_scaling_knows_its_limits():
+    row = {"contact": "normal", "size": 24, "ms": 2.0, "cells": 24**3}
+    ones = model(row)
+    assert all(0.0 < one["efficiency"] <= 1.0 for one in ones)
+    assert all(one["efficiency"] == 1.0 for one in ones if one["ranks"] == 1)
+    crowd = next(one for one in ones if one["cells"] == 64**3 and one["ranks"] == 512)
+    assert crowd["efficiency"] <= (64**3 + 4 * 64**2) / (5 * 64**2) / 512  # the first rank has all contact cells
