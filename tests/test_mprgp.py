@@ -17,7 +17,7 @@ from tcontact.cases import cube_impact
 from tcontact.device import arrays
 from tcontact.kernels.lanes import ISLAND, SWEEP_LANES
 from tcontact.kernels.language.arguments import ARRAY, INDEX
-from tcontact.kernels.language.bundles import ContactOptions
+from tcontact.kernels.language.bundles import ContactOptions, System
 from tcontact.kernels.language.compile_options import KEEP_VECTORS, LEAVE_TO_LLVM, compiled_with
 from tcontact.kernels.node_places import PLACES
 from tcontact.kernels.static import control as names
@@ -25,8 +25,6 @@ from tcontact.kernels.static.mprgp import mprgp
 from tcontact.planning.static_solver import FULL_POISSON, TALL, height_over_width, static_solver
 from tcontact.planning.sweep_order import sweep_order
 
-ARRAYS = "lane_start pack_start column values inverse stiffness right gaps normals response increment settings stats"
-System = namedtuple("System", ARRAYS)
 Contact = namedtuple("Contact", "active islands options")
 Solved = namedtuple("Solved", "definite motion active products")
 SOLVERS = ("gauss-seidel", "projected-gradient")
