@@ -168,3 +168,20 @@ def test_the_model_of_scaling_knows_its_limits():
     assert all(one["efficiency"] == 1.0 for one in ones if one["ranks"] == 1)
     crowd = next(one for one in ones if one["cells"] == 64**3 and one["ranks"] == 512)
     assert crowd["efficiency"] <= (64**3 + 4 * 64**2) / (5 * 64**2) / 512  # the first rank has all contact cells
+
+
+def test_the_doctor_looks_at_every_rank():
+    """Each of the ranks is named once; the self test runs on both together, and one of them tells."""
+    done = mpiexec(2, "-m", "tcontact", "doctor", timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    for rank in (0, 1):
+        assert done.stdout.count(f"rank {rank} on ") == 1
+    assert done.stdout.count("us for 1000 shared nodes to every neighbour") == 1
+    assert done.stdout.count("self test") == 1
+
+
+@pytest.mark.parametrize("option", ["--compile", "--engines"])
+def test_the_doctor_refuses_on_ranks_what_takes_one(option):
+    done = mpiexec(2, "-m", "tcontact", "doctor", option)
+    assert done.returncode != 0
+    assert (done.stdout + done.stderr).count(option) == 1
