@@ -23,7 +23,7 @@ from ..device.team import Team
 from ..kernels.lanes import WIDTH
 from ..planning.domain import Domain
 from ..planning.domain_packs import pack_domain
-from ..planning.partition.domain_part import DomainPart, domain_part
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
 from ..planning.planning import Plan
 from .checkpoint import contents, store
 from .loop import Run
@@ -53,10 +53,10 @@ class Cut:
     """A domain as some ranks have it; ranks: their number, 1 for a run on one process."""
 
     def __init__(self, domain: Domain, scene: Any, ranks: int) -> None:
-        self.domain, self.parts = (
-            domain,
-            [] if ranks == 1 else [domain_part(domain, scene, r, ranks) for r in range(ranks)],
-        )
+        self.domain, self.parts = domain, list[DomainPart]()
+        if ranks > 1:
+            cut = cut_domain(domain, scene, ranks)
+            self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
 
     def nodes(self, rank: int) -> np.ndarray:
         """Return the numbers of the nodes of a rank in the whole domain."""

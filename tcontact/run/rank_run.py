@@ -1,6 +1,6 @@
 """Simulate a scene on several ranks: every rank steps its part, the first one writes (docs/SCALING.md).
 
-All ranks plan the whole scene, cut it in the same way and go through the same loop with the same rows: they take the
+All ranks plan the whole scene, which the first one cuts. They go through the same loop with the same rows and take the
 same decisions. What fails on one rank alone ends all of them.
 """
 
@@ -25,7 +25,7 @@ from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
 from ..device.team import Team
 from ..friction_layer import LayerState
-from ..planning.partition.domain_part import DomainPart, domain_part
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.report import run_attributes, versions, write_history, write_json
@@ -261,7 +261,8 @@ def _quiet(team: Team, ending: ExitStack) -> None:
 def _made(team: Team, planned: Plan, asked: Asked) -> RankRun:
     """Make the run of this rank."""
     scene, (every, most) = asked.scene, asked.history
-    parts = [domain_part(domain, scene, team.rank, team.size) for domain in planned.domains]
+    cuts = on_first(team, lambda: [cut_domain(domain, scene, team.size) for domain in planned.domains])
+    parts = [domain_part(domain, cut, team.rank) for domain, cut in zip(planned.domains, cuts, strict=True)]
     given = (scene, planned, asked.scheme, *asked.start, every, asked.pressures, most, asked.points)
     return RankRun(team, parts, *given)
 

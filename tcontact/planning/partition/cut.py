@@ -21,6 +21,7 @@ from ...mesh.geometry import Blocks, IntArray, cell_face_keys, cells_at
 
 EXTRA_WORK = {"normal": 4.0, "full": 7.0}  # work of a contact cell beside its own pass, in passes of a cell
 UNBALANCE = 10  # thousandths by which METIS may miss equal parts
+SHARES = 16  # of the faces, sorted one after the other to need less memory; a power of two
 
 
 def cut_cells(
@@ -92,33 +93,38 @@ class CellGraph:
         owners, first = [], 0
         for kind, cells in blocks:
             faces = len(cell_face_keys(cells[:1], kind, node_count))
-            owners.append(np.repeat(np.arange(first, first + len(cells)), faces))
+            owners.append(np.repeat(np.arange(first, first + len(cells), dtype=np.int32), faces))
             first += len(cells)
-        owner = np.concatenate(owners)
-        order = np.argsort(keys, kind="stable")
-        twice = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-        return cls.from_pairs(owner[order[twice]], owner[order[twice + 1]], first)
+        owner, left, right = np.concatenate(owners), [], []
+        shares = (keys >> np.uint64(64 - SHARES.bit_length() + 1)).astype(np.uint8)
+        for share in range(SHARES):
+            faces_of_share = np.flatnonzero(shares == share)
+            own = keys[faces_of_share]
+            order = np.argsort(own, kind="stable")
+            own, cell = own[order], owner[faces_of_share[order]]
+            twice = np.flatnonzero(own[1:] == own[:-1])
+            left.append(cell[twice])
+            right.append(cell[twice + 1])
+        del keys, owner, shares
+        return cls.from_pairs(np.concatenate(left), np.concatenate(right), first)
 
     @classmethod
     def from_pairs(cls, left: IntArray, right: IntArray, count: int) -> CellGraph:
         """Make the graph of `count` cells from pairs of neighbours, each given once."""
-        rows, near = np.concatenate([left, right]), np.concatenate([right, left])
-        order = np.lexsort((near, rows))
-        return cls(np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))]), near[order])
-
-    def pairs(self) -> tuple[IntArray, IntArray]:
-        """Return all pairs of neighbours, each once, the lower number first."""
-        rows = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
-        once = rows < self.near
-        return rows[once], self.near[once]
+        pairs = np.concatenate([left, right]).astype(np.int64) * count
+        pairs += np.concatenate([right, left])
+        pairs.sort()
+        start = np.searchsorted(pairs, np.arange(count + 1) * count)
+        return cls(start, (pairs % count).astype(np.int32))
 
     def within(self, chosen: IntArray) -> CellGraph:
-        """Return the graph of some cells, in their order."""
-        place = np.full(len(self.start) - 1, -1, dtype=np.int64)
+        """Return the graph of some cells, ascending, in their order."""
+        place = np.full(len(self.start) - 1, -1, dtype=np.int32)
         place[chosen] = np.arange(len(chosen))
-        left, right = (place[part] for part in self.pairs())
-        inside = (left >= 0) & (right >= 0)
-        return CellGraph.from_pairs(left[inside], right[inside], len(chosen))
+        near, rows = place[self.near], np.repeat(place, np.diff(self.start))
+        inside = (rows >= 0) & (near >= 0)
+        count = np.bincount(rows[inside], minlength=len(chosen))
+        return CellGraph(np.concatenate([[0], np.cumsum(count)]), near[inside])
 
     def near_of(self, cells: IntArray) -> IntArray:
         """Return the neighbours of some cells, ascending."""
@@ -133,7 +139,7 @@ class CellGraph:
         import pymetis
 
         options = pymetis.Options(ufactor=UNBALANCE, seed=1)
-        graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32))
+        graph = pymetis.CSRAdjacency(self.start.astype(np.int32), self.near.astype(np.int32, copy=False))
         _, found = pymetis.part_graph(parts, graph, options=options, recursive=True)
         return np.asarray(found, dtype=np.int64)
 

@@ -19,7 +19,7 @@ from ..domain import Domain
 from ..springs import spring_nodes
 from .body_part import BodyPart, acting_nodes, body_part, no_part
 from .cut import EXTRA_WORK, cut_beside
-from .parts import Part, parts_of
+from .parts import part_of_rank
 
 
 class PartDomain(Domain):
@@ -84,13 +84,16 @@ class DomainPart:
         return tuple((other, self.domain.boundary[rows]) for other, rows in self.rows_shared())
 
 
-def domain_part(domain: Domain, scene: Scene, rank: int, ranks: int) -> DomainPart:
-    """Return the part of a domain; all ranks find the same cut. Raises `InputError` if it has too few cells."""
-    parts = _cut(domain, scene, ranks)
-    bodies = tuple(
-        body_part(plan, own[rank], acts=rank == 0) if rank in own else no_part(plan, rank)
-        for plan, own in zip(domain.bodies, parts, strict=True)
-    )
+def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
+    """Return the part of a domain that one rank has; cut: what `cut_domain` returns."""
+    bodies, counts = [], [plan.body.mesh.cell_count for plan in domain.bodies]
+    for plan, own in zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True):
+        mesh = plan.body.mesh
+        if (own == rank).any():
+            part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
+            bodies.append(body_part(plan, part, acts=rank == 0))
+        else:
+            bodies.append(no_part(plan, rank))
     there = [number for number, body in enumerate(bodies) if len(body.nodes)]
     plans = tuple(bodies[number].plan for number in there)
     numbers = tuple(domain.numbers[number] for number in there)
@@ -99,28 +102,24 @@ def domain_part(domain: Domain, scene: Scene, rank: int, ranks: int) -> DomainPa
     else:
         part = PartDomain(plans, numbers)
     part.chunks, part.mixed, part.records_friction = domain.chunks, domain.mixed, domain.records_friction
-    return DomainPart(domain, bodies, part)
+    return DomainPart(domain, tuple(bodies), part)
 
 
-def _cut(domain: Domain, scene: Scene, ranks: int) -> list[dict[int, Part]]:
-    """Return for every body its parts by rank."""
+def cut_domain(domain: Domain, scene: Scene, ranks: int) -> np.ndarray:
+    """Return the rank [m] (int32) of every cell of the bodies of a domain, one body after the other.
+
+    Raises `InputError` if it has too few cells.
+    """
     blocks: list[tuple[str, np.ndarray]] = []
-    acting, counts, first = [], [], 0
+    acting, first = [], 0
     for number, plan in zip(domain.numbers, domain.bodies, strict=True):
         mesh = plan.body.mesh
         blocks += [(kind, rows + first) for kind, rows in mesh.blocks]
         acting.append(acting_nodes(plan, spring_nodes(scene, number)) + first)
-        counts.append(mesh.cell_count)
         first += mesh.node_count
     marked = np.zeros(first, dtype=bool)
     marked[np.concatenate(acting)] = True
-    rank = cut_beside(blocks, first, ranks, _cells_at(blocks, marked), _contact_work(domain))
-    found = []
-    for plan, own in zip(domain.bodies, np.split(rank, np.cumsum(counts)[:-1]), strict=True):
-        known = np.unique(own)
-        parts = parts_of(plan.body.mesh.blocks, plan.body.mesh.node_count, own)
-        found.append({int(one): parts[int(one)] for one in known})
-    return found
+    return cut_beside(blocks, first, ranks, _cells_at(blocks, marked), _contact_work(domain)).astype(np.int32)
 
 
 def _cells_at(blocks: Blocks, marked: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mesh.geometry import Blocks, IntArray
+from ...mesh.geometry import Blocks, IntArray, cells_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,25 +49,30 @@ def corners_of(blocks: Blocks) -> tuple[IntArray, IntArray]:
     return np.concatenate(cells), np.concatenate(nodes)
 
 
+def part_of_rank(blocks: Blocks, node_count: int, rank: IntArray, own: int) -> Part:
+    """Return what one rank has of a mesh.
+
+    blocks: as `Mesh.blocks`; rank [m]: of every cell (`cut.cut_cells`); own: number of the rank.
+    """
+    mine = np.zeros(node_count, dtype=bool)
+    starts = np.cumsum([0, *(len(rows) for _, rows in blocks)])
+    of_block = [rank[start : start + len(rows)] for start, (_, rows) in zip(starts, blocks, strict=False)]
+    for (_, rows), ranks in zip(blocks, of_block, strict=True):
+        mine[rows[ranks == own]] = True
+    nodes, count, copies = np.flatnonzero(mine), int(rank.max()) + 1, []
+    for (_, rows), ranks in zip(blocks, of_block, strict=True):
+        near = cells_at(mine, rows)
+        near = near[ranks[near] != own]
+        at, other = rows[near], np.broadcast_to(ranks[near, None], (len(near), rows.shape[1]))
+        copies.append((at * count + other)[mine[at]])
+    at, others = np.divmod(np.unique(np.concatenate(copies)), count)  # copies by node, then by rank
+    places = np.searchsorted(nodes, at)
+    owner = np.full(len(nodes), own, dtype=np.int64)
+    np.minimum.at(owner, places, others)
+    shared = tuple((int(other), places[others == other]) for other in np.unique(others))
+    return Part(own, np.flatnonzero(rank == own), nodes, owner, shared)
+
+
 def parts_of(blocks: Blocks, node_count: int, rank: IntArray) -> tuple[Part, ...]:
-    """Return the parts of a mesh; blocks: as `Mesh.blocks`, rank [m]: of every cell (`cut.cut_cells`)."""
-    cell, node = corners_of(blocks)
-    ranks = int(rank.max()) + 1
-    copies = np.unique(node * ranks + rank[cell])  # by node, then by rank
-    at, having = np.divmod(copies, ranks)
-    owner = np.full(node_count, -1, dtype=np.int64)
-    owner[at[::-1]] = having[::-1]  # the lowest rank is written last
-    found = []
-    several = np.bincount(at, minlength=node_count) > 1
-    at_cut, having_cut = at[several[at]], having[several[at]]
-    for own in range(ranks):
-        nodes = at[having == own]
-        mine = np.zeros(node_count, dtype=bool)
-        mine[at_cut[having_cut == own]] = True
-        near = mine[at_cut] & (having_cut != own)
-        shared = tuple(
-            (int(other), np.searchsorted(nodes, at_cut[near & (having_cut == other)]))
-            for other in np.unique(having_cut[near])
-        )
-        found.append(Part(own, np.flatnonzero(rank == own), nodes, owner[nodes], shared))
-    return tuple(found)
+    """Return the parts of all ranks, see `part_of_rank`."""
+    return tuple(part_of_rank(blocks, node_count, rank, own) for own in range(int(rank.max()) + 1))
