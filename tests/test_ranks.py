@@ -28,7 +28,7 @@ pytestmark = [
 ]
 
 
-def mpiexec(count, *arguments, timeout=100):
+def mpiexec(count, *arguments, timeout=300):
     """Run Python with these arguments in several processes."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(HERE.parent)}
     command = [MPIEXEC, "-n", str(count), sys.executable, *map(str, arguments)]
@@ -172,7 +172,7 @@ def test_the_model_of_scaling_knows_its_limits():
 
 def test_the_doctor_looks_at_every_rank():
     """Each of the ranks is named once; the self test runs on both together, and one of them tells."""
-    done = mpiexec(2, "-m", "tcontact", "doctor", timeout=300)
+    done = mpiexec(2, "-m", "tcontact", "doctor")
     assert done.returncode == 0, done.stdout + done.stderr
     for rank in (0, 1):
         assert done.stdout.count(f"rank {rank} on ") == 1
