@@ -23,6 +23,8 @@ def main(folder, names):
         states = [block for body in result.points for block in body]
         values |= {f"points {i}": state for i, state in enumerate(states)}
         values |= {"limit": np.array(result.dt_limit), "dt": np.array(result.dt), "steps": np.array(result.steps)}
+        for quantity, one in result.maxima.items():
+            values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
         if ranks.is_first_rank():
             np.savez(out / "values.npz", reason=np.array(result.reason), **values)
 

@@ -44,6 +44,8 @@ def main(folder, mode, *names):
         DomainState.advance = original
         if ranks.is_first_rank():
             values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force}
+            for quantity, one in result.maxima.items():
+                values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
             np.savez(own / f"{mode}.npz", reason=np.array(result.reason), **values, **result.history)
 
 

@@ -1,5 +1,7 @@
 """Scenes for runs on several ranks: together they have every term of explicit scenes, in small."""
 
+import dataclasses
+
 import mixed_meshes
 import numpy as np
 
@@ -94,6 +96,17 @@ def metal():
     return tc.Scene([body], duration=6e-5)
 
 
+def sensed():
+    """The same metal with probes of cells and maxima of all cells, of which no two are alike."""
+    scene = metal()
+    mesh = scene.bodies[0].mesh
+    mesh = mesh.with_sets(cell_sets={"lowest": np.flatnonzero(mesh.cell_centres()[:, 2] < 0.02)})
+    probes = [tc.Probe("lowest", "von_mises"), tc.Probe("lowest", "plastic_strain"), tc.Probe("zmin", "velocity")]
+    tilted = 300.0 * np.sin(26.0 * mesh.nodes[:, [2, 2, 2]]) * (0, 0.3, 1) * (1.0 + mesh.nodes[:, :1])
+    body = dataclasses.replace(scene.bodies[0], mesh=mesh, probes=probes, velocity=tilted)
+    return tc.Scene([body], duration=6e-5, maxima=["von_mises", "pressure", "plastic_strain"])
+
+
 def mixed():
     """An L of hexahedra, prisms and tetrahedra falls on a plane."""
     mesh = mixed_meshes.corner(counts=(6, 2, 4)).translated((0.0, 0.0, 1e-5))
@@ -101,4 +114,6 @@ def mixed():
     return tc.Scene([body], [tc.Plane()], 6e-4, contact=tc.MasslessContact(tolerance=EXACT))
 
 
-SCENES = {one.__name__: one for one in (free, normal, corner, pushed, impulses, held, pair, rigid, metal, mixed)}
+SCENES = {
+    one.__name__: one for one in (free, normal, corner, pushed, impulses, held, pair, rigid, metal, sensed, mixed)
+}

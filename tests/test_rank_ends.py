@@ -87,23 +87,23 @@ def test_an_error_of_one_rank_ends_all_and_names_it(tmp_path):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """A run on two ranks that never stopped."""
+    """Runs on two ranks that never stopped, by scene."""
     folder = tmp_path_factory.mktemp("whole")
-    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal")
+    done = mpiexec(2, "rank_resumed.py", folder, "whole", "normal", "sensed")
     assert done.returncode == 0, done.stderr
     assert not list(folder.rglob("checkpoint*"))
-    return np.load(folder / "normal" / "whole.npz")
+    return {name: np.load(folder / name / "whole.npz") for name in ("normal", "sensed")}
 
 
-@pytest.mark.parametrize("stop", ["killed", "signalled"])
-def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whole, tmp_path, stop):
-    first = mpiexec(2, "rank_resumed.py", tmp_path, stop, "normal")
+@pytest.mark.parametrize(("stop", "name"), [("killed", "normal"), ("signalled", "normal"), ("killed", "sensed")])
+def test_a_run_on_two_ranks_goes_on_with_the_bits_of_one_that_never_stopped(whole, tmp_path, stop, name):
+    first = mpiexec(2, "rank_resumed.py", tmp_path, stop, name)
     assert (first.returncode == 0) == (stop == "signalled")
-    done = mpiexec(2, "rank_resumed.py", tmp_path, "resumed", "normal")
+    done = mpiexec(2, "rank_resumed.py", tmp_path, "resumed", name)
     assert done.returncode == 0, done.stderr
-    found = np.load(tmp_path / "normal" / "resumed.npz")
+    found = np.load(tmp_path / name / "resumed.npz")
     assert str(found["reason"]) == "finished"
-    assert [name for name in whole.files if whole[name].tobytes() != found[name].tobytes()] == []
+    assert [key for key in found.files if whole[name][key].tobytes() != found[key].tobytes()] == []
     assert not list(tmp_path.rglob("checkpoint*"))
-    with h5py.File(tmp_path / "normal" / "result.vtkhdf") as file:
+    with h5py.File(tmp_path / name / "result.vtkhdf") as file:
         assert len(file["VTKHDF/Steps/Values"]) == 5

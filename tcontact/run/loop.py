@@ -433,11 +433,11 @@ class Run:
             layers=tuple(state.layers() for state in self.states),
             metals=metal_fields(self.states) if self.scene.plastic else {},
             points=tuple(state.points() for state in self.states) if has_state(self.scene) else (),
-            maxima=self._maxima(),
+            maxima=self.largest(),
             precision=precision_of(self.planned),
         )
 
-    def _maxima(self) -> dict[str, Maximum]:
+    def largest(self) -> dict[str, Maximum]:
         """Return the largest values of all steps of the quantities in `Scene.maxima`."""
         found: dict[str, Maximum] = {}
         for name in self.scene.maxima:

@@ -75,7 +75,10 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
     """
     cuts = [Cut(domain, planned.scene, len(stored)) for domain in planned.domains]
     _check_parts(cuts, stored)
-    _check_known(stored, 1 if team is None else team.size)
+    ranks = 1 if team is None else team.size
+    if planned.scene.maxima:
+        raise InputError("ranks", ranks, f"start {len(stored)} to go on, which a run with maxima needs")
+    _check_known(stored, ranks)
     leads = team is None or team.leads
     shapes = contents.shapes(run)
     found = {path: value for path, value in stored[0].found.items() if _is_kept(path, leads)}
@@ -93,7 +96,7 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
             found[path] = _records(run, int(records[1]), records[2], value)
         elif shapes.get(path) not in (None, value.shape):
             text = f"as {path} stands in another order there"
-            raise InputError("ranks", 1 if team is None else team.size, f"start {len(stored)} to go on, {text}")
+            raise InputError("ranks", ranks, f"start {len(stored)} to go on, {text}")
     for path, now in sorted((path, shape) for path, shape in shapes.items() if shape is not None):
         if any(path in one.found for one in stored):
             mine = _at_nodes(run, path, cuts, stored, parts, team)

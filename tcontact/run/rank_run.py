@@ -29,7 +29,7 @@ from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
 from ..planning.planning import Plan
 from ..results import frame_fields
 from ..results.report import run_attributes, versions, write_history, write_json
-from ..results.result import Result
+from ..results.result import Maximum, Result
 from ..scene.cell_blocks import AVERAGED
 from ..scene.scene import Scene
 from ..schemes.explicit.rank_state import RankState
@@ -57,8 +57,6 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
         raise InputError("arch", arch, f"a GPU {ONE_RANK}")
     if callable(scene.gravity):
         raise InputError("Scene.gravity", scene.gravity, f"gravity as a function of time {ONE_RANK}")
-    if scene.maxima:
-        raise InputError("Scene.maxima", scene.maxima, f"a scene with maxima {ONE_RANK}")
     for number, body in enumerate(scene.bodies):
         if any(AVERAGED in block.element for block in body.blocks):
             raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")
@@ -91,6 +89,23 @@ class RankRun(Run):
     def moves_finitely(self) -> bool:
         """Return whether all displacements of all ranks are finite."""
         return not self.team.any(not super().moves_finitely())
+
+    def largest(self) -> dict[str, Maximum]:
+        """Return the maxima of all ranks; of equal values the one that a run on one rank finds."""
+        found: dict[str, Maximum] = {}
+        for name in self.scene.maxima:
+            own = []
+            for place, (state, part) in enumerate(zip(self.domains, self.parts, strict=True)):
+                for number in (n for n in part.there if name in state.sensors.maxima):
+                    value, time, label, cell = state.sensors.maxima[name]
+                    if label == part.whole.bodies[number].label:
+                        cells = part.bodies[number].part.cells
+                        own.append((-value, place, time, number, int(cells[cell]), label))
+            known = [one for several in self.team.comm.allgather(own) for one in several]
+            if known:
+                value, _, time, _, cell, label = min(known)
+                found[name] = Maximum(-value, time, label, cell)
+        return found
 
 
 @contextmanager

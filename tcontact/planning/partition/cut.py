@@ -83,7 +83,7 @@ def cut_beside(blocks: Blocks, node_count: int, ranks: int, together: IntArray, 
 class CellGraph:
     """Cells that share a face: the neighbours of cell c are near[start[c] : start[c + 1]], ascending."""
 
-    def __init__(self, start: IntArray, near: IntArray) -> None:
+    def __init__(self, start: IntArray, near: np.ndarray) -> None:
         self.start, self.near = start, near
 
     @classmethod
@@ -124,7 +124,9 @@ class CellGraph:
         near, rows = place[self.near], np.repeat(place, np.diff(self.start))
         inside = (rows >= 0) & (near >= 0)
         count = np.bincount(rows[inside], minlength=len(chosen))
-        return CellGraph(np.concatenate([[0], np.cumsum(count)]), near[inside])
+        start = np.zeros(len(chosen) + 1, dtype=np.int64)
+        start[1:] = np.cumsum(count)
+        return CellGraph(start, near[inside])
 
     def near_of(self, cells: IntArray) -> IntArray:
         """Return the neighbours of some cells, ascending."""

@@ -90,8 +90,8 @@ def domain_part(domain: Domain, cut: np.ndarray, rank: int) -> DomainPart:
     for plan, own in zip(domain.bodies, np.split(cut, np.cumsum(counts)[:-1]), strict=True):
         mesh = plan.body.mesh
         if (own == rank).any():
-            part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
-            bodies.append(body_part(plan, part, acts=rank == 0))
+            own_part = part_of_rank(mesh.blocks, mesh.node_count, own, rank)
+            bodies.append(body_part(plan, own_part, acts=rank == 0))
         else:
             bodies.append(no_part(plan, rank))
     there = [number for number, body in enumerate(bodies) if len(body.nodes)]

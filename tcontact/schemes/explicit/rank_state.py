@@ -62,7 +62,6 @@ class RankState(DomainState):
         contact = self.contact
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
-        self.own_views = self.views
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
 
     def _add(self, special_force: arrays.Array) -> None:

@@ -116,7 +116,8 @@ class DomainState:
             several = int(np.clip(AT_ONCE / domain.several, 1, MAXIMUM_AT_ONCE))
         several = several if self.device is None else self.device.rows_at_once
         self._raw = np.zeros((several, group_size(*self.groups)))
-        self.views = [BodyView(self, number) for number in range(len(domain.bodies))]
+        self.own_views = [BodyView(self, number) for number in range(len(domain.bodies))]
+        self.views = self.own_views
 
     def _device_steps(self, force: DeviceForce) -> DeviceSteps:
         """Make the steps on a GPU."""
@@ -300,7 +301,8 @@ class DomainState:
         if samples is not None:
             self.sensors.take_rows(done, samples)
         self.sensors.take(done, self.u, self.v)
-        self.sensors.measure(done, *steps, lambda i: self.views[i].point_state(), lambda i: self.views[i].strains())
+        own = self.own_views
+        self.sensors.measure(done, *steps, lambda i: own[i].point_state(), lambda i: own[i].strains())
 
     def rows(self, times: np.ndarray) -> np.ndarray:
         """Return the measured rows [n, width] (measured.Layout) of the last `advance`, at these times [s]."""
