@@ -1,4 +1,7 @@
-"""Run scenes and save what they give: `[mpiexec -n P] python rank_results.py FOLDER NAME ...`; the first rank saves."""
+"""Run scenes and save what they give: `[mpiexec -n P] python rank_results.py FOLDER NAME ...`; the first rank saves.
+
+Scenes in `AGAIN` are run once more from their end.
+"""
 
 import sys
 import warnings
@@ -9,6 +12,8 @@ from rank_scenes import SCENES
 
 import tcontact as tc
 from tcontact.device import ranks
+
+AGAIN = ("layered", "metal")
 
 
 def main(folder, names):
@@ -23,6 +28,9 @@ def main(folder, names):
         states = [block for body in result.points for block in body]
         values |= {f"points {i}": state for i, state in enumerate(states)}
         values |= {"limit": np.array(result.dt_limit), "dt": np.array(result.dt), "steps": np.array(result.steps)}
+        if name in AGAIN:
+            again = tc.simulate(SCENES[name](), initial=result, threads=1)
+            values |= {"x again": again.position, "v again": again.velocity, "force again": again.contact_node_force}
         for quantity, one in result.maxima.items():
             values[f"maximum {quantity}"] = np.array([one.value, one.time, one.cell])
         if ranks.is_first_rank():

@@ -43,6 +43,11 @@ def corner():
     return tc.Scene([body], walls, 1.5e-3, contact=contact, friction=tc.Coulomb(0.3))
 
 
+def layered():
+    """The same with friction layers."""
+    return dataclasses.replace(corner(), duration=6e-4, friction=tc.FrictionLayer())
+
+
 def pushed():
     """A plane that a function of time moves pushes with a penalty; a probe."""
     wall = tc.Plane(velocity=lambda t: (0.0, 0.0, 8.0 + 2e3 * t))
@@ -115,5 +120,6 @@ def mixed():
 
 
 SCENES = {
-    one.__name__: one for one in (free, normal, corner, pushed, impulses, held, pair, rigid, metal, sensed, mixed)
+    one.__name__: one
+    for one in (free, normal, corner, layered, pushed, impulses, held, pair, rigid, metal, sensed, mixed)
 }
