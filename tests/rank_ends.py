@@ -1,9 +1,12 @@
 """A long run on several ranks, which ends early: `mpiexec -n P python rank_ends.py FOLDER [fails]`.
 
-Every rank writes its process number first; with "fails" the second rank raises an error of its own in step 20.
+Every rank writes its process number first; with "fails" the second rank raises an error of its own in step 20, while
+its launcher looks away for a second, as on a busy machine.
 """
 
 import os
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +19,14 @@ from rank_scenes import block  # noqa: E402 - the numbers go first
 import tcontact as tc  # noqa: E402
 from tcontact.schemes.explicit.rank_state import RankState  # noqa: E402
 
+
+def look_away(number):
+    """Stop a process for a second."""
+    os.kill(number, signal.SIGSTOP)
+    silent = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    subprocess.Popen(["sh", "-c", f"sleep 1; kill -CONT {number}"], start_new_session=True, **silent)
+
+
 contact = tc.MasslessContact()
 scene = tc.Scene([block(contact="zmin")], [tc.Plane()], 100.0, gravity=(0.0, 0.0, -9.81), contact=contact)
 if "fails" in sys.argv and rank == "1":
@@ -24,6 +35,7 @@ if "fails" in sys.argv and rank == "1":
     def advance(self, *given, **stop_at):
         calls.append(1)
         if len(calls) == 20:
+            look_away(os.getppid())
             raise RuntimeError("this rank alone")
         return original(self, *given, **stop_at)
 

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from test_ranks import HERE, MPIEXEC, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
+from tcontact.device.ranks import passed_on
+
 RANKS = 3
 
 
@@ -83,6 +85,19 @@ def test_an_error_of_one_rank_ends_all_and_names_it(tmp_path):
     assert errors.count("Traceback") == 1
     assert "rank 1 of 3 failed, which ends all ranks" in errors
     assert "this rank alone" in errors
+
+
+def test_a_rank_waits_until_its_last_lines_are_read_but_not_for_ever():
+    reading, writing = os.pipe()
+    with open(writing, "w", encoding="utf-8") as stream, open(reading, "rb") as other_end:
+        stream.write("last line")
+        begun = time.monotonic()
+        passed_on(stream, seconds=0.2)
+        assert time.monotonic() - begun >= 0.2
+        threading.Timer(0.3, other_end.read, [9]).start()
+        begun = time.monotonic()
+        passed_on(stream, seconds=30.0)
+        assert 0.2 < time.monotonic() - begun < 20.0
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,10 @@ A launcher says it in the environment of the processes, so that nothing of MPI i
 from __future__ import annotations
 
 import os
-from typing import Any
+import stat
+import sys
+import time
+from typing import Any, TextIO
 
 from ..base.errors import InputError
 
@@ -36,6 +39,30 @@ def check_single(what: str) -> None:
     count, _ = launched()
     if count > 1:
         raise InputError("ranks", count, f"{what} takes one process in this version; start it without mpiexec")
+
+
+def passed_on(stream: TextIO, seconds: float = 10.0) -> None:
+    """Wait until the launcher has read what this process wrote, for some seconds at most.
+
+    A launcher that learns of the end of a rank before it has read the rank's last lines drops them.
+    """
+    stream.flush()
+    end = time.monotonic() + seconds
+    while _unread(stream) and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def _unread(stream: TextIO) -> int:
+    """Return the number of bytes in the pipe behind a stream; 0 where it is no pipe, or the system cannot tell."""
+    try:
+        import fcntl
+        import termios
+
+        if not stat.S_ISFIFO(os.fstat(stream.fileno()).st_mode):
+            return 0
+        return int.from_bytes(fcntl.ioctl(stream.fileno(), termios.FIONREAD, bytes(4)), sys.byteorder)
+    except (ImportError, OSError, ValueError):
+        return 0
 
 
 def communicator() -> Any:

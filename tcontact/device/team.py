@@ -35,7 +35,7 @@ def team() -> Team | None:
         together = issubclass(kind, (InputError, OutputError))
         if found.leads or not together:
             before(kind, error, trace)
-            sys.stderr.flush()
+            ranks.passed_on(sys.stderr)
         if together:
             world.Barrier()  # a rank that ends with an error ends the others: the message goes first
 

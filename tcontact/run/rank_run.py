@@ -23,6 +23,7 @@ from ..base import stages
 from ..base.errors import InputError, OutputError
 from ..contact.pairs.pair_contact import check_starts
 from ..device import runtime
+from ..device.ranks import passed_on
 from ..device.team import Team
 from ..friction_layer import LayerState
 from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
@@ -119,7 +120,7 @@ def ending_all(team: Team) -> Iterator[None]:
         sys.stdout.flush()
         print(f"tcontact: rank {team.rank} of {team.size} failed, which ends all ranks:", file=sys.stderr)
         traceback.print_exc()
-        sys.stderr.flush()
+        passed_on(sys.stderr)
         team.comm.Abort(1)
         os._exit(1)  # where the launcher takes a moment
 
