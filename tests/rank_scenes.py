@@ -72,9 +72,31 @@ def held():
     loads = [tc.Load("xmax", pressure=lambda t: 1e6 * np.sin(3e3 * t)), tc.Load("ymax", force=(0.0, 200.0, 0.0))]
     body = block(
         velocity=(0.0, 0.0, 0.0), counts=(6, 3, 5), supports=supports, loads=loads,
-        springs=[tc.Spring("zmin", 2e5)], point_masses=[tc.PointMass("zmin", 0.2)],
+        springs=[tc.Spring("zmin", 2e5, damping=300.0)], point_masses=[tc.PointMass("zmin", 0.2)],
     )  # fmt: skip
     return tc.Scene([body], duration=2e-3, gravity=(0.0, 0.0, -9.81))
+
+
+def pull(t):
+    """Gravity as a function of time."""
+    return 2e4 * np.sin(4e3 * t), 500.0, -9.81 - 1e7 * t
+
+
+def pulled():
+    """Gravity as a function of time on a body that hits a plane, with damping and a force of its own on a side."""
+    contact, damping = tc.MasslessContact(tolerance=EXACT), tc.MassDamping(200.0)
+    drag = tc.Load("xmin", force=lambda x, v, t: (2e4 * t - 4.0 * v) * (1.0 + x[:, 1:2]))
+    return tc.Scene(
+        [block("neo", contact="zmin", loads=[drag])], [tc.Plane()], 1e-3, gravity=pull, contact=contact, damping=damping
+    )
+
+
+def adrift():
+    """The same on a body of two blocks that nothing connects, so that two ranks share no node."""
+    one, other = (tc.box_mesh(SIZE, (3, 3, 3)).translated((x, 0.0, 0.5)) for x in (0.5, 0.8))
+    nodes, cells = np.concatenate([one.nodes, other.nodes]), np.concatenate([one.cells, other.cells + one.node_count])
+    body = tc.Body(tc.Mesh(nodes, cells, "hex8"), LAWS["neo"], velocity=lambda x: 20.0 * np.sin(30.0 * x[:, [1, 2, 0]]))
+    return tc.Scene([body], duration=1e-3, gravity=pull)
 
 
 def pair():
@@ -119,7 +141,5 @@ def mixed():
     return tc.Scene([body], [tc.Plane()], 6e-4, contact=tc.MasslessContact(tolerance=EXACT))
 
 
-SCENES = {
-    one.__name__: one
-    for one in (free, normal, corner, layered, pushed, impulses, held, pair, rigid, metal, sensed, mixed)
-}
+EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
+SCENES = {one.__name__: one for one in EVERY}

@@ -3,12 +3,16 @@
 import shutil
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_ranks import HERE, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
-SCENES = ("normal", "pushed", "pair", "rigid", "metal")
+from tcontact.base.errors import InputError
+from tcontact.run.rank_recut import _check_known
+
+SCENES = ("normal", "pushed", "pair", "rigid", "metal", "held", "pulled", "sensed")
 BOUND = 1e-11  # of the largest value
 NOISE = ("static_residual", "energy_error")  # columns of rounding errors
 
@@ -36,7 +40,7 @@ def stopped(tmp_path_factory):
     found = {}
     for ranks in (1, 2):
         found[ranks] = tmp_path_factory.mktemp(f"on-{ranks}")
-        done = on(ranks, found[ranks], "signalled", *SCENES, "held")
+        done = on(ranks, found[ranks], "signalled", *SCENES)
         assert done.returncode == 0, done.stderr
     return found
 
@@ -68,10 +72,7 @@ def scale_of(key, values):
     return max(np.nanmax(np.abs(values[key]), initial=0.0), others.get(key, 1e-300))
 
 
-def test_what_only_as_many_ranks_can_take_over_is_refused_by_name(stopped, tmp_path):
-    folder = tmp_path / "run"
-    shutil.copytree(stopped[2], folder)
-    done = on(1, folder, "resumed", "held")
-    assert done.returncode != 0
-    assert "start 2 to go on, which a run with springs or loads of functions of time needs" in done.stderr
-    assert list((folder / "held").glob("checkpoint-?.npz"))
+def test_what_only_as_many_ranks_can_take_over_is_refused_by_name():
+    stored = SimpleNamespace(found={"domains.0.unheard": np.zeros(1)}, values={})
+    with pytest.raises(InputError, match=r"start 2 to go on, which a run with domains\.0\.unheard needs"):
+        _check_known([stored, stored], 1)

@@ -58,7 +58,6 @@ def test_a_killed_rank_ends_all(steps):
 @pytest.mark.parametrize(
     ("field", "scene", "options"),
     [
-        ("Scene.gravity", {"gravity": lambda t: (0.0, 0.0, -t)}, {}),
         ("arch", {}, {"arch": "cuda"}),
         ("scheme", {}, {"scheme": tc.DiscreteGradient(dt=1e-5)}),
         ("Scene.bodies[0].formulation", {"formulation": "node-averaged"}, {}),

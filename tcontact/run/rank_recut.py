@@ -23,21 +23,23 @@ from ..device.team import Team
 from ..kernels.lanes import WIDTH
 from ..planning.domain import Domain
 from ..planning.domain_packs import pack_domain
-from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
+from ..planning.partition.domain_part import DomainPart
 from ..planning.planning import Plan
 from .checkpoint import contents, store
 from .loop import Run
+from .rank_cut import Cut
+from .rank_recut_acting import FORMS, of_acting, take_over_maxima
 
 AT_NODES = re.compile(r"domains\.(\d+)\.(?:u|v|start_velocity)$")
 OF_RATES = re.compile(r"shape\._rates\.(\d+)\.before$")
 OF_SEARCH = re.compile(r"limits\.(\d+)\.bodies\.(\d+)\.(damping\.)?start$")
 LIMIT = re.compile(r"limits\.\d+\.bodies\.\d+\.(?:elastic|damped)$")
-OF_FIRST = re.compile(r"domains\.\d+\.(?:contact|rigid|loads|driven|sensors|timed)\b")
-VISCOUS = re.compile(r"domains\.(\d+)\.contact\.cell_viscosity\.data$")
-RECORDS = re.compile(r"domains\.(\d+)\.contact\.obstacles\.(records|motion)$")
+OF_FIRST = re.compile(
+    r"domains\.\d+\.(?:(?:contact|rigid|driven|sensors|timed)\b|loads\.(?:_next$|_failed$|_reason$|_told$|functions\.))"
+)
 # written in every step before it is read
 SCRATCH = re.compile(
-    r"domains\.\d+\.(?:_counted|_kick|supports\.speeds|serial\.(?:sums|control)"
+    r"domains\.\d+\.(?:_counted|_kick|supports\.speeds|boundary_nodes\.mass|serial\.(?:sums|control)"
     r"|internal_force\.(?:rows|special_force|node_sums|cell_sums|parameters|memory))$"
     r"|limits\.\d+\.force\.|shape\._rates\.\d+\._arrays\.|team\."
 )
@@ -49,24 +51,6 @@ def other_ranks(before: int, now: int) -> str:
     return f"the run was on {before} ranks and goes on with {now}: it agrees to rounding, not bit for bit"
 
 
-class Cut:
-    """A domain as some ranks have it; ranks: their number, 1 for a run on one process."""
-
-    def __init__(self, domain: Domain, scene: Any, ranks: int) -> None:
-        self.domain, self.parts = domain, list[DomainPart]()
-        if ranks > 1:
-            cut = cut_domain(domain, scene, ranks)
-            self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
-
-    def nodes(self, rank: int) -> np.ndarray:
-        """Return the numbers of the nodes of a rank in the whole domain."""
-        return self.parts[rank].nodes if self.parts else np.arange(len(self.domain.reference))
-
-    def nodes_of_body(self, rank: int, body: int) -> np.ndarray:
-        """Return the numbers of the nodes of a rank in the plan of a body."""
-        return self.parts[rank].bodies[body].nodes if self.parts else np.arange(len(self.domain.bodies[body].reference))
-
-
 def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Team | None) -> None:
     """Give a new run the state in the checkpoints [ranks] of a run on another number of ranks.
 
@@ -76,8 +60,6 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
     cuts = [Cut(domain, planned.scene, len(stored)) for domain in planned.domains]
     _check_parts(cuts, stored)
     ranks = 1 if team is None else team.size
-    if planned.scene.maxima:
-        raise InputError("ranks", ranks, f"start {len(stored)} to go on, which a run with maxima needs")
     _check_known(stored, ranks)
     leads = team is None or team.leads
     shapes = contents.shapes(run)
@@ -88,15 +70,13 @@ def take_over(run: Run, planned: Plan, stored: Sequence[store.Stored], team: Tea
             {path: one for path, one in own.items() if path.partition("/")[0] in shapes} for own in (found, values)
         )
     parts: list[DomainPart] | None = getattr(run, "parts", None)
-    for path, value in list(found.items()):
-        viscous, records = VISCOUS.match(path), RECORDS.match(path)
-        if viscous is not None:
-            found[path] = _viscous_data(run, int(viscous[1]), cuts[int(viscous[1])], value, parts)
-        elif records is not None:
-            found[path] = _records(run, int(records[1]), records[2], value)
-        elif shapes.get(path) not in (None, value.shape):
+    made = of_acting(run, cuts, stored[0].found, parts, shapes)
+    for path, value in found.items():
+        if path not in made and shapes.get(path) not in (None, value.shape):
             text = f"as {path} stands in another order there"
             raise InputError("ranks", ranks, f"start {len(stored)} to go on, {text}")
+    found |= made
+    take_over_maxima(run, cuts, stored, parts, found, values)
     for path, now in sorted((path, shape) for path, shape in shapes.items() if shape is not None):
         if any(path in one.found for one in stored):
             mine = _at_nodes(run, path, cuts, stored, parts, team)
@@ -129,10 +109,9 @@ def _check_known(stored: Sequence[store.Stored], ranks: int) -> None:
     """Raise `InputError` where a checkpoint holds what only as many ranks can take over."""
     for one in stored:
         for path in one.found:
-            known = (AT_NODES, OF_RATES, OF_SEARCH, SCRATCH, OF_FIRST)
+            known = (AT_NODES, OF_RATES, OF_SEARCH, SCRATCH, OF_FIRST, *FORMS)
             if not _is_kept(path, False) and not any(form.match(path) for form in known):
-                what = "springs or loads of functions of time" if ".boundary_nodes." in path else path
-                raise InputError("ranks", ranks, f"start {len(stored)} to go on, which a run with {what} needs")
+                raise InputError("ranks", ranks, f"start {len(stored)} to go on, which a run with {path} needs")
 
 
 def _at_nodes(
@@ -171,38 +150,6 @@ def _at_nodes(
         whole = np.zeros((len(cut.domain.reference), 3))
     _put(whole, path, [cut.nodes(rank) for rank in range(len(stored))], stored)
     return whole if parts is None else whole[parts[number].nodes]
-
-
-def _viscous_data(run: Run, number: int, cut: Cut, data: np.ndarray, parts: Sequence[DomainPart] | None) -> np.ndarray:
-    """Return the data of viscous contact cells with displacement and force of the last time level from a checkpoint."""
-    state = run.domains[number]
-    assert state.contact is not None
-    names = state.contact.cell_viscosity.names
-    own = np.array(arrays.get(state.contact.cell_viscosity.data))
-    before = cut.parts[0].domain.boundary if cut.parts else cut.domain.boundary
-    nodes = cut.nodes(0)[before]
-    whole = np.zeros((2, len(cut.domain.reference), 3))
-    whole[:, nodes] = data[names.NUMBERS :][: 6 * len(nodes)].reshape(2, -1, 3)
-    now = state.domain.boundary if parts is None else parts[number].nodes[state.domain.boundary]
-    own[names.NUMBERS :][: 6 * len(now)] = whole[:, now].reshape(-1)
-    own[[names.RATE, names.POWER]] = data[[names.RATE, names.POWER]]
-    return own
-
-
-def _records(run: Run, number: int, name: str, stored: np.ndarray) -> np.ndarray:
-    """Return the places of the obstacles from a checkpoint, and the rest of their records from this run.
-
-    The table of their motion in a launch, whose length differs, is made anew.
-    """
-    contact = run.domains[number].contact
-    assert contact is not None
-    names, own = contact.obstacles.names, np.array(arrays.get(getattr(contact.obstacles, name)))
-    if name == "motion":
-        return own
-    found = stored.reshape(-1, names.RECORD).copy()
-    parameters = slice(names.PARAMETERS, names.VELOCITY)
-    found[:, parameters] = own.reshape(-1, names.RECORD)[:, parameters]
-    return found.reshape(-1)
 
 
 def _put(whole: np.ndarray, path: str, nodes: Sequence[np.ndarray], stored: Sequence[store.Stored]) -> None:

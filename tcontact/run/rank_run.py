@@ -56,8 +56,6 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
         raise InputError("scheme", scheme.name, f"an implicit scheme {ONE_RANK}")
     if arch != "cpu":
         raise InputError("arch", arch, f"a GPU {ONE_RANK}")
-    if callable(scene.gravity):
-        raise InputError("Scene.gravity", scene.gravity, f"gravity as a function of time {ONE_RANK}")
     for number, body in enumerate(scene.bodies):
         if any(AVERAGED in block.element for block in body.blocks):
             raise InputError(f"Scene.bodies[{number}].formulation", AVERAGED, f"an average at nodes {ONE_RANK}")

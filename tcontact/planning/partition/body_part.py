@@ -106,6 +106,8 @@ def body_part(plan: BodyPlan, part: Part, acts: bool) -> BodyPart:
     kept_rows = np.flatnonzero(number[plan.boundary] >= 0)  # those of the whole plan, in their order
     old = number[plan.boundary[kept_rows]]
     more = np.setdiff1d(copies, old)
+    if plan.pulled and not len(old) and not len(more):
+        more = np.zeros(1, dtype=np.int64)  # as in planning.py: the data of the gravity stand behind its load
     boundary = np.concatenate([old, more])
     own = mass[nodes[more]][:, None, None] * np.eye(3)
     row_of = np.full(len(plan.boundary), -1, dtype=np.int64)

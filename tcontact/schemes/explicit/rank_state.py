@@ -68,20 +68,27 @@ class RankState(DomainState):
         """Add the forces of the other ranks at shared nodes, and note what the kernel will count of guests."""
         force = arrays.get(special_force).reshape(-1, 3)
         self.halo.add(force)
-        self._counted[:] = self._sums(force)
+        if len(self._guests):
+            self._counted[:] = self._sums(force)
 
     def _sums(self, force: np.ndarray) -> np.ndarray:
         """Return kinetic energy, momenta and work of loads of the nodes that a lower rank counts, at level n."""
         rows, domain = self._guests, self.part.domain
         nodes, mass, inverse = domain.boundary[rows], domain.tensors[rows], domain.inverses[rows]
         u, v = (arrays.get(values).reshape(-1, 3)[nodes] for values in (self.u, self.v))
-        loads, kick, rate = domain.loads[rows], self._kick, self._rate
+        loads, kick, rate = self._present_loads()[rows], self._kick, self._rate
         net = loads - force[rows] - rate * np.einsum("sij,sj->si", mass, v)
         velocity = v + kick / (1.0 + rate * kick) * np.einsum("sij,sj->si", inverse, net)
         momentum = np.einsum("sij,sj->si", mass, velocity)
         spin = np.cross(domain.reference[nodes] + u, momentum)
         energies = 0.5 * (momentum * velocity).sum(), (loads * u).sum()
         return np.concatenate([energies, momentum.sum(axis=0), spin.sum(axis=0)])
+
+    def _present_loads(self) -> np.ndarray:
+        """Return the loads [s, 3] of the boundary nodes at level n."""
+        assert self.boundary_nodes is not None
+        domain = self.part.domain
+        return arrays.get(self.boundary_nodes.load)[: domain.loads.size].reshape(-1, 3)
 
     def advance(self, kick_before: float, *given: Any, **stop_at: Any) -> int:
         """Advance by one step, see `DomainState.advance`; the ledger counts every node once."""

@@ -1,0 +1,33 @@
+"""How the ranks of a checkpoint had cut a domain, for a run that goes on with another number of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..planning.domain import Domain
+from ..planning.partition.domain_part import DomainPart, cut_domain, domain_part
+
+
+class Cut:
+    """A domain as some ranks have it; ranks: their number, 1 for a run on one process."""
+
+    def __init__(self, domain: Domain, scene: Any, ranks: int) -> None:
+        self.domain, self.parts = domain, list[DomainPart]()
+        if ranks > 1:
+            cut = cut_domain(domain, scene, ranks)
+            self.parts += [domain_part(domain, cut, rank) for rank in range(ranks)]
+
+    @property
+    def boundary(self) -> np.ndarray:
+        """Numbers [s] of the boundary nodes of the first rank in the whole domain."""
+        return self.nodes(0)[self.parts[0].domain.boundary] if self.parts else self.domain.boundary
+
+    def nodes(self, rank: int) -> np.ndarray:
+        """Return the numbers of the nodes of a rank in the whole domain."""
+        return self.parts[rank].nodes if self.parts else np.arange(len(self.domain.reference))
+
+    def nodes_of_body(self, rank: int, body: int) -> np.ndarray:
+        """Return the numbers of the nodes of a rank in the plan of a body."""
+        return self.parts[rank].bodies[body].nodes if self.parts else np.arange(len(self.domain.bodies[body].reference))
