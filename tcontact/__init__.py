@@ -46,6 +46,7 @@ from .base.warning_kinds import (  # noqa: E402
     RotationWarning,
     SlaveWarning,
 )
+from .device.last_words import tell_once as _tell_once  # noqa: E402
 from .device.ranks import is_first_rank  # noqa: E402
 from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
@@ -168,6 +169,7 @@ __all__ = [
 ]
 
 moved.install()
+_tell_once()
 
 
 class _Later:

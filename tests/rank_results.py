@@ -8,7 +8,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from rank_scenes import SCENES
+from rank_scenes import PRESSURES, SCENES, SCHEMES
 
 import tcontact as tc
 from tcontact.device import ranks
@@ -21,7 +21,8 @@ def main(folder, names):
     warnings.simplefilter("ignore")
     for name in names:
         out = Path(folder) / name
-        result = tc.simulate(SCENES[name](), frames=3, fields="all", pressures=True, out=out, threads=1)
+        options = {"scheme": SCHEMES.get(name, tc.CentralDifference()), "pressures": name in PRESSURES}
+        result = tc.simulate(SCENES[name](), frames=3, fields="all", out=out, threads=1, **options)
         values = {"x": result.position, "v": result.velocity, "force": result.contact_node_force} | result.metals
         values |= {f"history {name}": column for name, column in result.history.items()}
         values |= {f"pressure {i}": record.pressure for i, record in enumerate(result.contact_pressures)}

@@ -141,5 +141,25 @@ def mixed():
     return tc.Scene([body], [tc.Plane()], 6e-4, contact=tc.MasslessContact(tolerance=EXACT))
 
 
+def crushed():
+    """A body that hits the plane so fast that a cell inverts, which stops the run.
+
+    By a penalty: a static solve of an inverted cell has no answer to compare.
+    """
+    contact = tc.PenaltyContact(stiffness=2e10)
+    law = tc.StVenantKirchhoff(2.3e7, 0.27, 1350.0)
+    return tc.Scene([block(law, velocity=(1.0, 0.5, -45.0), contact="zmin")], [tc.Plane()], 3e-3, contact=contact)
+
+
+def burst():
+    """Flight with steps above the stable one: the energy grows until that stops the run."""
+    swaying = block("neo", velocity=lambda x: 3.0 * np.cos(40.0 * x[:, [2, 0, 1]]))
+    return tc.Scene([swaying], duration=6e-3)
+
+
 EVERY = (free, normal, corner, layered, pushed, impulses, held, pulled, adrift, pair, rigid, metal, sensed, mixed)
+EVERY = (*EVERY, crushed, burst)
 SCENES = {one.__name__: one for one in EVERY}
+SCHEMES = {"crushed": tc.CentralDifference(cfl=0.2), "burst": tc.CentralDifference(dt=1.64e-4)}
+REASONS = {"crushed": "inverted-cell", "burst": "diverged"}  # of the others: "finished"
+PRESSURES = ("normal", "pushed", "pair")  # their runs keep pressures, and so do one row at a time

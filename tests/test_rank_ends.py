@@ -2,6 +2,7 @@
 
 import os
 import random
+import shlex
 import signal
 import subprocess
 import sys
@@ -11,8 +12,10 @@ import time
 import h5py
 import numpy as np
 import pytest
+from rank_scenes import block
 from test_ranks import HERE, MPIEXEC, mpiexec, pytestmark  # noqa: F401 - skips these tests where MPI is missing
 
+import tcontact as tc
 from tcontact.device.ranks import passed_on
 
 RANKS = 3
@@ -85,6 +88,40 @@ def test_an_error_of_one_rank_ends_all_and_names_it(tmp_path):
     assert errors.count("Traceback") == 1
     assert "rank 1 of 3 failed, which ends all ranks" in errors
     assert "this rank alone" in errors
+
+
+@pytest.mark.parametrize(("rank", "moment"), [(0, "before"), (1, "before"), (1, "after")])
+def test_an_error_of_one_rank_outside_a_run_is_told_and_ends_all(rank, moment):
+    """`mpiexec` raises `TimeoutExpired` if the others go on waiting for it."""
+    done = mpiexec(2, "rank_lone.py", rank, moment, timeout=60)
+    assert done.returncode != 0
+    assert done.stderr.count("Traceback") == 1
+    assert "this rank alone" in done.stderr
+    assert f"rank {rank} of 2 failed, which ends all ranks" in done.stderr
+
+
+def test_different_errors_of_all_ranks_are_told_once_each():
+    done = mpiexec(3, "rank_lone.py", 2, "everyone", timeout=60)
+    assert done.returncode != 0
+    assert done.stderr.count("size = -1") == 1
+    assert done.stderr.count("size = -2") == 1
+    assert "ends all ranks" not in done.stderr
+
+
+def test_a_file_that_one_rank_alone_does_not_find_is_told_and_ends_all(tmp_path):
+    (tmp_path / "here").mkdir()
+    (tmp_path / "there").mkdir()
+    scene = tc.Scene([block(contact="zmin")], [tc.Plane()], 1e-4)
+    tc.save_scene(scene, tmp_path / "here" / "scene.toml")
+    command = f"{shlex.quote(sys.executable)} -m tcontact run scene.toml --frames 0 --out {tmp_path / 'run'}"
+    place = f"if [ ${{PMI_RANK:-$OMPI_COMM_WORLD_RANK}} = 1 ]; then cd {tmp_path / 'there'}; fi; {command}"
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(HERE.parent)}
+    words = [MPIEXEC, "-n", "2", "sh", "-c", place]
+    given = {"cwd": tmp_path / "here", "env": environment, "capture_output": True, "text": True, "timeout": 60}
+    done = subprocess.run(words, check=False, **given)
+    assert done.returncode != 0
+    assert done.stderr.count("path = 'scene.toml': no such file") == 1
+    assert "rank 1 of 2 failed, which ends all ranks" in done.stderr
 
 
 def test_a_rank_waits_until_its_last_lines_are_read_but_not_for_ever():

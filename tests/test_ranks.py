@@ -129,11 +129,12 @@ def test_one_rank_of_a_launcher_is_a_run_without_mpi(monkeypatch):
     assert ranks.communicator() is None
 
 
-def test_a_launcher_of_another_mpi_is_named(monkeypatch):
-    """mpi4py sees one process where the launcher has started four."""
+@pytest.mark.parametrize("names", ranks.VARIABLES[1:])
+def test_a_launcher_of_another_mpi_is_named(names):
+    """mpi4py sees one process where the launcher has started four, which would all write one folder."""
     script = "from tcontact.device import ranks; ranks.communicator()"
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI"))}
-    environment |= {"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_RANK": "2"}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
+    environment |= dict(zip(names, ("4", "0"), strict=True))
     command = [sys.executable, "-c", script]
     done = subprocess.run(command, cwd=HERE.parent, env=environment, capture_output=True, text=True, check=False)
     assert "its MPI is not that of the launcher" in done.stderr

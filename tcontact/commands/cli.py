@@ -16,6 +16,7 @@ from ..base import stages
 from ..base.errors import InputError, OutputError
 from ..base.version import __version__
 from ..device import ranks
+from ..device.last_words import told
 from ..run.interrupts import Terminated, terminations
 from . import bench, doctor, export, info, listing, numbers, render, report_page, run, study
 from . import resuming as resume
@@ -76,18 +77,16 @@ def _run(argv: Sequence[str] | None) -> int:
             stages.say("reading")
             return int(arguments.run(arguments))
     except InputError as error:
-        if not ranks.is_first_rank():  # the first rank has it too: another exit code could end it before it has said so
-            return 0
-        print(f"tcontact: {error}", file=sys.stderr)
-        return 2
+        return _told(error, str(error), 2)
     except (ImportError, OutputError) as error:
-        if not ranks.is_first_rank():
-            return 0
-        print(f"tcontact: {error}", file=sys.stderr)
-        return 1
+        return _told(error, str(error), 1)
     except MemoryError as error:
-        print(f"tcontact: there is not enough memory: {error or 'take fewer cells'}", file=sys.stderr)
-        return 1
+        return _told(error, f"there is not enough memory: {error or 'take fewer cells'}", 1)
     except KeyboardInterrupt as stop:
-        print(f"tcontact: interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", file=sys.stderr)
-        return 1
+        return _told(stop, f"interrupted{' by SIGTERM' if isinstance(stop, Terminated) else ''}", 1)
+
+
+def _told(error: BaseException, text: str, code: int) -> int:
+    """Print why the command ends, once on several ranks, and return its exit code."""
+    told(error, lambda: print(f"tcontact: {text}", file=sys.stderr), code)
+    return code

@@ -5,16 +5,22 @@ A launcher says it in the environment of the processes, so that nothing of MPI i
 
 from __future__ import annotations
 
+import atexit
 import os
 import stat
 import sys
 import time
+from functools import cache
 from typing import Any, TextIO
 
 from ..base.errors import InputError
 
-# number of processes and number of this one: MPICH and Intel MPI, Open MPI
-VARIABLES = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
+# number of processes and number of this one: MPICH and Intel MPI, Open MPI, Slurm's srun
+VARIABLES = (
+    ("PMI_SIZE", "PMI_RANK"),
+    ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
+    ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
+)
 
 
 def launched() -> tuple[int, int]:
@@ -86,5 +92,19 @@ def communicator() -> Any:
     world = MPI.COMM_WORLD
     if world.Get_size() != count:
         found = f"mpi4py sees {world.Get_size()} processes: its MPI is not that of the launcher"
-        raise InputError("ranks", count, f"{found}; use the mpiexec of {MPI.Get_library_version().split()[0]}")
+        own = MPI.Get_library_version().split()[0]
+        remedy = f"use the mpiexec of {own}, or srun with the --mpi that {own} knows (srun --mpi=list)"
+        raise InputError("ranks", count, f"{found}; {remedy}")
+    _end_together()
     return world
+
+
+@cache
+def _end_together() -> None:
+    """Let processes end after one another has come to its end: a launcher ends those that are left behind.
+
+    They then have time to say why they fail (last_words.py).
+    """
+    from mpi4py import MPI
+
+    atexit.register(MPI.COMM_WORLD.Barrier)

@@ -6,13 +6,11 @@ all ranks take the same decisions from equal bits; MPI does not promise that of 
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
-from ..base.errors import InputError, OutputError
 from . import ranks
 from .exchange import Exchange
 
@@ -22,26 +20,12 @@ Value = TypeVar("Value")
 def team() -> Team | None:
     """Return the ranks that a launcher has started, None for a single process.
 
-    From then on an `InputError` or `OutputError` that ends all ranks is printed by the first one alone.
     Raises `InputError` as `ranks.communicator`.
     """
     world = ranks.communicator()
     if world is None:
         return None
-    found = Team(world)
-    before = sys.excepthook if getattr(sys.excepthook, "of_ranks", None) is None else sys.excepthook.of_ranks  # type: ignore[attr-defined]
-
-    def once(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-        together = issubclass(kind, (InputError, OutputError))
-        if found.leads or not together:
-            before(kind, error, trace)
-            ranks.passed_on(sys.stderr)
-        if together:
-            world.Barrier()  # a rank that ends with an error ends the others: the message goes first
-
-    once.of_ranks = before  # type: ignore[attr-defined]
-    sys.excepthook = once
-    return found
+    return Team(world)
 
 
 class Team:

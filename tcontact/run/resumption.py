@@ -48,10 +48,9 @@ def resume(
     scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
     checkpoint; threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits);
     as many processes (`mpiexec`) as before give the same bits too, another number goes on with a warning that the last
-    digits differ, and is refused for runs with springs or loads that functions of time drive;
-    checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which another one
-    cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older
-    one, with a warning.
+    digits differ; checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which
+    another one cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older one, with a
+    warning.
 
     Raises `InputError` if the scene differs, naming the difference, if there is no checkpoint, or if another
     process runs in the folder. All fields of the scene and the scheme are compared. A function of time is compared by
@@ -59,14 +58,13 @@ def resume(
     up to 32768 calls, then evenly thinned ones). A function that differs between these times alone, for less than
     1/4096 of the duration, goes unnoticed.
     """
-    started = perf_counter()
+    started, together = perf_counter(), team()
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give the tcontact.Scene that was run")
     validate.flag("progress", progress)
     scheme, options = scheme_of(scheme), checked(checkpoint, folder)
     scene = scene.for_scheme(getattr(scheme, "implicit", False))
     path = checked_folder(folder)
-    together = team()
     if together is not None:
         check_ranks(scene, scheme, arch, together.size)
         return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)

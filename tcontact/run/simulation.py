@@ -86,7 +86,7 @@ def simulate(
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).
     """
-    started = perf_counter()
+    started, together = perf_counter(), team()
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
@@ -104,7 +104,6 @@ def simulate(
     displacement, velocity = _start(scene, initial)
     layers = () if initial is None else _layers(scene, initial)
     points = () if initial is None else _points(scene, initial)
-    together = team()
     if together is not None:
         check_ranks(scene, scheme, arch, together.size)
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)

@@ -25,6 +25,7 @@ from ...device import ranks
 from ...device.exchange import Exchange
 from ...device.team import Team, team
 from ...mesh.box import box_mesh
+from ...planning.partition.cut import EXTRA_WORK
 from ...run.simulation import simulate
 from ...scene.body import Body
 from ...scene.contact_models import MasslessContact
@@ -36,7 +37,7 @@ from ...schemes.explicit.central_difference import CentralDifference
 STEPS, FIRST = 200, 40  # steps of a run, and the first ones that are not counted
 LENGTH, SPEED = 0.1, 10.0 / 3.6
 LATENCY, BANDWIDTH = 1.5e-6, 12e9 / 16  # [s], [byte/s] of the model: a message, a rank of 16 on a machine
-EXTRA = {"none": 0.0, "normal": 4.0, "full": 7.0}  # work of a contact cell beside its own pass (docs/SCALING.md)
+EXTRA = {"none": 0.0} | EXTRA_WORK
 
 
 @dataclass(frozen=True)

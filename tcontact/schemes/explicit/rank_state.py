@@ -46,7 +46,12 @@ class RankState(DomainState):
         )
         super().__init__(scene, part.domain, u, v, layout)
         self.halo = team.exchange(part.rows_shared())
-        self._guests = part.guests()
+        self._guests = rows = part.guests()
+        domain = part.domain
+        self._guest_nodes = domain.boundary[rows]
+        self._guest_start = domain.reference[self._guest_nodes]
+        self._guest_mass = domain.tensors[rows, 0, :1]  # what acts on nodes acts on those of the first rank alone
+        self._guest_inverse = np.diagonal(domain.inverses[rows], axis1=1, axis2=2).copy()
         self._rate = 0.0 if scene.damping is None else float(scene.damping.constants[0])
         places, sizes = self._places.shared, {"kinetic": 1, "load_work": 1, "momentum": 3, "angular_momentum": 3}
         firsts = [getattr(places, name) for name in sizes]
@@ -61,6 +66,7 @@ class RankState(DomainState):
         self.place[owned] = np.arange(len(owned))
         contact = self.contact
         self._asks = team.any(bool(self.timed) or (contact is not None and contact.obstacles.asks))
+        self._rows = 1 if self._asks else int(team.smallest(len(self._raw)))
         self.touching, self.frees = team.any(self.touching), team.any(self.frees)
         self.views = [RankView(self, number) for number in range(len(part.bodies))]
 
@@ -73,16 +79,16 @@ class RankState(DomainState):
 
     def _sums(self, force: np.ndarray) -> np.ndarray:
         """Return kinetic energy, momenta and work of loads of the nodes that a lower rank counts, at level n."""
-        rows, domain = self._guests, self.part.domain
-        nodes, mass, inverse = domain.boundary[rows], domain.tensors[rows], domain.inverses[rows]
-        u, v = (arrays.get(values).reshape(-1, 3)[nodes] for values in (self.u, self.v))
-        loads, kick, rate = self._present_loads()[rows], self._kick, self._rate
-        net = loads - force[rows] - rate * np.einsum("sij,sj->si", mass, v)
-        velocity = v + kick / (1.0 + rate * kick) * np.einsum("sij,sj->si", inverse, net)
-        momentum = np.einsum("sij,sj->si", mass, velocity)
-        spin = np.cross(domain.reference[nodes] + u, momentum)
-        energies = 0.5 * (momentum * velocity).sum(), (loads * u).sum()
-        return np.concatenate([energies, momentum.sum(axis=0), spin.sum(axis=0)])
+        rows, mass, kick, rate = self._guests, self._guest_mass, self._kick, self._rate
+        u, v = (arrays.get(values).reshape(-1, 3)[self._guest_nodes] for values in (self.u, self.v))
+        loads = self._present_loads()[rows]
+        net = loads - force[rows] - rate * mass * v
+        velocity = v + kick / (1.0 + rate * kick) * self._guest_inverse * net
+        momentum = mass * velocity
+        moments = (self._guest_start + u).T @ momentum
+        spin = [moments[one, other] - moments[other, one] for one, other in ((1, 2), (2, 0), (0, 1))]
+        energies = 0.5 * np.vdot(momentum, velocity), np.vdot(loads, u)
+        return np.array([*energies, *momentum.sum(axis=0), *spin])
 
     def _present_loads(self) -> np.ndarray:
         """Return the loads [s, 3] of the boundary nodes at level n."""
@@ -91,12 +97,20 @@ class RankState(DomainState):
         return arrays.get(self.boundary_nodes.load)[: domain.loads.size].reshape(-1, 3)
 
     def advance(self, kick_before: float, *given: Any, **stop_at: Any) -> int:
-        """Advance by one step, see `DomainState.advance`; the ledger counts every node once."""
+        """Advance, see `DomainState.advance`; the ledger counts every node once."""
         self._kick = kick_before
-        done = super().advance(kick_before, *given, **stop_at)
+        return super().advance(kick_before, *given, **stop_at)
+
+    def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
+        """Move the boundary nodes, and note the sums of the row without those of guests."""
+        super()._take_row(raw, time, steps)
         if len(self._guests):
-            self._raw[0, self._counted_at] -= self._counted
-        return done
+            raw[self._counted_at] -= self._counted
+
+    def _watched(self, raw: np.ndarray) -> Sequence[float]:
+        """Return what decides on all ranks alike whether the steps go on: of the whole domain."""
+        energy, lowest, *others = self.team.gathered(np.array(super()._watched(raw))).T
+        return float(energy.sum()), float(lowest.min()), *(float(one.max()) for one in others)
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Return values [n, ..] of the nodes of the whole domain from those of all ranks."""
@@ -104,8 +118,8 @@ class RankState(DomainState):
 
     @property
     def rows_at_once(self) -> int:
-        """Return 1: every row is a decision of all ranks."""
-        return 1
+        """Return the largest number of rows of one call of `advance` on all ranks: 1 with functions of time."""
+        return self._rows
 
     def ask(self, time: float, steps: tuple[float, float], rows: int) -> int:
         """Ask the functions of time for a row. Raises `FunctionError` on all ranks where one of them fails."""

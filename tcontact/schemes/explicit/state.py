@@ -251,7 +251,7 @@ class DomainState:
         `SerialStep.run`. Returns the rows done. Raises `FunctionError`, before anything moves, if a function of time
         fails within the first row.
         """
-        force, serial, places = self.internal_force, self.serial, self._places
+        force, serial = self.internal_force, self.serial
         rows = self.ask(time, steps, rows)
         if self.device is not None:
             if self.contact is not None and steps[1] > 0.0:
@@ -275,23 +275,39 @@ class DomainState:
             if self.exchange is not None:
                 self.exchange(force.special_force)
             raw = self._raw[number]
-            if serial is None:
-                raw[:] = force.sums()
-            else:
-                serial.run(serial.names.BOUNDARY, self.u, self.v, time + number * steps[1], *steps)
-                raw[:] = serial.rows(1)[0]
-            total = raw[places.nodes.kinetic] + raw[places.cells.elastic]
-            if serial is not None:
-                total += raw[places.shared.kinetic]
-            calm = total <= energy and raw[places.cells.jacobian_min] > jacobian
-            calm = calm and (self.contact is None or not raw[places.shared.contact_nodes] > touching)
-            calm = calm and (self.domain.viscosity is None or not raw[places.cells.viscous_rate] > viscous_rate)
-            if self.rigid is not None:
-                calm = calm and raw[self._rate_place] <= rigid_rate
-            if not calm or (self.contact is not None and self.contact.trouble):
+            self._take_row(raw, time + number * steps[1], steps)
+            if number + 1 < rows and not self._calm(raw, jacobian, energy, viscous_rate, touching, rigid_rate):
                 break
         self._measure(number + 1, steps)
         return number + 1
+
+    def _take_row(self, raw: np.ndarray, time: float, steps: tuple[float, float]) -> None:
+        """Move the boundary nodes of a large domain behind the force pass, and note the sums of the row."""
+        serial = self.serial
+        if serial is None:
+            raw[:] = self.internal_force.sums()
+        else:
+            serial.run(serial.names.BOUNDARY, self.u, self.v, time, *steps)
+            raw[:] = serial.rows(1)[0]
+
+    def _calm(
+        self, raw: np.ndarray, jacobian: float, energy: float, viscous_rate: float, touching: float, rigid_rate: float
+    ) -> bool:
+        """Return whether the steps may go on behind a row, see `SerialStep.run`."""
+        total, lowest, rate, count, turn, trouble = self._watched(raw)
+        within = total <= energy and lowest > jacobian and not count > touching and not rate > viscous_rate
+        return bool(within and turn <= rigid_rate and not trouble)
+
+    def _watched(self, raw: np.ndarray) -> Sequence[float]:
+        """Return what decides it: energy [J], least det F, viscous rate, contact nodes, rigid rate, 1 for a trouble."""
+        places, contact = self._places, self.contact
+        energy = raw[places.nodes.kinetic] + raw[places.cells.elastic]
+        if self.serial is not None:
+            energy += raw[places.shared.kinetic]
+        rate = 0.0 if self.domain.viscosity is None else raw[places.cells.viscous_rate]
+        touching, trouble = (0.0, 0.0) if contact is None else (raw[places.shared.contact_nodes], bool(contact.trouble))
+        turn = 0.0 if self.rigid is None else raw[self._rate_place]
+        return energy, raw[places.cells.jacobian_min], rate, touching, turn, trouble
 
     def _measure(self, done: int, steps: tuple[float, float]) -> None:
         """Let the sensors measure the rows that were done; steps [s]: as in `advance`."""
