@@ -46,7 +46,7 @@ from .base.warning_kinds import (  # noqa: E402
     RotationWarning,
     SlaveWarning,
 )
-from .device.last_words import tell_once as _tell_once  # noqa: E402
+from .device.last_words import take_part as _take_part  # noqa: E402
 from .device.ranks import is_first_rank  # noqa: E402
 from .friction_layer.steinberg_guinan import SteinbergGuinan  # noqa: E402
 from .mesh.box import box_mesh  # noqa: E402
@@ -169,7 +169,7 @@ __all__ = [
 ]
 
 moved.install()
-_tell_once()
+_take_part()
 
 
 class _Later:

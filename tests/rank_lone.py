@@ -1,7 +1,8 @@
-"""One rank alone fails outside a run: `mpiexec -n P python rank_lone.py RANK before|after|everyone`.
+"""Ranks that do not do the same: `mpiexec -n P python rank_lone.py RANK MOMENT [FOLDER]`.
 
-before: before it starts a run, which the others wait for; after: when the others are at their end; everyone: all ranks
-fail, of which the last one has an error of its own.
+before: the rank fails before it starts a run, which the others wait for; after: when the others are at their end;
+everyone: all ranks fail, this one with an error of its own; idle: the rank starts no run; scene: it has another scene;
+out: it alone names the folder; step: it has another scheme.
 """
 
 import sys
@@ -11,12 +12,15 @@ from rank_scenes import block
 import tcontact as tc
 from tcontact.device import ranks
 
-count, rank = ranks.launched()
-fails, moment = int(sys.argv[1]), sys.argv[2]
+own, moment, folder = ranks.launched()[1] == int(sys.argv[1]), sys.argv[2], sys.argv[3:]
 if moment == "everyone":
-    raise tc.InputError("size", -1 if rank < fails else -2, "all ranks have an error")
-if moment == "before" and rank == fails:
+    raise tc.InputError("size", -2 if own else -1, "all ranks have an error")
+if moment == "before" and own:
     raise tc.InputError("size", -1, "this rank alone")
-tc.simulate(tc.Scene([block()], duration=1e-4), threads=1)
-if rank == fails:
+speed = 3.0 if moment == "scene" and own else 2.0
+scene = tc.Scene([block(velocity=(0.0, 0.0, speed))], duration=1e-4, gravity=lambda t: (0.0, 0.0, t))
+options = {"out": folder[0], "frames": 2} if folder and (own or moment != "out") else {"frames": 2}
+if not (moment == "idle" and own):
+    tc.simulate(scene, tc.CentralDifference(cfl=0.5 if moment == "step" and own else 0.6), threads=1, **options)
+if moment == "after" and own:
     raise ValueError("this rank alone")

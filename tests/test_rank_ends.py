@@ -108,6 +108,24 @@ def test_different_errors_of_all_ranks_are_told_once_each():
     assert "ends all ranks" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("rank", "moment", "said"),
+    [
+        (0, "idle", "rank 0 has come to the end of its script; rank 1 starts a run"),
+        (1, "idle", "rank 0 starts a run; rank 1 has come to the end of its script"),
+        (1, "scene", "bodies[0].velocity = "),
+        (0, "out", "out = 'False': rank 1 has that and the first rank True"),
+        (1, "step", "scheme.cfl = '0.5': rank 1 has that and the first rank 0.6"),
+    ],
+)
+def test_ranks_that_do_not_do_the_same_are_told_so_once_and_write_nothing(tmp_path, rank, moment, said):
+    done = mpiexec(2, "rank_lone.py", rank, moment, tmp_path / "run", timeout=60)
+    assert done.returncode != 0
+    assert done.stderr.count(said) == 1
+    assert done.stderr.count("Traceback") == 1
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_file_that_one_rank_alone_does_not_find_is_told_and_ends_all(tmp_path):
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()

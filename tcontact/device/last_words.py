@@ -1,25 +1,24 @@
 """The last words of a rank that ends with an error: told once where all ranks have it, and never left waiting.
 
 A rank cannot know whether the others have its error too, or wait for it in a message of a step. So the first rank tells
-its error at once. The others tell it their error and wait some seconds for an answer: if all ranks have one, those that
-it has not told are told too, and all end. Else the ranks that have an error end all. These messages are from rank to
-rank, which no collective call of a rank that goes on can take for its own.
+its error at once. Then the roll is called (roll_call.py): if all ranks have an error, those that have another one than
+the first are told too, and all end. Else the ranks that have an error end all.
 """
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from ..base.errors import InputError
 from . import ranks
+from .roll_call import ENDS, FAILS, answers
 
-TAG = 2  # of the messages; exchange.py has 1
 PATIENCE, STARTING = 3.0, 30  # seconds that a rank waits for the others, and for MPI to start
 
 
@@ -34,15 +33,13 @@ def told(error: BaseException, tell: Callable[[], None], code: int = 1, patience
         return
     if ranks.is_first_rank():
         _say(tell)
-    try:
-        with _no_longer_than(STARTING):
-            world = ranks.communicator()
-    except InputError:  # there is no MPI between the ranks; the first one has told it
+    world = _world()
+    if world is None:  # there is no MPI between the ranks; the first one has told it
         return
-    own = f"{type(error).__name__}: {error}"[:2000]
-    of_first = _met(world, own, patience)
-    if of_first is not None:
-        if own != of_first:
+    own = f"{FAILS}{type(error).__name__}: {error}"[:2000]
+    words = answers(world, own, patience)
+    if words is not None and all(word.startswith(FAILS) for word in words):
+        if own != words[0]:
             _say(tell)
         return
     if world.Get_rank():
@@ -53,10 +50,14 @@ def told(error: BaseException, tell: Callable[[], None], code: int = 1, patience
     os._exit(code)  # where the launcher takes a moment
 
 
-def tell_once() -> None:
-    """Let errors that nothing catches be told as `told` does, where a launcher has started several ranks."""
+def take_part() -> None:
+    """Where a launcher has started several ranks, let errors that nothing catches be told, and the ranks end together.
+
+    Without that a rank that never starts a run would leave the others waiting for it.
+    """
     if ranks.launched()[0] == 1 or hasattr(sys.excepthook, "of_ranks"):
         return
+    os.environ[ranks.OWNER] = str(os.getpid())
     before = sys.excepthook
 
     def hook(kind: type[BaseException], error: BaseException, trace: Any) -> None:
@@ -64,33 +65,29 @@ def tell_once() -> None:
 
     hook.of_ranks = True  # type: ignore[attr-defined]
     sys.excepthook = hook
+    atexit.register(_end)
+
+
+def _end() -> None:
+    """Wait until all ranks are at their end: a launcher ends those that are left behind, and so what they tell."""
+    world = _world()
+    while world is not None and set(answers(world, ENDS) or ()) != {ENDS}:
+        pass
+
+
+def _world() -> Any:
+    """Return the communicator of all ranks, None where there is no MPI between them."""
+    try:
+        with _no_longer_than(STARTING):
+            return ranks.communicator()
+    except InputError:
+        return None
 
 
 def _say(tell: Callable[[], None]) -> None:
     sys.stdout.flush()
     tell()
     ranks.passed_on(sys.stderr)
-
-
-def _met(world: Any, value: str, patience: float) -> str | None:
-    """Return the value of the first rank if all ranks come here within some seconds, else None."""
-    end, others = time.monotonic() + patience, range(1, world.Get_size())
-    if world.Get_rank():
-        found = _arrived([world.isend(value, dest=0, tag=TAG), world.irecv(source=0, tag=TAG)], end)
-        return None if found is None else found[1]
-    if _arrived([world.irecv(source=other, tag=TAG) for other in others], end) is None:
-        return None
-    return None if _arrived([world.isend(value, dest=other, tag=TAG) for other in others], end) is None else value
-
-
-def _arrived(requests: Sequence[Any], end: float) -> list[Any] | None:
-    """Return what messages hold if all of them arrive before a moment of `time.monotonic`, else None."""
-    for request in requests:
-        while not request.Get_status():  # which leaves it to `wait` to read the message
-            if time.monotonic() > end:
-                return None
-            time.sleep(0.005)
-    return [request.wait() for request in requests]
 
 
 @contextmanager

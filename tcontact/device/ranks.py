@@ -5,12 +5,10 @@ A launcher says it in the environment of the processes, so that nothing of MPI i
 
 from __future__ import annotations
 
-import atexit
 import os
 import stat
 import sys
 import time
-from functools import cache
 from typing import Any, TextIO
 
 from ..base.errors import InputError
@@ -21,10 +19,16 @@ VARIABLES = (
     ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
     ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
 )
+OWNER = "TCONTACT_RANK"  # number of the process that is a rank, for those that it starts
 
 
 def launched() -> tuple[int, int]:
-    """Return the number of processes that an MPI launcher has started, and the number of this one; (1, 0) without."""
+    """Return the number of processes that an MPI launcher has started, and the number of this one; (1, 0) without.
+
+    A process that one of them has started, which has its environment, is none of them.
+    """
+    if os.environ.get(OWNER, str(os.getpid())) != str(os.getpid()):
+        return 1, 0
     for size, rank in VARIABLES:
         count, own = os.environ.get(size, ""), os.environ.get(rank, "")
         if count.isdigit() and own.isdigit() and int(count) > 1:
@@ -95,16 +99,4 @@ def communicator() -> Any:
         own = MPI.Get_library_version().split()[0]
         remedy = f"use the mpiexec of {own}, or srun with the --mpi that {own} knows (srun --mpi=list)"
         raise InputError("ranks", count, f"{found}; {remedy}")
-    _end_together()
     return world
-
-
-@cache
-def _end_together() -> None:
-    """Let processes end after one another has come to its end: a launcher ends those that are left behind.
-
-    They then have time to say why they fail (last_words.py).
-    """
-    from mpi4py import MPI
-
-    atexit.register(MPI.COMM_WORLD.Barrier)

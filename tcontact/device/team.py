@@ -6,25 +6,36 @@ all ranks take the same decisions from equal bits; MPI does not promise that of 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
+from ..base.errors import InputError
 from . import ranks
 from .exchange import Exchange
+from .last_words import PATIENCE
+from .roll_call import FAILS, STARTS, answers
 
 Value = TypeVar("Value")
 
 
 def team() -> Team | None:
-    """Return the ranks that a launcher has started, None for a single process.
+    """Return the ranks that a launcher has started, None for a single process; all of them call it.
 
-    Raises `InputError` as `ranks.communicator`.
+    Raises `InputError` as `ranks.communicator`, and on all ranks if one of them ends instead.
     """
     world = ranks.communicator()
     if world is None:
         return None
+    words = answers(world, STARTS)
+    if words is not None and set(words) != {STARTS}:
+        if any(word.startswith(FAILS) for word in words):
+            time.sleep(PATIENCE)  # that rank ends all
+        said = "; ".join(f"rank {number} {word}" for number, word in enumerate(words))
+        remedy = f"{said}: all ranks make the same calls, and tc.is_first_rank() is for what one of them prints"
+        raise InputError("ranks", len(words), remedy)
     return Team(world)
 
 

@@ -10,7 +10,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -64,6 +64,20 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
             import pymetis  # noqa: F401
         except ImportError as error:
             raise InputError("ranks", ranks, "they need pymetis; pip install 'tcontact[mpi]'") from error
+
+
+def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any]) -> None:
+    """Refuse ranks that have different scenes or options. Raises `InputError` on all ranks, which names the first."""
+    own = fingerprint(scene, scheme, functions=False) | {name: repr(value) for name, value in options.items()}
+    first = team.from_first(own)
+    differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
+    error = None
+    if differs:
+        name, remedy = differs[0], "all ranks run one scene together, with the same options"
+        was = first.get(name, "not there")
+        found = f"rank {team.rank} has that and the first rank {was}; {remedy}; scenes of their own run without mpiexec"
+        error = InputError(name, own.get(name, "not there"), found)
+    team.agree(error)
 
 
 class RankRun(Run):

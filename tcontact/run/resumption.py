@@ -28,7 +28,7 @@ from .precision import check_precision, set_precision
 from .prepared import record_friction
 from .progress import ProgressBar
 from .rank_recut import other_ranks, take_over
-from .rank_run import check_ranks, resume_on_ranks
+from .rank_run import check_alike, check_ranks, resume_on_ranks
 from .recorder import FILE, Recorder, writing_beside
 from .simulation import carry_out, start_of_scene
 
@@ -66,6 +66,7 @@ def resume(
     scene = scene.for_scheme(getattr(scheme, "implicit", False))
     path = checked_folder(folder)
     if together is not None:
+        check_alike(together, scene, scheme, {"arch": arch, "checkpoint": options, "precision": precision})
         check_ranks(scene, scheme, arch, together.size)
         return resume_on_ranks(together, path, scene, scheme, threads, progress, options, precision)
     with locked(path):

@@ -40,7 +40,7 @@ from .loop import Run
 from .precision import check_precision
 from .prepared import checkpoint_head, finished_plan, take_over
 from .progress import ProgressBar
-from .rank_run import Asked, check_ranks, simulate_on_ranks
+from .rank_run import Asked, check_alike, check_ranks, simulate_on_ranks
 from .recorder import FILE, Recorder, check_folder, make_folder, unwritten, writing_beside
 
 
@@ -105,6 +105,9 @@ def simulate(
     layers = () if initial is None else _layers(scene, initial)
     points = () if initial is None else _points(scene, initial)
     if together is not None:
+        alike = {"out": out is not None, "frames": frames, "arch": arch, "fields": fields, "pressures": pressures}
+        alike |= {"history_every": history_every, "history_rows": history_rows, "precision": precision}
+        check_alike(together, scene, scheme, alike | {"initial": initial is not None, "checkpoint": options})
         check_ranks(scene, scheme, arch, together.size)
         wanted, start = frame_fields.chosen(scene, fields), (displacement, velocity)
         rows = history_every, history_rows

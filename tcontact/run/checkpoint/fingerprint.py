@@ -31,19 +31,21 @@ FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support, Load)
 FIELDS = ("velocity", "angular_velocity", "displacement", *COMPONENTS)
 
 
-def fingerprint(scene: Scene, scheme: Any) -> dict[str, str]:
+def fingerprint(scene: Scene, scheme: Any, functions: bool = True) -> dict[str, str]:
     """Return every property that the motion depends on by name: numbers with all digits, arrays by their contents.
 
-    The start of a run from the end of another one (`initial`) is in its checkpoint only.
+    functions: whether functions of time count by their values, else they count by being there. The start of a run from
+    the end of another one (`initial`) is in its checkpoint only.
     Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
     """
     found: dict[str, str] = {}
+    duration = scene.duration if functions else 0.0
     for field in (field for field in fields(scene) if field.init):
         value = getattr(scene, field.name)
         if field.name == "gravity" and callable(value):
-            value = {"function": _samples(value, "gravity", scene.duration)}
-        _add(found, field.name, value, scene.duration)
-    _add(found, "scheme", scheme, scene.duration)
+            value = {"function": _samples(value, "gravity", duration)}
+        _add(found, field.name, value, duration)
+    _add(found, "scheme", scheme, duration)
     return found
 
 
@@ -76,7 +78,12 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
 
 
 def _samples(function: Callable[[float], Any], name: str, duration: float) -> np.ndarray:
-    """Return values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run at that time."""
+    """Return values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run at that time.
+
+    None where there is no duration.
+    """
+    if duration == 0.0:
+        return np.zeros(0)
     times = duration * (np.arange(SAMPLES) + 0.381966) / SAMPLES
 
     def value(time: float) -> np.ndarray:
