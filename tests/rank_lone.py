@@ -2,7 +2,7 @@
 
 before: the rank fails before it starts a run, which the others wait for; after: when the others are at their end;
 everyone: all ranks fail, this one with an error of its own; idle: the rank starts no run; scene: it has another scene;
-out: it alone names the folder; step: it has another scheme.
+load: another gravity; out: it alone names the folder; step: it has another scheme.
 """
 
 import sys
@@ -18,7 +18,8 @@ if moment == "everyone":
 if moment == "before" and own:
     raise tc.InputError("size", -1, "this rank alone")
 speed = 3.0 if moment == "scene" and own else 2.0
-scene = tc.Scene([block(velocity=(0.0, 0.0, speed))], duration=1e-4, gravity=lambda t: (0.0, 0.0, t))
+pull = 3.0 if moment == "load" and own else 2.0
+scene = tc.Scene([block(velocity=(0.0, 0.0, speed))], duration=1e-4, gravity=lambda t: (0.0, 0.0, pull * t))
 options = {"out": folder[0], "frames": 2} if folder and (own or moment != "out") else {"frames": 2}
 if not (moment == "idle" and own):
     tc.simulate(scene, tc.CentralDifference(cfl=0.5 if moment == "step" and own else 0.6), threads=1, **options)

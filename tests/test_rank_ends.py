@@ -114,6 +114,7 @@ def test_different_errors_of_all_ranks_are_told_once_each():
         (0, "idle", "rank 0 has come to the end of its script; rank 1 starts a run"),
         (1, "idle", "rank 0 starts a run; rank 1 has come to the end of its script"),
         (1, "scene", "bodies[0].velocity = "),
+        (1, "load", "gravity.function = "),
         (0, "out", "out = 'False': rank 1 has that and the first rank True"),
         (1, "step", "scheme.cfl = '0.5': rank 1 has that and the first rank 0.6"),
     ],

@@ -47,6 +47,7 @@ from .rank_recut import other_ranks
 from .rank_recut import take_over as take_over_cut
 from .recorder import FILE, check_folder, make_folder, unwritten
 
+SAMPLES = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
 
 
@@ -68,7 +69,7 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
 
 def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any]) -> None:
     """Refuse ranks that have different scenes or options. Raises `InputError` on all ranks, which names the first."""
-    own = fingerprint(scene, scheme, functions=False) | {name: repr(value) for name, value in options.items()}
+    own = fingerprint(scene, scheme, SAMPLES) | {name: repr(value) for name, value in options.items()}
     first = team.from_first(own)
     differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
     error = None

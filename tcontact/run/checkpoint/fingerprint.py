@@ -31,21 +31,21 @@ FUNCTIONS_OF_TIME = (Obstacle, RigidPart, Support, Load)
 FIELDS = ("velocity", "angular_velocity", "displacement", *COMPONENTS)
 
 
-def fingerprint(scene: Scene, scheme: Any, functions: bool = True) -> dict[str, str]:
+def fingerprint(scene: Scene, scheme: Any, samples: int = SAMPLES) -> dict[str, str]:
     """Return every property that the motion depends on by name: numbers with all digits, arrays by their contents.
 
-    functions: whether functions of time count by their values, else they count by being there. The start of a run from
-    the end of another one (`initial`) is in its checkpoint only.
+    samples: number of values of a function of time. The start of a run from the end of another one (`initial`) is in
+    its checkpoint only.
     Raises `InputError` for a function of time that gives two values at one time: no run with it can be repeated.
     """
     found: dict[str, str] = {}
-    duration = scene.duration if functions else 0.0
+    times = scene.duration * (np.arange(samples) + 0.381966) / samples
     for field in (field for field in fields(scene) if field.init):
         value = getattr(scene, field.name)
         if field.name == "gravity" and callable(value):
-            value = {"function": _samples(value, "gravity", duration)}
-        _add(found, field.name, value, duration)
-    _add(found, "scheme", scheme, duration)
+            value = {"function": _samples(value, "gravity", times)}
+        _add(found, field.name, value, times)
+    _add(found, "scheme", scheme, times)
     return found
 
 
@@ -60,7 +60,7 @@ def compare(stored: Mapping[str, str], present: Mapping[str, str]) -> None:
         raise InputError(first, present.get(first, "not there"), remedy)
 
 
-def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
+def _properties(thing: Any, place: str, times: np.ndarray) -> dict[str, Any]:
     """Return the fields of a dataclass, functions by their values."""
     found = {field.name: getattr(thing, field.name) for field in fields(thing)}
     if isinstance(thing, Body):
@@ -73,18 +73,12 @@ def _properties(thing: Any, place: str, duration: float) -> dict[str, Any]:
     if isinstance(thing, FUNCTIONS_OF_TIME):
         for name in FIELDS:
             if callable(found.get(name)):
-                found[name] = {"function": _samples(found[name], f"{place}.{name}", duration)}
+                found[name] = {"function": _samples(found[name], f"{place}.{name}", times)}
     return found
 
 
-def _samples(function: Callable[[float], Any], name: str, duration: float) -> np.ndarray:
-    """Return values [SAMPLES, k] over the duration; NaN where the function fails, which ends a run at that time.
-
-    None where there is no duration.
-    """
-    if duration == 0.0:
-        return np.zeros(0)
-    times = duration * (np.arange(SAMPLES) + 0.381966) / SAMPLES
+def _samples(function: Callable[[float], Any], name: str, times: np.ndarray) -> np.ndarray:
+    """Return values [n, k] at the times [n]; NaN where the function fails, which ends a run at that time."""
 
     def value(time: float) -> np.ndarray:
         try:
@@ -94,25 +88,26 @@ def _samples(function: Callable[[float], Any], name: str, duration: float) -> np
         return given.view(np.float64) if given.imag.any() else given.real
 
     rows = [value(float(time)) for time in times]
-    for number in (0, SAMPLES // 2, SAMPLES - 1):
+    for number in (0, len(times) // 2, len(times) - 1):
         if not np.array_equal(rows[number], again := value(float(times[number])), equal_nan=True):
             remedy = (
                 f"it gave {rows[number].tolist()} and then {again.tolist()} at t = {times[number]:.6g} s, and no run"
-                " with it can be resumed; make it a function of the time alone, or run without checkpoints"
+                " with it can be resumed, or shared among processes; make it a function of the time alone, or run one"
+                " process without checkpoints"
             )
             raise InputError(name, function, remedy)
     return np.concatenate(rows)
 
 
-def _add(found: dict[str, str], name: str, value: Any, duration: float) -> None:
+def _add(found: dict[str, str], name: str, value: Any, times: np.ndarray) -> None:
     """Add the text of a value to `found`, of a compound value by parts."""
     if isinstance(value, Mapping):
         for key, item in value.items():
-            _add(found, f"{name}.{key}", item, duration)
+            _add(found, f"{name}.{key}", item, times)
     elif is_dataclass(value) and not isinstance(value, type):
         found[name] = type(value).__name__
-        for key, item in _properties(value, name, duration).items():
-            _add(found, f"{name}.{key}", item, duration)
+        for key, item in _properties(value, name, times).items():
+            _add(found, f"{name}.{key}", item, times)
     elif isinstance(value, np.ndarray):
         array = np.ascontiguousarray(value)
         if array.size <= SHORT:
@@ -124,7 +119,7 @@ def _add(found: dict[str, str], name: str, value: Any, duration: float) -> None:
             found[name] = str([item.item() if isinstance(item, np.generic) else item for item in value])
         else:
             for index, item in enumerate(value):
-                _add(found, f"{name}[{index}]", item, duration)
+                _add(found, f"{name}[{index}]", item, times)
     elif isinstance(value, np.generic):
         found[name] = repr(value.item())
     elif callable(value):
