@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import atexit
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 from ..base.errors import InputError
 from . import ranks
 from .roll_call import ENDS, FAILS, answers
 
-PATIENCE, STARTING = 3.0, 30  # seconds that a rank waits for the others, and for MPI to start
+PATIENCE = 3.0  # seconds that a rank that fails waits for the others
 
 
 def told(error: BaseException, tell: Callable[[], None], code: int = 1, patience: float = PATIENCE) -> None:
@@ -78,8 +76,7 @@ def _end() -> None:
 def _world() -> Any:
     """Return the communicator of all ranks, None where there is no MPI between them."""
     try:
-        with _no_longer_than(STARTING):
-            return ranks.communicator()
+        return ranks.communicator()
     except InputError:
         return None
 
@@ -88,22 +85,3 @@ def _say(tell: Callable[[], None]) -> None:
     sys.stdout.flush()
     tell()
     ranks.passed_on(sys.stderr)
-
-
-@contextmanager
-def _no_longer_than(seconds: int) -> Iterator[None]:
-    """End this process if what follows takes longer: MPI does not start where the other ranks never start it."""
-    if not hasattr(signal, "alarm"):
-        yield
-        return
-    try:
-        before = signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    except ValueError:  # another thread than the main one
-        yield
-        return
-    signal.alarm(seconds)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
