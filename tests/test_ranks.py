@@ -150,6 +150,7 @@ def test_a_launcher_of_another_mpi_is_named(names):
     command = [sys.executable, "-c", script]
     done = subprocess.run(command, cwd=HERE.parent, env=environment, capture_output=True, text=True, check=False)
     assert "its MPI is not that of the launcher" in done.stderr
+    assert f"unset {names[0]}" in done.stderr
 
 
 def test_a_missing_mpi4py_is_named(monkeypatch):

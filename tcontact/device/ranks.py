@@ -98,5 +98,7 @@ def communicator() -> Any:
         found = f"mpi4py sees {world.Get_size()} processes: its MPI is not that of the launcher"
         own = MPI.Get_library_version().split()[0]
         remedy = f"use the mpiexec of {own}, or srun with the --mpi that {own} knows (srun --mpi=list)"
+        names = " and ".join(size for size, _ in VARIABLES if size in os.environ)
+        remedy += f"; for runs that have nothing to do with each other unset {names}"
         raise InputError("ranks", count, f"{found}; {remedy}")
     return world
