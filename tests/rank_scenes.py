@@ -44,7 +44,7 @@ def corner():
 
 
 def layered():
-    """The same with friction layers."""
+    """Impact into a corner with full removal and friction layers."""
     return dataclasses.replace(corner(), duration=6e-4, friction=tc.FrictionLayer())
 
 
@@ -92,7 +92,7 @@ def pulled():
 
 
 def adrift():
-    """The same on a body of two blocks that nothing connects, so that two ranks share no node."""
+    """Gravity as a function of time on a body of two blocks that nothing connects, so that two ranks share no node."""
     one, other = (tc.box_mesh(SIZE, (3, 3, 3)).translated((x, 0.0, 0.5)) for x in (0.5, 0.8))
     nodes, cells = np.concatenate([one.nodes, other.nodes]), np.concatenate([one.cells, other.cells + one.node_count])
     body = tc.Body(tc.Mesh(nodes, cells, "hex8"), LAWS["neo"], velocity=lambda x: 20.0 * np.sin(30.0 * x[:, [1, 2, 0]]))
@@ -124,7 +124,7 @@ def metal():
 
 
 def sensed():
-    """The same metal with probes of cells and maxima of all cells, of which no two are alike."""
+    """A metal that flows, with probes of cells and maxima of all cells, of which no two are alike."""
     scene = metal()
     mesh = scene.bodies[0].mesh
     mesh = mesh.with_sets(cell_sets={"lowest": np.flatnonzero(mesh.cell_centres()[:, 2] < 0.02)})

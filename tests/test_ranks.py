@@ -135,6 +135,19 @@ def test_without_a_launcher_there_is_one_rank_and_no_mpi(monkeypatch):
     assert subprocess.run([sys.executable, "-c", script], cwd=HERE.parent, check=False).returncode == 0
 
 
+def test_a_process_that_a_rank_starts_is_no_rank(monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "4")
+    monkeypatch.setenv("PMI_RANK", "2")
+    assert ranks.launched() == (4, 2)
+    monkeypatch.setenv(ranks.OWNER, str(os.getpid()))
+    assert ranks.launched() == (4, 2)
+    script = "from tcontact.device import ranks; print(ranks.launched())"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=HERE.parent, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.stdout.split() == ["(1,", "0)"]
+
+
 def test_one_rank_of_a_launcher_is_a_run_without_mpi(monkeypatch):
     monkeypatch.setenv("PMI_SIZE", "1")
     monkeypatch.setenv("PMI_RANK", "0")

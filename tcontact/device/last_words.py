@@ -20,11 +20,11 @@ from .roll_call import ENDS, FAILS, answers
 PATIENCE = 3.0  # seconds that a rank that fails waits for the others
 
 
-def told(error: BaseException, tell: Callable[[], None], code: int = 1, patience: float = PATIENCE) -> None:
+def told(error: BaseException, tell: Callable[[], None], code: int = 1) -> None:
     """Tell of an error that ends this process; where it is one of several ranks see above.
 
-    tell: writes the error to standard error; code: exit code of the processes that this one ends; patience [s]: how
-    long it waits for the others. Returns where it is the only rank, or all ranks have an error, and else not at all.
+    tell: writes the error to standard error; code: exit code of the processes that this one ends. Returns where it is
+    the only rank, or all ranks have an error, and else not at all.
     """
     if ranks.launched()[0] == 1:
         tell()
@@ -35,7 +35,7 @@ def told(error: BaseException, tell: Callable[[], None], code: int = 1, patience
     if world is None:  # there is no MPI between the ranks; the first one has told it
         return
     own = f"{FAILS}{type(error).__name__}: {error}"[:2000]
-    words = answers(world, own, patience)
+    words = answers(world, own, PATIENCE)
     if words is not None and all(word.startswith(FAILS) for word in words):
         if own != words[0]:
             _say(tell)

@@ -16,7 +16,10 @@ STARTS, ENDS, FAILS = "starts a run", "has come to the end of its script", "fail
 
 
 def answers(world: Any, word: str, patience: float = float("inf")) -> list[str] | None:
-    """Return what all ranks say, in their order, None if that takes more than some seconds; word: of this rank."""
+    """Return what all ranks say [ranks], in their order; None if that takes longer than the patience [s].
+
+    world: communicator of mpi4py; word: what this rank says.
+    """
     end, others = time.monotonic() + patience, range(1, world.Get_size())
     if world.Get_rank():
         found = _arrived([world.isend(word, dest=0, tag=TAG), world.irecv(source=0, tag=TAG)], end)

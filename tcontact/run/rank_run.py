@@ -47,7 +47,7 @@ from .rank_recut import other_ranks
 from .rank_recut import take_over as take_over_cut
 from .recorder import FILE, check_folder, make_folder, unwritten
 
-SAMPLES = 16  # values by which the functions of time of two ranks are compared
+COMPARED = 16  # values by which the functions of time of two ranks are compared
 ONE_RANK = "runs on one rank in this version; leave it out, or start the run without mpiexec"
 
 
@@ -68,8 +68,11 @@ def check_ranks(scene: Scene, scheme: Any, arch: str, ranks: int) -> None:
 
 
 def check_alike(team: Team, scene: Scene, scheme: Any, options: Mapping[str, Any]) -> None:
-    """Refuse ranks that have different scenes or options. Raises `InputError` on all ranks, which names the first."""
-    own = fingerprint(scene, scheme, SAMPLES) | {name: repr(value) for name, value in options.items()}
+    """Refuse ranks that have different scenes or options, by name: of `simulate` or `resume`, with their values.
+
+    Raises `InputError` on all ranks, which names the first that differs.
+    """
+    own = fingerprint(scene, scheme, COMPARED) | {name: repr(value) for name, value in options.items()}
     first = team.from_first(own)
     differs = [name for name in [*first, *own] if first.get(name) != own.get(name)]
     error = None
