@@ -211,3 +211,54 @@ def test_the_doctor_refuses_on_ranks_what_takes_one(option):
     done = mpiexec(2, "-m", "tcontact", "doctor", option)
     assert done.returncode != 0
     assert (done.stdout + done.stderr).count(option) == 1
+
+
+def test_a_communicator_of_the_script_says_who_shares_a_scene(tmp_path):
+    """Two of three processes share one, the third runs it alone; then each has its own, then all share one."""
+    done = mpiexec(3, "rank_comm.py", tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = dict(line.split(" ", 1) for line in done.stdout.splitlines())
+    assert 0.0 < float(found["errors"]) < 1e-11
+    assert [float(speed) for speed in found["speeds"].split()] == pytest.approx([1.0, 2.0, 3.0])
+    assert found["ranks"] == "2 1 1"
+    assert set(found["threads"].split()) == {str(max(1, len(os.sched_getaffinity(0)) // 3))}
+    assert found["refused"].startswith("comm = 'world': give a communicator of mpi4py")
+
+
+def test_a_communicator_of_one_process_needs_no_launcher():
+    """It is the run of a single process, with its bits; MPI starts in a process of its own."""
+    script = """
+import tcontact as tc
+from mpi4py import MPI
+from rank_scenes import block
+
+scene = tc.Scene([block(counts=(2, 2, 2))], duration=2e-4)
+own, usual = tc.simulate(scene, comm=MPI.COMM_SELF), tc.simulate(scene)
+print(own.position.tobytes() == usual.position.tobytes())
+for wrong in (MPI.COMM_NULL, 2):
+    try:
+        tc.simulate(scene, comm=wrong)
+    except tc.InputError as error:
+        print(error.field)
+"""
+    command = [sys.executable, "-c", script]
+    environment = os.environ | {"PYTHONPATH": f"{HERE}{os.pathsep}{HERE.parent}"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["True", "comm", "comm"], done.stderr
+
+
+def test_the_cores_of_a_machine_are_shared_by_the_ranks_on_it(monkeypatch):
+    for name in ("PMI_SIZE", "PMI_RANK", *ranks.BESIDE):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 12)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: set(range(12)))
+    assert ranks.cores_of_a_rank() == 12
+    monkeypatch.setenv("SLURM_STEP_NUM_TASKS", "24")
+    monkeypatch.setenv("SLURM_PROCID", "3")
+    assert ranks.cores_of_a_rank() == 1  # as far as is known all 24 are here
+    monkeypatch.setenv(ranks.SLURM_BESIDE, "4(x5),3,1")
+    assert ranks.cores_of_a_rank() == 3
+    monkeypatch.setenv(ranks.BESIDE[0], "2")
+    assert ranks.cores_of_a_rank() == 6
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {5})  # bound to a core
+    assert ranks.cores_of_a_rank() == 1

@@ -19,6 +19,9 @@ VARIABLES = (
     ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
     ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
 )
+# processes that the launcher has started on this machine: MPICH and Intel MPI, Open MPI; of Slurm "4(x2),3" for three
+BESIDE = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
+SLURM_BESIDE = "SLURM_STEP_TASKS_PER_NODE"
 OWNER = "TCONTACT_RANK"  # number of the process that is a rank, for those that it starts
 
 
@@ -42,6 +45,30 @@ def is_first_rank() -> bool:
     A run on several ranks returns the same `Result` on all of them: let the first one print, draw and write.
     """
     return launched()[1] == 0
+
+
+def cores_of_a_rank() -> int:
+    """Return the number of cores that this process may use, an equal share where a launcher started several here."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    count, _ = launched()
+    if count == 1:
+        return cores
+    known = [int(os.environ[name]) for name in BESIDE if os.environ.get(name, "").isdigit()]
+    tasks = [part.partition("(")[0] for part in os.environ.get(SLURM_BESIDE, "").split(",")]
+    known += [max(int(number) for number in tasks)] if all(number.isdigit() for number in tasks) else [count]
+    return max(1, min(cores, (os.cpu_count() or 1) // max(1, known[0])))
+
+
+def checked(comm: Any) -> Any:
+    """Return a communicator of mpi4py that this process belongs to. Raises `InputError` for anything else."""
+    remedy = "give a communicator of mpi4py with this process in it, such as MPI.COMM_SELF, or None"
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise InputError("comm", comm, f"{remedy}; mpi4py cannot be imported ({error})") from error
+    if not isinstance(comm, MPI.Intracomm) or comm == MPI.COMM_NULL:
+        raise InputError("comm", comm, remedy)
+    return comm
 
 
 def check_single(what: str) -> None:

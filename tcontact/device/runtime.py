@@ -14,6 +14,7 @@ from types import ModuleType
 
 from ..base.errors import InputError
 from .cuda import NoDevice, count_devices
+from .ranks import cores_of_a_rank
 from .tracing import quick_import, quicken
 
 STALE_LOCK = 60.0  # seconds; a lock is held for milliseconds
@@ -49,14 +50,14 @@ def load() -> ModuleType:
 def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
     """Start Taichi once per process and return the module.
 
-    arch: "cpu" or "cuda"; threads: CPU threads, None = all cores. float64, no fast math; compiled kernels are kept in
-    `kernel_cache()` where files can be written there. A second call with the same options is free; other options raise
-    `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the process may not take enough memory.
+    arch: "cpu" or "cuda"; threads: CPU threads, None = all cores, those of a rank its share of them. float64, no fast
+    math; compiled kernels are kept in `kernel_cache()` where files can be written there. A second call with the same
+    options is free; other options raise `InputError`: Taichi cannot be restarted safely. Raises `MemoryError` where the
+    process may not take enough memory.
     """
     global _started
     if arch not in ("cpu", "cuda"):
         raise InputError("arch", arch, "use 'cpu' or 'cuda'")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError("threads", threads, "give a positive whole number, or None for all cores")
     if _started is not None:
@@ -71,7 +72,7 @@ def start(arch: str = "cpu", threads: int | None = None) -> ModuleType:
         _check_device(arch)
     ti = load()
     quicken()
-    wanted = threads or cores
+    wanted = threads or cores_of_a_rank()
     cache = kernel_cache()
     _check_address_space()
     cached = _takes_files(cache)

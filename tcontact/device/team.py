@@ -21,13 +21,14 @@ from .roll_call import FAILS, STARTS, answers
 Value = TypeVar("Value")
 
 
-def team() -> Team | None:
-    """Return the ranks that a launcher has started, None for a single process; all of them call it.
+def team(comm: Any = None) -> Team | None:
+    """Return the ranks of a communicator of mpi4py, None where it has one process; all of them call it.
 
-    Raises `InputError` as `ranks.communicator`, and on all ranks if one of them ends instead.
+    comm: None = that of all processes that a launcher has started. Raises `InputError` for what is no communicator of
+    this process, as `ranks.communicator`, and on all ranks if one of them ends instead.
     """
-    world = ranks.communicator()
-    if world is None:
+    world = ranks.communicator() if comm is None else ranks.checked(comm)
+    if world is None or int(world.Get_size()) == 1:
         return None
     words = answers(world, STARTS)
     if words is not None and set(words) != {STARTS}:

@@ -141,18 +141,6 @@ def ending_all(team: Team) -> Iterator[None]:
         os._exit(1)  # where the launcher takes a moment
 
 
-def threads_of(threads: int | None, team: Team) -> int:
-    """Return the number of threads of a rank: those asked for, else an equal share of the cores of its machine."""
-    if threads is not None:
-        return threads
-    from mpi4py import MPI
-
-    here = team.comm.Split_type(MPI.COMM_TYPE_SHARED)
-    count = max(1, (os.cpu_count() or 1) // int(here.Get_size()))
-    here.Free()
-    return count
-
-
 @dataclass(frozen=True)
 class Asked:
     """What `simulate` was asked for, checked.
@@ -196,7 +184,7 @@ def simulate_on_ranks(
         stages.say("planning")
         planned = finished_plan(scene, asked.scheme, asked.precision, () if folder is None else asked.fields)
         stages.say("starting the compiler")
-        runtime.start("cpu", threads_of(threads, team))
+        runtime.start("cpu", threads)
         check_laws(scene, asked.scheme)
         check_starts(planned.domains, asked.start[0])
         if folder is not None:
@@ -255,7 +243,7 @@ def resume_on_ranks(
         if precision not in (None, head["precision"]):
             raise InputError("precision", precision, f"the run computes in {head['precision']!r}; resume it so")
         planned = finished_plan(scene, scheme, head["precision"], head["fields"])
-        runtime.start("cpu", threads_of(threads, team))
+        runtime.start("cpu", threads)
         for domain in planned.domains:
             domain.chunks = head["chunks"]
         history = head["history_every"], head["history_rows"]

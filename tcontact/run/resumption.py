@@ -42,11 +42,12 @@ def resume(
     progress: bool = False,
     checkpoint: float | dict[str, Any] | Checkpoint | None = 60.0,
     precision: str | None = None,
+    comm: Any = None,
 ) -> Result:
     """Resume the run that stopped in `folder` and return its `Result`, with history and frames from its start.
 
     scene, scheme: the same as before; the other options of `simulate` (frames, history, pressures) are in the
-    checkpoint; threads, arch, progress, checkpoint: as in `simulate` (any number of threads gives the same bits);
+    checkpoint; threads, arch, progress, checkpoint, comm: as in `simulate` (any number of threads gives the same bits);
     as many processes (`mpiexec`) as before give the same bits too, another number goes on with a warning that the last
     digits differ; checkpoint=None writes one only if Ctrl-C or SIGTERM stops the run; precision: that of the run, which
     another one cannot continue (None: whatever it is). A damaged checkpoint is replaced by the older one, with a
@@ -58,7 +59,7 @@ def resume(
     up to 32768 calls, then evenly thinned ones). A function that differs between these times alone, for less than
     1/4096 of the duration, goes unnoticed.
     """
-    started, together = perf_counter(), team()
+    started, together = perf_counter(), team(comm)
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give the tcontact.Scene that was run")
     validate.flag("progress", progress)

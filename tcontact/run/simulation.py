@@ -59,6 +59,7 @@ def simulate(
     fields: Sequence[str] | str | None = None,
     history_rows: int = MOST_ROWS,
     precision: str = "f64",
+    comm: Any = None,
 ) -> Result:
     """Run a scene and return its `Result`.
 
@@ -79,6 +80,9 @@ def simulate(
     or "mixed": float32 arithmetic in the ordinary cells, on differences of displacements that are formed in float64,
     all else in float64 (`tcontact.kernels.cells.mixed_cells` says what that does to the errors).
     Under `mpiexec -n P` the processes share the scene (docs/SCALING.md), and each of them returns the whole result.
+    comm: the communicator of mpi4py whose processes do so, None = of all that the launcher has started. With
+    `MPI.COMM_SELF` each process runs a scene of its own, in a folder of its own, with a part of a split communicator
+    several processes do.
     Ctrl-C stops after the present step with everything kept, and so does SIGTERM unless the program handles it; the
     second signal has its usual effect at once (signals reach runs in the main thread only). They stop this run: a
     program with several runs checks the reason "interrupted" before the next one.
@@ -86,7 +90,7 @@ def simulate(
     Raises `InputError` before anything is started or written, `OutputError` where output cannot be written (its
     `result` is what was computed up to then).
     """
-    started, together = perf_counter(), team()
+    started, together = perf_counter(), team(comm)
     if not isinstance(scene, Scene):
         raise InputError("scene", scene, "give a tcontact.Scene")
     scheme = scheme_of(scheme)
