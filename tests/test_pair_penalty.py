@@ -15,7 +15,7 @@ from tcontact.contact.pairs.node_to_surface import BEYOND, couple_nodes
 from tcontact.contact.pairs.search import close_faces
 from tcontact.contact.pairs.surfaces import facings_of, surfaces_of
 from tcontact.device import arrays
-from tcontact.scene.pairs import area_vectors
+from tcontact.scene.meeting import area_vectors
 
 MOTION = meshes.rotation(5)
 UP = MOTION[:, 2]

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..base.errors import FunctionError, InputError
 from ..scene.body import Body
+from ..scene.meeting import area_vectors
 from ..scene.metals import ElastoPlastic
 from ..scene.obstacles import Obstacle
 from ..scene.obstacles.motion import Rate
-from ..scene.pairs import area_vectors
 from ..scene.reach import SAMPLES, within_reach
 from ..scene.scene import Scene
 

@@ -10,7 +10,7 @@ from ..base.errors import InputError
 from ..mesh.geometry import cells_at
 from ..scene.body import Body
 from ..scene.contact_models import MasslessContact
-from ..scene.pairs import area_vectors
+from ..scene.meeting import area_vectors
 from ..scene.periodic import Images
 from ..scene.reach import within_reach
 from ..scene.scene import Scene

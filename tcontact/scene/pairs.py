@@ -1,8 +1,8 @@
 """Pairs of bodies that can touch each other: which they are, and which body of a pair is the slave (METHOD 7).
 
-A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness in powers of 2
-(lambda + 2 mu of the material), by the mean area of a contact face, by the place in the scene. The lower one of a pair
-is the slave: its contact nodes get the constraint rows.
+A total order of the bodies decides: bodies with held contact nodes come last; then by stiffness (lambda + 2 mu of the
+material, over that of the softest body) in powers of 2, by the mean area of a contact face, by the place in the scene.
+The lower one of a pair is the slave: its contact nodes get the constraint rows.
 """
 
 from __future__ import annotations
@@ -19,10 +19,9 @@ from ..base.errors import InputError
 from .body import Body
 from .contact_models import MasslessContact, PenaltyContact
 from .friction_models import FrictionModel, coefficient_of
+from .meeting import area_vectors, facing_faces
 from .reach import speed_by_loads
 
-FACING = -0.3  # cosine between the outward normals of two faces below which they can touch
-DIRECTIONS = 4.0  # faces whose normals times this round to the same numbers are one group
 STIFF = 4.0  # stiffness of a slave over that of its master above which a run warns
 PRODUCTS, MORE = 25.0, 34.0  # products of a static solve with a soft slave, and more for every factor of 10 (measured)
 SLACK = 1.5  # factor on the way of two bodies, for waves that add to their speed
@@ -202,9 +201,11 @@ def _ranks(bodies: Sequence[Body]) -> list[tuple[bool, int, float, int]]:
 
     Nodes that supports hold in all components cannot be slaves: bodies with such contact nodes come last.
     """
+    softest = min(_stiffness(body) for body in bodies)
     keys = []
     for index, body in enumerate(bodies):
-        keys.append((_held(body), round(float(np.log2(_stiffness(body)))), mean_area(body), index))
+        power = round(float(np.log2(_stiffness(body) / softest)))
+        keys.append((_held(body), power, mean_area(body), index))
     return keys
 
 
@@ -242,11 +243,6 @@ def mean_area(body: Body) -> float:
     return float(f"{np.linalg.norm(area_vectors(body.initial_nodes[body.contact_faces]), axis=1).mean():.6g}")
 
 
-def area_vectors(corners: np.ndarray) -> np.ndarray:
-    """Return the area times the outward normal [k, 3] [m^2] of faces with corners [k, 4|3, 3]."""
-    return np.asarray(0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1]))
-
-
 def may_meet(scene: Any, first: int, second: int) -> bool:
     """Return whether contact faces of two bodies may meet: they face each other and come close enough."""
     found = meeting_faces(scene, first, second)
@@ -256,8 +252,7 @@ def may_meet(scene: Any, first: int, second: int) -> bool:
 def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> np.ndarray:
     """Return for every contact face (or outer face) of the first body whether it may meet one of the second.
 
-    The faces of the second body are taken in groups of one direction: the normals are opposite, each lies in front of
-    the other, and their boxes overlap, larger by the way that the bodies may go.
+    See `meeting.facing_faces`.
     """
     one, other = scene.bodies[first], scene.bodies[second]
     faces = [body.outer_faces if outer and body.finds_contact else body.contact_faces for body in (one, other)]
@@ -269,24 +264,5 @@ def meeting_faces(scene: Any, first: int, second: int, outer: bool = False) -> n
     fall = scene.largest_gravity * scene.duration
     fall += sum(speed_by_loads(body, scene.duration) for body in (one, other))
     slack = sum(body.mesh.shortest_edge for body in (one, other))
-    way = SLACK * (speed + fall) * scene.duration + slack
     corners = [body.initial_nodes[part] for body, part in zip((one, other), faces, strict=True)]
-    normals = [_unit(area_vectors(part)) for part in corners]
-    centres = [part.mean(axis=1) for part in corners]
-    low, high = corners[0].min(axis=1) - way, corners[0].max(axis=1) + way
-    found = np.zeros(len(faces[0]), dtype=bool)
-    _, group = np.unique(np.round(DIRECTIONS * normals[1]), axis=0, return_inverse=True)
-    for number in range(group.max() + 1):
-        mine = group.reshape(-1) == number
-        direction = _unit(normals[1][mine].mean(axis=0)[None])[0]
-        box = corners[1][mine].min(axis=(0, 1)), corners[1][mine].max(axis=(0, 1))
-        near = (high >= box[0]).all(axis=1) & (low <= box[1]).all(axis=1) & (normals[0] @ direction < FACING)
-        middle, half = 0.5 * (box[0] + box[1]), 0.5 * (box[1] - box[0])
-        ahead = np.einsum("ij,ij->i", normals[0], middle - centres[0]) + np.abs(normals[0]) @ half
-        behind = (centres[0] - middle) @ direction + np.abs(direction) @ half
-        found |= near & (ahead > -slack) & (behind > -slack)
-    return found
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None].clip(1e-300))
+    return facing_faces(corners[0], corners[1], SLACK * (speed + fall) * scene.duration, slack)

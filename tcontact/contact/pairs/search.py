@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...scene.pairs import FACING
+from ...scene.meeting import FACING
 from .surfaces import Facing, area_vectors
 
 CELL = 1.5  # edge of a grid cell over the longest edge of any box

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ...planning.domain import Domain
-from ...scene.pairs import area_vectors as vectors_of
+from ...scene.meeting import area_vectors as vectors_of
 from ...scene.pairs import slave_order
 
 REACH = 0.25  # gap over the mean size of a slave face within which a row exists
